@@ -1,0 +1,12 @@
+//! A finished frame: linear HDR and the display bytes made from it.
+
+/// Rows top first, tightly packed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    pub width: u32,
+    pub height: u32,
+    /// Linear RGBA of the scene pass (premultiplied), empty unless asked for.
+    pub hdr: Vec<[f32; 4]>,
+    /// Display RGBA.
+    pub display: Vec<[u8; 4]>,
+}

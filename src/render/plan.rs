@@ -1,0 +1,135 @@
+//! The render plan: passes, order, uniform bytes. Plain values, shared by every renderer.
+
+use crate::image::SharedTexture;
+use crate::shader::key::ShaderKey;
+
+/// Which module a draw runs: a planet module by key, or a simple one by name.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum ModuleName {
+    Planet(ShaderKey),
+    Simple(&'static str),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AddressMode {
+    Repeat,
+    ClampToEdge,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SamplerState {
+    pub address_u: AddressMode,
+    pub address_v: AddressMode,
+    /// Trilinear when true, nearest when false.
+    pub linear: bool,
+    /// 1..=16.
+    pub anisotropy: u8,
+}
+
+/// What a texture binding reads.
+#[derive(Clone, Debug)]
+pub enum TextureSource {
+    Image(SharedTexture),
+    /// The colour target that an earlier pass wrote (resolved), by pass index.
+    PassOutput(usize),
+}
+
+#[derive(Clone, Debug)]
+pub struct TextureBinding {
+    pub binding: u32,
+    pub source: TextureSource,
+}
+
+#[derive(Clone, Debug)]
+pub struct SamplerBinding {
+    pub binding: u32,
+    pub state: SamplerState,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Blend {
+    Replace,
+    /// dst = src + dst * (1 - src.a); src premultiplied.
+    PremultipliedOver,
+    Add,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cull {
+    None,
+    /// Front faces wind counter-clockwise.
+    Back,
+}
+
+/// Reversed depth: greater is nearer, cleared to 0 (infinitely far).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct DepthState {
+    pub test: bool,
+    pub write: bool,
+}
+
+/// Where vertices come from. Attribute `k` is `@location(k)`.
+#[derive(Clone, Debug)]
+pub enum Vertices {
+    /// `count` vertices from `@builtin(vertex_index)` alone.
+    Count(u32),
+    /// Indexed triangles; each attribute has `components` f32 per vertex.
+    Mesh { attributes: Vec<Attribute>, indices: std::sync::Arc<Vec<u32>> },
+}
+
+#[derive(Clone, Debug)]
+pub struct Attribute {
+    pub components: u32,
+    pub values: std::sync::Arc<Vec<f32>>,
+}
+
+/// Per-instance attributes, numbered after the vertex attributes.
+#[derive(Clone, Debug)]
+pub struct Instances {
+    pub count: u32,
+    pub attributes: Vec<Attribute>,
+}
+
+/// One draw: triangles through a module into the pass's targets. Uniform bytes are group 0, binding 0.
+#[derive(Clone, Debug)]
+pub struct PlanDraw {
+    pub label: String,
+    pub module: ModuleName,
+    pub uniforms: Vec<u8>,
+    pub textures: Vec<TextureBinding>,
+    pub samplers: Vec<SamplerBinding>,
+    pub vertices: Vertices,
+    pub instances: Instances,
+    pub blend: Blend,
+    pub cull: Cull,
+    pub depth: DepthState,
+    /// Pixels that may be touched: x0, y0, x1, y1 (exclusive).
+    pub scissor: [u32; 4],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ColourFormat {
+    /// Linear HDR working target.
+    Rgba32Float,
+    /// Display-ready bytes, already encoded by the shader.
+    Rgba8Unorm,
+}
+
+#[derive(Clone, Debug)]
+pub struct Pass {
+    pub name: &'static str,
+    pub width: u32,
+    pub height: u32,
+    pub format: ColourFormat,
+    /// 1 or 4.
+    pub samples: u8,
+    pub clear: [f32; 4],
+    pub depth: bool,
+    pub draws: Vec<PlanDraw>,
+}
+
+/// Passes in order; the last one is the picture.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub passes: Vec<Pass>,
+}

@@ -1,0 +1,126 @@
+//! What a draw needs (structure) and how much (amounts). The shader key is derived from [`Needs`]; uniforms from [`Amounts`].
+
+use crate::catalog::NaifId;
+use glam::{Vec2, Vec3, Vec4};
+
+/// How the surface turns light into radiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum Surface {
+    Emissive,
+    Lambert,
+    LommelSeeliger,
+    LunarLambert,
+    OrenNayar,
+}
+
+/// Which textures modulate the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct MapSet {
+    pub albedo: bool,
+    pub normal: bool,
+    pub specular: bool,
+    pub night: bool,
+}
+
+/// What carries the surface: an intersected sphere or ellipsoid, or the triangles of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum Shape {
+    Sphere,
+    Ellipsoid,
+    Mesh,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct Flags {
+    pub two_sided: bool,
+    pub alpha_texture: bool,
+    pub vertex_colour: bool,
+}
+
+/// What the pixel shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum PixelView {
+    #[default]
+    Shaded,
+    Depth,
+    Normal,
+    Albedo,
+    Uv,
+    Sunlight,
+}
+
+/// The structure of one draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct Needs {
+    pub surface: Surface,
+    pub maps: MapSet,
+    /// The Sun first, then reflected light of other bodies: 0..=3.
+    pub lights: u8,
+    pub shape: Shape,
+    pub flags: Flags,
+    pub view: PixelView,
+}
+
+/// One light: where it comes from in the body's unit-sphere axes' parent frame (body-fixed axes), and how strong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit vector towards the light, body-fixed axes.
+    pub direction_in_body: Vec3,
+    /// Irradiance on a plane facing the light, linear RGB, in units of the Sun's at 1 au.
+    pub irradiance: Vec3,
+}
+
+/// The amounts of one draw, all f32, all in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
+/// (so the ellipsoid is the unit sphere).
+///
+/// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in [0,1]² (v down the screen), the view ray is
+/// `anchor(u,v) + s * ray(u,v)`, both affine in u and v: value = origin + u * du + v * dv.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Amounts {
+    /// Bounding rectangle in clip space: x of the left edge, y of the top edge, x of the right, y of the bottom (y up, -1..1).
+    pub rect_in_clip: Vec4,
+    /// A point on each view ray. Far camera: the crossing with the plane through the body's centre facing it, so magnitudes
+    /// stay near one; near camera: the camera itself.
+    pub anchor_origin: Vec3,
+    pub anchor_du: Vec3,
+    pub anchor_dv: Vec3,
+    /// Direction of each view ray away from the camera, not normalised.
+    pub ray_origin: Vec3,
+    pub ray_du: Vec3,
+    pub ray_dv: Vec3,
+    /// Near camera: |camera|² - 1, computed in f64. Ignored when `anchor_is_camera` is 0.
+    pub anchor_excess: f32,
+    /// 1: the anchor is the camera (near form); 0: the anchor plane (far form).
+    pub anchor_is_camera: f32,
+    /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
+    pub depth_row: Vec4,
+    /// Semi-axes over the equatorial radius: (1, b/a, c/a).
+    pub axis_ratios: Vec3,
+    /// Linear RGB reflectance scale (or radiance, for emissive): multiplies the map, or stands alone without one.
+    pub albedo: Vec3,
+    pub lights: Vec<Light>,
+    /// Lunar weight L of lunar-lambert, or Oren-Nayar's sigma² (rad²).
+    pub photometric_parameter: f32,
+    /// Limb darkening per channel (emissive).
+    pub limb_u1: Vec3,
+    pub limb_u2: Vec3,
+    /// z stretch that turns a unit-sphere point into the direction whose latitude the map counts.
+    pub map_latitude_stretch: f32,
+    /// Night lights radiance scale, ocean glint strength and power.
+    pub night_radiance: Vec3,
+    pub specular_strength: f32,
+    pub specular_power: f32,
+    /// Normal map strength.
+    pub normal_strength: f32,
+    /// Unit camera position for distant views or camera in unit-sphere frame, f32.
+    pub camera_in_unit_sphere: Vec3,
+    pub pixel_size: Vec2,
+}
+
+/// One draw of a body that is large enough to be a disc.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draw {
+    pub body: NaifId,
+    pub needs: Needs,
+    pub amounts: Amounts,
+}

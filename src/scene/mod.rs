@@ -1,0 +1,2 @@
+//! What one frame needs, and why.
+pub mod draw;

@@ -1,0 +1,2 @@
+//! Keys, generated modules, and the library that keeps them.
+pub mod key;
