@@ -28,13 +28,20 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Photometry {
     /// Glows by itself; limb darkening I(mu)/I(1) = 1 - u1 (1-mu) - u2 (1-mu)^2 per linear RGB channel.
-    Emissive { u1: [f64; 3], u2: [f64; 3] },
+    Emissive {
+        u1: [f64; 3],
+        u2: [f64; 3],
+    },
     Lambert,
     LommelSeeliger,
     /// McEwen's blend: 2 L mu0/(mu+mu0) + (1-L) mu0.
-    LunarLambert { lunar_weight: f64 },
+    LunarLambert {
+        lunar_weight: f64,
+    },
     /// Roughness as the standard deviation of facet slopes, degrees.
-    OrenNayar { roughness_deg: f64 },
+    OrenNayar {
+        roughness_deg: f64,
+    },
 }
 
 /// Which latitude the rows of a map count.

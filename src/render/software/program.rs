@@ -15,9 +15,15 @@ pub enum Stage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LaneInput {
     /// A component of `@location(index)`: an attribute (vertex) or a varying (fragment).
-    Location { index: u32, component: u32, flat: bool },
+    Location {
+        index: u32,
+        component: u32,
+        flat: bool,
+    },
     /// Component 0..=3 of `@builtin(position)` in the fragment stage: x + 0.5, y + 0.5, depth, 1/w.
-    FragCoord { component: u32 },
+    FragCoord {
+        component: u32,
+    },
     FrontFacing,
     VertexIndex,
     InstanceIndex,
@@ -27,9 +33,15 @@ pub enum LaneInput {
 /// One scalar per lane that the caller reads after a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LaneOutput {
-    Location { index: u32, component: u32, flat: bool },
+    Location {
+        index: u32,
+        component: u32,
+        flat: bool,
+    },
     /// Component of the clip-space position (vertex stage).
-    Position { component: u32 },
+    Position {
+        component: u32,
+    },
     FragDepth,
 }
 

@@ -1,0 +1,122 @@
+//! The module table of ARCHITECTURE.md, held by reading every `use crate::…` and `crate::…` path in src/.
+
+use std::path::{Path, PathBuf};
+
+/// (module path prefix, crate modules it may name, external crates it may not name).
+const TABLE: &[(&str, &[&str], &[&str])] = &[
+    ("units", &[], &["naga", "winit", "softbuffer"]),
+    ("time", &["units", "time"], &["naga", "winit", "softbuffer"]),
+    ("catalog", &["units", "time", "catalog"], &["naga", "winit", "softbuffer", "std::fs"]),
+    ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "winit", "softbuffer", "std::fs"]),
+    ("scene", &["units", "time", "catalog", "ephemeris", "scene"], &["naga", "winit", "softbuffer", "std::fs"]),
+    ("image", &["units", "image"], &["naga", "winit", "softbuffer"]),
+    ("shader/key", &["scene::draw", "shader::key"], &["naga", "winit", "softbuffer", "std::fs"]),
+    ("shader", &["scene::draw", "shader"], &["winit", "softbuffer", "rayon::spawn"]),
+    ("render/plan", &["scene", "shader", "image", "render::plan"], &["winit", "softbuffer", "std::fs"]),
+    ("render/frame", &["image", "render::frame"], &["naga", "winit", "softbuffer", "std::fs"]),
+    ("render/software", &["shader", "image", "render::plan", "render::frame", "render::software"], &["winit", "softbuffer", "std::fs"]),
+];
+
+fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = std::fs::read_dir(dir).expect("src/ is readable").map(|e| e.expect("entry").path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            rust_files(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+/// The longest prefix of the table that holds this file, if any.
+fn row_of(module: &str) -> Option<&'static (&'static str, &'static [&'static str], &'static [&'static str])> {
+    TABLE
+        .iter()
+        .filter(|(prefix, _, _)| module == *prefix || module.starts_with(&format!("{prefix}/")))
+        .max_by_key(|(prefix, _, _)| prefix.len())
+}
+
+/// Every `crate::a::b` path named in a line of code, comments left out, braces opened one level.
+fn crate_paths(text: &str) -> Vec<String> {
+    let mut paths = Vec::new();
+    for line in text.lines() {
+        let code = line.split("//").next().unwrap_or("");
+        let mut rest = code;
+        while let Some(at) = rest.find("crate::") {
+            rest = &rest[at + "crate::".len()..];
+            if let Some(group) = rest.strip_prefix('{') {
+                paths.extend(group.split([',', '}']).map(|p| p.trim().to_owned()).filter(|p| !p.is_empty()));
+            } else {
+                let path: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_' || *c == ':').collect();
+                paths.push(path.trim_end_matches(':').to_owned());
+            }
+        }
+    }
+    paths
+}
+
+fn breaches(module: &str, text: &str) -> Vec<String> {
+    let Some((prefix, allowed, forbidden)) = row_of(module) else { return Vec::new() };
+    let mut found = Vec::new();
+    for path in crate_paths(text) {
+        if !allowed.iter().any(|a| path == *a || path.starts_with(&format!("{a}::"))) {
+            found.push(format!("src/{module}: `crate::{path}` is not among what {prefix} may use ({})", allowed.join(", ")));
+        }
+    }
+    for name in *forbidden {
+        let used = text.lines().any(|l| l.split("//").next().unwrap_or("").contains(&format!("{name}::")));
+        if used {
+            found.push(format!("src/{module}: `{name}` is barred from {prefix}"));
+        }
+    }
+    found
+}
+
+#[test]
+fn every_module_keeps_to_the_table() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    rust_files(&src, &mut files);
+    assert!(files.len() > 20, "only {} files found under src/", files.len());
+    let mut all = Vec::new();
+    for file in &files {
+        let module = file.strip_prefix(&src).expect("under src").with_extension("");
+        let module = module.to_string_lossy().replace('\\', "/");
+        let module = module.strip_suffix("/mod").unwrap_or(&module).to_owned();
+        all.extend(breaches(&module, &std::fs::read_to_string(file).expect("readable")));
+    }
+    assert!(all.is_empty(), "{}", all.join("\n"));
+}
+
+#[test]
+fn a_breach_is_found() {
+    assert_eq!(breaches("catalog/body", "use crate::scene::Scene;").len(), 1);
+    assert_eq!(breaches("ephemeris/kernel", "use crate::{catalog::NaifId, render::plan};").len(), 1);
+    assert_eq!(breaches("scene/build", "let m = naga::Module::default();").len(), 1);
+    assert_eq!(breaches("shader/key/text", "use crate::shader::emit::emit;").len(), 1);
+    assert!(breaches("scene/build", "use crate::ephemeris::Ephemeris; // crate::render is not named").is_empty());
+}
+
+#[test]
+fn no_file_is_over_its_budget() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut long = Vec::new();
+    for (dir, extension, most) in [("src", "rs", 800), ("tests", "rs", 800), ("shaders", "wgsl", 250)] {
+        let mut stack = vec![root.join(dir)];
+        while let Some(d) = stack.pop() {
+            for entry in std::fs::read_dir(&d).into_iter().flatten().flatten() {
+                let path = entry.path();
+                if path.is_dir() {
+                    stack.push(path);
+                } else if path.extension().is_some_and(|e| e == extension) {
+                    let lines = std::fs::read_to_string(&path).expect("readable").lines().count();
+                    if lines > most {
+                        long.push(format!("{}: {lines} lines, {most} at the most", path.display()));
+                    }
+                }
+            }
+        }
+    }
+    assert!(long.is_empty(), "{}", long.join("\n"));
+}

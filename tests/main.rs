@@ -1,0 +1,3 @@
+//! One test binary: one link. Each module below is one area; unit tests live beside the code.
+
+mod layering;
