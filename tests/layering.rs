@@ -37,22 +37,43 @@ fn row_of(module: &str) -> Option<&'static (&'static str, &'static [&'static str
         .max_by_key(|(prefix, _, _)| prefix.len())
 }
 
-/// Every `crate::a::b` path named in a line of code, comments left out, braces opened one level.
+/// The text without `//` comments.
+fn code_of(text: &str) -> String {
+    text.lines().map(|l| l.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
+}
+
+/// Every `crate::a::b` path named in code; a group `crate::{a::b, c::{d, e}}` gives `a::b` and `c`.
 fn crate_paths(text: &str) -> Vec<String> {
+    let code = code_of(text);
+    let path_at = |s: &str| -> String {
+        let path: String = s.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_' || *c == ':').collect();
+        path.trim_end_matches(':').to_owned()
+    };
     let mut paths = Vec::new();
-    for line in text.lines() {
-        let code = line.split("//").next().unwrap_or("");
-        let mut rest = code;
-        while let Some(at) = rest.find("crate::") {
-            rest = &rest[at + "crate::".len()..];
-            if let Some(group) = rest.strip_prefix('{') {
-                paths.extend(group.split([',', '}']).map(|p| p.trim().to_owned()).filter(|p| !p.is_empty()));
-            } else {
-                let path: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_' || *c == ':').collect();
-                paths.push(path.trim_end_matches(':').to_owned());
+    let mut rest = code.as_str();
+    while let Some(at) = rest.find("crate::") {
+        rest = &rest[at + "crate::".len()..];
+        if !rest.starts_with('{') {
+            paths.push(path_at(rest));
+            continue;
+        }
+        let (mut depth, mut start) = (0, 1);
+        for (i, c) in rest.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 || (depth == 1 && c == ',') {
+                paths.push(path_at(&rest[start..i]));
+                start = i + 1;
+            }
+            if depth == 0 {
+                break;
             }
         }
     }
+    paths.retain(|p| !p.is_empty());
     paths
 }
 
@@ -65,8 +86,7 @@ fn breaches(module: &str, text: &str) -> Vec<String> {
         }
     }
     for name in *forbidden {
-        let used = text.lines().any(|l| l.split("//").next().unwrap_or("").contains(&format!("{name}::")));
-        if used {
+        if code_of(text).contains(&format!("{name}::")) {
             found.push(format!("src/{module}: `{name}` is barred from {prefix}"));
         }
     }
@@ -93,6 +113,7 @@ fn every_module_keeps_to_the_table() {
 fn a_breach_is_found() {
     assert_eq!(breaches("catalog/body", "use crate::scene::Scene;").len(), 1);
     assert_eq!(breaches("ephemeris/kernel", "use crate::{catalog::NaifId, render::plan};").len(), 1);
+    assert_eq!(breaches("scene/build", "use crate::{\n    catalog::{Body, NaifId},\n    render::{plan, frame},\n};").len(), 1);
     assert_eq!(breaches("scene/build", "let m = naga::Module::default();").len(), 1);
     assert_eq!(breaches("shader/key/text", "use crate::shader::emit::emit;").len(), 1);
     assert!(breaches("scene/build", "use crate::ephemeris::Ephemeris; // crate::render is not named").is_empty());
