@@ -1,3 +1,4 @@
 //! One test binary: one link. Each module below is one area; unit tests live beside the code.
 
 mod layering;
+mod shader_keys;

@@ -1,14 +1,7 @@
 //! The render plan: passes, order, uniform bytes. Plain values, shared by every renderer.
 
 use crate::image::SharedTexture;
-use crate::shader::key::ShaderKey;
-
-/// Which module a draw runs: a planet module by key, or a simple one by name.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum ModuleName {
-    Planet(ShaderKey),
-    Simple(&'static str),
-}
+pub use crate::shader::ModuleId as ModuleName;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AddressMode {

@@ -1,0 +1,160 @@
+// One body, one draw: the colour, coverage and depth of a planet, moon, asteroid or star.
+//
+// Coming in: the uniform block `Draw` and the maps of lib/draw.wgsl, the shape's varyings.
+// Going out: linear RGB radiance, premultiplied by coverage (blend: premultiplied over), and reversed depth.
+// Unit of radiance: that of a white Lambert plane facing the Sun at 1 au is 1, so no factor pi is written anywhere.
+// Directions and normals are in body-fixed axes; lengths are equatorial radii.
+
+//: use lib/draw.wgsl
+//: if shape.mesh
+//: use lib/mesh.wgsl
+//: else
+//: use lib/intersection.wgsl
+//: end
+//: if maps.albedo|maps.normal|maps.specular|maps.night|view.uv
+//: use lib/map_place.wgsl
+//: end
+//: if maps.normal
+//: use lib/relief.wgsl
+//: end
+//: if surface.emissive
+//: use lib/limb_darkening.wgsl
+//: end
+//: if lights.1
+//: use lib/reflected.wgsl
+//: end
+//: if maps.night
+//: use lib/night_lights.wgsl
+//: end
+
+struct Pixel {
+    @location(0) colour: vec4f,
+//: if shape.sphere|shape.ellipsoid
+    @builtin(frag_depth) depth: f32,
+//: end
+}
+
+@fragment
+fn fragment_main(in: Varyings) -> Pixel {
+    let seen = seen_surface(in);
+    var coverage = seen.coverage;
+
+    // Everything that takes differences between neighbouring pixels comes before the first discard.
+//: if maps.albedo|maps.normal|maps.specular|maps.night|view.uv
+  //: if shape.mesh
+    let place = MapPlace(in.uv, dpdx(in.uv), dpdy(in.uv));
+  //: else
+    let place = map_place(seen.position, draw.map_latitude_stretch);
+  //: end
+//: end
+//: if maps.normal
+  //: if shape.mesh
+    let frame = tangent_frame_of_triangle(seen.position * draw.axis_ratios, place, seen.normal);
+  //: else
+    //: if shape.ellipsoid
+    let frame = tangent_frame_of_ellipsoid(seen.position, draw.axis_ratios, seen.normal);
+    //: else
+    let frame = tangent_frame_of_ellipsoid(seen.position, vec3f(1.0), seen.normal);
+    //: end
+  //: end
+//: end
+
+//: if maps.albedo
+    let albedo_texel = textureSampleGrad(albedo_map, map_sampler, place.uv, place.dx, place.dy);
+  //: if flags.alphatexture
+    coverage *= albedo_texel.a;
+  //: end
+//: end
+    if coverage <= 0.0 {
+        discard;
+    }
+
+//: if view.shaded|view.albedo
+  //: if surface.emissive|lights.1|view.albedo
+    var albedo = draw.albedo;
+    //: if maps.albedo
+    albedo *= albedo_texel.rgb;
+    //: end
+    //: if flags.vertexcolour
+    albedo *= in.colour;
+    //: end
+  //: end
+//: end
+
+//: if surface.emissive|lights.1|view.normal
+    var normal = seen.normal;
+    var cos_emission = seen.cos_emission;
+  //: if maps.normal
+    let slope = textureSampleGrad(normal_map, map_sampler, place.uv, place.dx, place.dy).xyz;
+    normal = tilted_normal(frame, slope, draw.normal_strength, seen.normal);
+    cos_emission = max(dot(normal, seen.towards_camera), 0.0);
+  //: end
+//: end
+
+    var radiance = vec3f(0.0);
+//: if view.shaded
+  //: if surface.emissive
+    radiance = albedo * limb_darkening(cos_emission, draw.limb_u1, draw.limb_u2);
+  //: else
+    //: if lights.1
+    var facet: Facet;
+    facet.normal = normal;
+    facet.towards_camera = seen.towards_camera;
+    facet.cos_emission = cos_emission;
+    facet.albedo = albedo;
+      //: if maps.normal
+    facet.smooth_normal = seen.normal;
+      //: end
+      //: if maps.specular
+    facet.water = textureSampleGrad(specular_map, map_sampler, place.uv, place.dx, place.dy).r;
+      //: end
+    radiance += reflected(facet, draw.light_direction[0].xyz, draw.light_irradiance[0].rgb);
+    //: end
+    //: if lights.2
+    radiance += reflected(facet, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
+    //: end
+    //: if lights.3
+    radiance += reflected(facet, draw.light_direction[2].xyz, draw.light_irradiance[2].rgb);
+    //: end
+    //: if maps.night
+    let lamps = textureSampleGrad(night_map, map_sampler, place.uv, place.dx, place.dy).rgb;
+      //: if lights.1
+    radiance += lamps * draw.night_radiance * lamps_lit(dot(seen.normal, draw.light_direction[0].xyz));
+      //: else
+    radiance += lamps * draw.night_radiance;
+      //: end
+    //: end
+  //: end
+//: end
+//: if view.depth
+    // Nearest point of the body white, farthest black: distance along the view axis from the body's centre, in its own extent.
+    radiance = vec3f(0.5 - 0.5 * dot(draw.depth_row.xyz, seen.position) / max(length(draw.depth_row.xyz), 1.0e-30));
+//: end
+//: if view.normal
+    radiance = 0.5 + 0.5 * normal;
+//: end
+//: if view.albedo
+    radiance = albedo;
+//: end
+//: if view.uv
+    radiance = vec3f(fract(place.uv), 0.0);
+//: end
+//: if view.sunlight
+  //: if lights.1
+    radiance += irradiance_on(normal, seen.normal, draw.light_direction[0].xyz, draw.light_irradiance[0].rgb);
+  //: end
+  //: if lights.2
+    radiance += irradiance_on(normal, seen.normal, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
+  //: end
+  //: if lights.3
+    radiance += irradiance_on(normal, seen.normal, draw.light_direction[2].xyz, draw.light_irradiance[2].rgb);
+  //: end
+//: end
+
+    var pixel: Pixel;
+    pixel.colour = vec4f(radiance * coverage, coverage);
+//: if shape.sphere|shape.ellipsoid
+    pixel.depth = seen.depth;
+//: end
+    return pixel;
+}

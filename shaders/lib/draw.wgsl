@@ -1,0 +1,104 @@
+// The amounts of one draw and its maps. Field names are those of scene's `Amounts`; the plan fills them by name, so a field
+// is here only where the key's code reads it.
+
+struct Draw {
+//: if shape.mesh
+    // Reversed depth, no far plane.
+    clip_from_unit_sphere: mat4x4f,
+    // The camera in the unit-sphere frame.
+    camera_in_unit_sphere: vec3f,
+//: else
+    // Left, top, right, bottom of the rectangle that bounds the silhouette, clip space (y up).
+    rect_in_clip: vec4f,
+    // View rays over the rectangle: value = origin + u du + v dv, v down the screen; unit-sphere frame.
+    anchor_origin: vec3f,
+    anchor_du: vec3f,
+    anchor_dv: vec3f,
+    ray_origin: vec3f,
+    ray_du: vec3f,
+    ray_dv: vec3f,
+    // 1: the anchor is the camera itself, and anchor_excess is |camera|^2 - 1; 0: a plane through the body's centre.
+    anchor_is_camera: f32,
+    anchor_excess: f32,
+//: end
+//: if shape.sphere|shape.ellipsoid|view.depth
+    // Reversed depth of a point p = 1 / (dot(row.xyz, p) + row.w).
+    depth_row: vec4f,
+//: end
+//: if shape.ellipsoid|shape.mesh
+    // Semi-axes over the equatorial radius.
+    axis_ratios: vec3f,
+//: end
+//: if view.shaded|view.albedo
+  //: if surface.emissive|lights.1|view.albedo
+    // Linear RGB factor on the map; alone where there is no map.
+    albedo: vec3f,
+  //: end
+//: end
+//: if lights.1
+    // Unit vectors towards the lights (xyz), the Sun first.
+  //: if lights.3
+    light_direction: array<vec4f, 3>,
+  //: else
+    //: if lights.2
+    light_direction: array<vec4f, 2>,
+    //: else
+    light_direction: array<vec4f, 1>,
+    //: end
+  //: end
+    // Linear RGB irradiance (xyz) on a plane facing the light; the Sun's at 1 au is 1.
+  //: if lights.3
+    light_irradiance: array<vec4f, 3>,
+  //: else
+    //: if lights.2
+    light_irradiance: array<vec4f, 2>,
+    //: else
+    light_irradiance: array<vec4f, 1>,
+    //: end
+  //: end
+//: end
+//: if surface.lunar-lambert|surface.oren-nayar
+    // Lunar weight L, or Oren-Nayar's sigma squared (rad^2).
+    photometric_parameter: f32,
+//: end
+//: if surface.emissive
+    // Limb darkening, linear and quadratic term per channel.
+    limb_u1: vec3f,
+    limb_u2: vec3f,
+//: end
+//: if maps.albedo|maps.normal|maps.specular|maps.night|view.uv
+  //: if shape.sphere|shape.ellipsoid
+    // Stretch of z that turns a unit-sphere point into the direction whose latitude the map counts.
+    map_latitude_stretch: f32,
+  //: end
+//: end
+//: if maps.normal
+    normal_strength: f32,
+//: end
+//: if maps.specular
+    specular_strength: f32,
+    specular_power: f32,
+//: end
+//: if maps.night
+    // Radiance of a white texel of the night map.
+    night_radiance: vec3f,
+//: end
+}
+
+@group(0) @binding(0) var<uniform> draw: Draw;
+//: if maps.albedo
+@group(0) @binding(1) var albedo_map: texture_2d<f32>;
+//: end
+//: if maps.normal
+@group(0) @binding(2) var normal_map: texture_2d<f32>;
+//: end
+//: if maps.specular
+@group(0) @binding(3) var specular_map: texture_2d<f32>;
+//: end
+//: if maps.night
+@group(0) @binding(4) var night_map: texture_2d<f32>;
+//: end
+//: if maps.albedo|maps.normal|maps.specular|maps.night
+// Repeats in u, clamps in v.
+@group(0) @binding(8) var map_sampler: sampler;
+//: end

@@ -1,0 +1,46 @@
+//! The shader key: what a draw needs, reduced to the least that draws the same image.
+//!
+//! In: scene's [`Needs`]. Out: [`ShaderKey`], a plain value with a text form. Always holds: a key is canonical, so two draws that
+//! would run the same code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment
+//! features; one list ([`canonical::RULES`]) says which values mean nothing beside which others. A new dimension is a field of `Needs`, a row
+//! of the table and its rules. Not here: the code that a key stands for.
+
+mod canonical;
+mod covering;
+mod dimension;
+mod text;
+
+pub use canonical::{RULES, Rule, canonical};
+pub use covering::{canonical_needs, covering, nominal_needs, nominal_size, sample};
+pub use dimension::{DIMENSIONS, Dimension, Part, features};
+pub use text::KeyTextError;
+
+use crate::scene::draw::Needs;
+
+/// The whole truth about one planet module: emission is a pure function of this value and the fragments in shaders/.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ShaderKey {
+    needs: Needs,
+}
+
+impl ShaderKey {
+    /// The key of a draw.
+    pub fn for_draw(needs: &Needs) -> Self {
+        Self { needs: canonical(needs) }
+    }
+    /// What the module does, in canonical form. Culling and the like follow the draw's own needs, which may say more.
+    pub fn needs(&self) -> &Needs {
+        &self.needs
+    }
+}
+
+impl serde::Serialize for ShaderKey {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// The keys of these draws, each once, in order.
+pub fn keys_of(needs: impl IntoIterator<Item = Needs>) -> std::collections::BTreeSet<ShaderKey> {
+    needs.into_iter().map(|n| ShaderKey::for_draw(&n)).collect()
+}

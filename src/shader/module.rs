@@ -1,0 +1,104 @@
+//! One finished module: text, validated IR, layout, source map, and the software renderer's tape.
+
+use super::emit::{SourceMap, emit_module};
+use super::fragments::SIMPLE_MODULES;
+use super::key::{KeyTextError, ShaderKey};
+use super::reflect::Layout;
+use super::{Emitted, ShaderError};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use std::fmt;
+use std::str::FromStr;
+
+/// Which module: a planet's by key, or a simple one by name.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ModuleId {
+    Planet(ShaderKey),
+    /// One of [`SIMPLE_MODULES`].
+    Simple(&'static str),
+}
+
+impl fmt::Display for ModuleId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Planet(key) => key.fmt(f),
+            Self::Simple(name) => f.pad(name),
+        }
+    }
+}
+
+impl FromStr for ModuleId {
+    type Err = KeyTextError;
+    /// A simple module's name or a key's text.
+    fn from_str(text: &str) -> Result<Self, KeyTextError> {
+        match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
+            Some(name) => Ok(Self::Simple(name)),
+            None => text.parse().map(Self::Planet),
+        }
+    }
+}
+
+/// How a validated module becomes a tape. The library knows no renderer; whoever opens it brings this.
+#[derive(Clone, Debug)]
+pub struct Lowering {
+    /// Names the lowering's own code; another digest, another folder of the library.
+    pub digest: String,
+    pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, String>,
+}
+
+impl Lowering {
+    /// No tape: for tools that only want the text and the IR.
+    pub fn none() -> Self {
+        Self { digest: "none".into(), lower: |_, _| Ok(Vec::new()) }
+    }
+}
+
+/// A module ready to run.
+#[derive(Clone, Debug)]
+pub struct ShaderModule {
+    pub id: ModuleId,
+    pub wgsl: String,
+    pub module: naga::Module,
+    pub info: ModuleInfo,
+    pub layout: Layout,
+    pub source_map: SourceMap,
+    pub tape: Vec<u8>,
+}
+
+/// Full validation; no capability beyond the baseline of WebGPU.
+pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<naga::valid::ValidationError>>> {
+    Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
+}
+
+impl ShaderModule {
+    /// Emits, parses, validates, reflects and lowers.
+    pub fn build(id: &ModuleId, lowering: &Lowering) -> Result<Self, ShaderError> {
+        Self::finish(id, emit_module(id)?, lowering)
+    }
+
+    /// The same from emitted text.
+    pub fn finish(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
+        let Emitted { wgsl, source_map } = emitted;
+        let name = || id.to_string();
+        let place = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
+            Some((fragment, line)) => format!(" (shaders/{fragment}:{line})"),
+            None => String::new(),
+        };
+        let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| {
+            let at = place(e.location(&wgsl).map(|l| l.line_number));
+            ShaderError::Parse { id: name(), what: format!("{}{at}", e.message()) }
+        })?;
+        let info = validate(&module).map_err(|e| {
+            let at = place(e.location(&wgsl).map(|l| l.line_number));
+            let mut what = e.as_inner().to_string();
+            let mut cause = std::error::Error::source(e.as_inner());
+            while let Some(c) = cause {
+                what.push_str(&format!(": {c}"));
+                cause = c.source();
+            }
+            ShaderError::Invalid { id: name(), what: format!("{what}{at}") }
+        })?;
+        let layout = Layout::of(&module).map_err(|source| ShaderError::Layout { id: name(), source })?;
+        let tape = (lowering.lower)(&module, &info).map_err(|what| ShaderError::Lowering { id: name(), what })?;
+        Ok(Self { id: id.clone(), wgsl, module, info, layout, source_map, tape })
+    }
+}

@@ -1,0 +1,255 @@
+//! What a module's bindings look like, read from its naga IR: no layout is written down twice.
+//!
+//! In: a module. Out: [`Layout`], and a [`UniformWriter`] that fills the uniform block by field name. Always holds: only group 0 is used,
+//! the uniform block is binding 0.
+
+use naga::{AddressSpace, ArraySize, Module, ScalarKind, TypeInner, VectorSize};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Type of a uniform field. All scalars are f32.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum FieldType {
+    F32,
+    Vec2,
+    Vec3,
+    Vec4,
+    /// Column-major.
+    Mat4,
+    /// `array<vec4f, n>`.
+    Vec4Array(u32),
+}
+
+impl FieldType {
+    /// How many f32 a value has.
+    pub fn components(self) -> usize {
+        match self {
+            Self::F32 => 1,
+            Self::Vec2 => 2,
+            Self::Vec3 => 3,
+            Self::Vec4 => 4,
+            Self::Mat4 => 16,
+            Self::Vec4Array(n) => 4 * n as usize,
+        }
+    }
+}
+
+impl fmt::Display for FieldType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::F32 => f.write_str("f32"),
+            Self::Vec2 => f.write_str("vec2f"),
+            Self::Vec3 => f.write_str("vec3f"),
+            Self::Vec4 => f.write_str("vec4f"),
+            Self::Mat4 => f.write_str("mat4x4f"),
+            Self::Vec4Array(n) => write!(f, "array<vec4f, {n}>"),
+        }
+    }
+}
+
+/// One field of the uniform block. Offset and size in bytes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Field {
+    pub name: String,
+    pub ty: FieldType,
+    pub offset: u32,
+    pub size: u32,
+}
+
+/// A texture or sampler: binding number in group 0 and the variable's name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Binding {
+    pub binding: u32,
+    pub name: String,
+}
+
+/// The bindings of one module.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layout {
+    /// Fields of the uniform block, by offset; empty where the module has none.
+    pub fields: Vec<Field>,
+    /// Bytes of the uniform block.
+    pub uniform_size: u32,
+    pub textures: Vec<Binding>,
+    pub samplers: Vec<Binding>,
+}
+
+/// Why a module's bindings cannot be used, or a value not be written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LayoutError {
+    #[error("`{0}` is bound outside group 0, or its kind of binding is not one the plan fills")]
+    Binding(String),
+    #[error("uniform field `{0}` has a type the plan does not fill (f32, vec2f, vec3f, vec4f, mat4x4f, array<vec4f, n>)")]
+    FieldType(String),
+    #[error("the module has no uniform field `{0}`")]
+    Unknown(String),
+    #[error("uniform field `{name}` is {expected} in the module, {given} numbers were given")]
+    Mistyped { name: String, expected: FieldType, given: String },
+    #[error("uniform field `{0}` was written twice")]
+    Twice(String),
+    #[error("uniform fields never written: {0}")]
+    Missing(String),
+}
+
+fn field_type(module: &Module, inner: &TypeInner) -> Option<FieldType> {
+    let f32_scalar = |s: &naga::Scalar| s.kind == ScalarKind::Float && s.width == 4;
+    match inner {
+        TypeInner::Scalar(s) if f32_scalar(s) => Some(FieldType::F32),
+        TypeInner::Vector { size, scalar } if f32_scalar(scalar) => Some(match size {
+            VectorSize::Bi => FieldType::Vec2,
+            VectorSize::Tri => FieldType::Vec3,
+            VectorSize::Quad => FieldType::Vec4,
+        }),
+        TypeInner::Matrix { columns: VectorSize::Quad, rows: VectorSize::Quad, scalar } if f32_scalar(scalar) => Some(FieldType::Mat4),
+        TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
+            (field_type(module, &module.types[*base].inner) == Some(FieldType::Vec4)).then(|| FieldType::Vec4Array(n.get()))
+        }
+        _ => None,
+    }
+}
+
+impl Layout {
+    /// Reads the bindings of a module.
+    pub fn of(module: &Module) -> Result<Self, LayoutError> {
+        let mut layout = Self::default();
+        for (_, variable) in module.global_variables.iter() {
+            let name = variable.name.clone().unwrap_or_default();
+            let Some(at) = &variable.binding else { continue };
+            let inner = &module.types[variable.ty].inner;
+            match (inner, variable.space) {
+                _ if at.group != 0 => return Err(LayoutError::Binding(name)),
+                (TypeInner::Struct { members, span }, AddressSpace::Uniform) if at.binding == 0 => {
+                    layout.uniform_size = *span;
+                    for member in members {
+                        let field = member.name.clone().unwrap_or_default();
+                        let inner = &module.types[member.ty].inner;
+                        let ty = field_type(module, inner).ok_or_else(|| LayoutError::FieldType(field.clone()))?;
+                        layout.fields.push(Field { name: field, ty, offset: member.offset, size: inner.size(module.to_ctx()) });
+                    }
+                }
+                (TypeInner::Image { .. }, _) => layout.textures.push(Binding { binding: at.binding, name }),
+                (TypeInner::Sampler { .. }, _) => layout.samplers.push(Binding { binding: at.binding, name }),
+                _ => return Err(LayoutError::Binding(name)),
+            }
+        }
+        layout.textures.sort_by_key(|b| b.binding);
+        layout.samplers.sort_by_key(|b| b.binding);
+        Ok(layout)
+    }
+    pub fn field(&self, name: &str) -> Option<&Field> {
+        self.fields.iter().find(|f| f.name == name)
+    }
+    /// The binding of a texture by its name in the shader.
+    pub fn texture(&self, name: &str) -> Option<u32> {
+        self.textures.iter().find(|b| b.name == name).map(|b| b.binding)
+    }
+    /// Starts an empty uniform block.
+    pub fn writer(&self) -> UniformWriter<'_> {
+        UniformWriter { layout: self, bytes: vec![0; self.uniform_size as usize], written: vec![false; self.fields.len()] }
+    }
+}
+
+/// Fills a uniform block by field name. Every field is written exactly once, with a value of its type.
+#[derive(Clone, Debug)]
+pub struct UniformWriter<'a> {
+    layout: &'a Layout,
+    bytes: Vec<u8>,
+    written: Vec<bool>,
+}
+
+impl UniformWriter<'_> {
+    /// Whether the module reads this field.
+    pub fn wants(&self, name: &str) -> bool {
+        self.layout.field(name).is_some()
+    }
+
+    fn put(&mut self, name: &str, fits: impl Fn(FieldType) -> bool, given: &dyn fmt::Display, values: &[f32]) -> Result<(), LayoutError> {
+        let index = self.layout.fields.iter().position(|f| f.name == name).ok_or_else(|| LayoutError::Unknown(name.into()))?;
+        let field = &self.layout.fields[index];
+        let start = field.offset as usize;
+        let into = self.bytes.get_mut(start..start + 4 * values.len());
+        let (true, true, Some(into)) = (fits(field.ty), values.len() == field.ty.components(), into) else {
+            return Err(LayoutError::Mistyped { name: name.into(), expected: field.ty, given: given.to_string() });
+        };
+        if std::mem::replace(&mut self.written[index], true) {
+            return Err(LayoutError::Twice(name.into()));
+        }
+        for (bytes, value) in into.as_chunks_mut::<4>().0.iter_mut().zip(values) {
+            *bytes = value.to_le_bytes();
+        }
+        Ok(())
+    }
+
+    pub fn f32(&mut self, name: &str, value: f32) -> Result<(), LayoutError> {
+        self.put(name, |t| t == FieldType::F32, &1, &[value])
+    }
+    pub fn vec2(&mut self, name: &str, value: glam::Vec2) -> Result<(), LayoutError> {
+        self.put(name, |t| t == FieldType::Vec2, &2, &value.to_array())
+    }
+    pub fn vec3(&mut self, name: &str, value: glam::Vec3) -> Result<(), LayoutError> {
+        self.put(name, |t| t == FieldType::Vec3, &3, &value.to_array())
+    }
+    pub fn vec4(&mut self, name: &str, value: glam::Vec4) -> Result<(), LayoutError> {
+        self.put(name, |t| t == FieldType::Vec4, &4, &value.to_array())
+    }
+    pub fn mat4(&mut self, name: &str, value: glam::Mat4) -> Result<(), LayoutError> {
+        self.put(name, |t| t == FieldType::Mat4, &"4 x 4", &value.to_cols_array())
+    }
+    /// The array must have exactly as many elements as the field.
+    pub fn vec4_array(&mut self, name: &str, values: &[glam::Vec4]) -> Result<(), LayoutError> {
+        let flat: Vec<f32> = values.iter().flat_map(|v| v.to_array()).collect();
+        self.put(name, |t| matches!(t, FieldType::Vec4Array(_)), &format!("{} x 4", values.len()), &flat)
+    }
+
+    /// The bytes, once every field is written.
+    pub fn finish(self) -> Result<Vec<u8>, LayoutError> {
+        let missing: Vec<&str> = self.layout.fields.iter().zip(&self.written).filter(|(_, w)| !**w).map(|(f, _)| f.name.as_str()).collect();
+        if missing.is_empty() { Ok(self.bytes) } else { Err(LayoutError::Missing(missing.join(", "))) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Vec3, Vec4};
+
+    fn layout(wgsl: &str) -> Result<Layout, LayoutError> {
+        Layout::of(&naga::front::wgsl::parse_str(wgsl).expect("the test's own shader parses"))
+    }
+
+    #[test]
+    fn offsets_follow_the_uniform_rules() {
+        let l = layout("struct D { a: f32, b: vec3f, c: f32, d: array<vec4f, 2>, } @group(0) @binding(0) var<uniform> d: D; @group(0) @binding(3) var t: texture_2d<f32>;").expect("layout");
+        let offsets: Vec<_> = l.fields.iter().map(|f| (f.name.as_str(), f.offset, f.size)).collect();
+        // WGSL section 14.4.1: vec3f aligns to 16, a scalar may follow in its padding.
+        assert_eq!(offsets, [("a", 0, 4), ("b", 16, 12), ("c", 28, 4), ("d", 32, 32)]);
+        assert_eq!((l.uniform_size, l.texture("t")), (64, Some(3)));
+    }
+
+    #[test]
+    fn a_writer_checks_names_types_and_completeness() {
+        let l = layout("struct D { a: f32, b: vec3f, d: array<vec4f, 2>, } @group(0) @binding(0) var<uniform> d: D;").expect("layout");
+        let mut w = l.writer();
+        assert!(matches!(w.f32("x", 1.0), Err(LayoutError::Unknown(_))));
+        assert!(matches!(w.f32("b", 1.0), Err(LayoutError::Mistyped { .. })));
+        assert!(matches!(w.vec4_array("d", &[Vec4::ONE]), Err(LayoutError::Mistyped { .. })));
+        w.f32("a", 2.5).expect("a");
+        assert!(matches!(w.f32("a", 1.0), Err(LayoutError::Twice(_))));
+        w.vec3("b", Vec3::new(1.0, 2.0, 3.0)).expect("b");
+        assert_eq!(w.clone().finish(), Err(LayoutError::Missing("d".into())));
+        w.vec4_array("d", &[Vec4::ONE, Vec4::splat(-1.0)]).expect("d");
+        let bytes = w.finish().expect("complete");
+        assert_eq!(bytes[0..4], 2.5f32.to_le_bytes());
+        assert_eq!(bytes[24..28], 3f32.to_le_bytes());
+        assert_eq!(bytes[60..64], (-1f32).to_le_bytes());
+    }
+
+    #[test]
+    fn other_groups_and_types_are_refused() {
+        assert!(matches!(layout("@group(1) @binding(0) var t: texture_2d<f32>;"), Err(LayoutError::Binding(_))));
+        assert!(matches!(
+            layout("struct D { a: u32, } @group(0) @binding(0) var<uniform> d: D;"),
+            Err(LayoutError::FieldType(f)) if f == "a"
+        ));
+    }
+}
