@@ -1,0 +1,121 @@
+//! The orbiting camera of the window: angles about the target's pole and a distance, moved by mouse and keys.
+//!
+//! In: drags in pixels, wheel notches, keys. Out: the camera's offset from the target in ICRF kilometres. It knows no window and no
+//! ephemeris; the pole is given. The frame does not turn with the body: time moves the ground under the camera.
+
+use glam::{DMat3, DVec3};
+
+/// Closest approach, in radii from the centre: a metre above an Earth-sized sphere is 1.6e-7 radii.
+const NEAREST_RADII: f64 = 1.0 + 1.6e-7;
+/// About 2000 au at the Earth's radius: beyond the Kuiper belt for every body.
+const FARTHEST_RADII: f64 = 5.0e7;
+const STEEPEST_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
+
+/// Where the camera stands about its target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// Angle about the pole from the node of the target's equator on the ICRF equator, radians.
+    pub azimuth_rad: f64,
+    /// Angle above the target's equator, radians, within ±89.9 degrees.
+    pub elevation_rad: f64,
+    /// Distance from the centre in equatorial radii.
+    pub distance_radii: f64,
+}
+
+/// Axes about a pole: z the pole, x the ascending node of its equator on the ICRF equator. Columns are the axes:
+/// `icrf_from_equator`.
+pub fn icrf_from_equator(pole: DVec3) -> DMat3 {
+    let z = pole.try_normalize().unwrap_or(DVec3::Z);
+    let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);
+    DMat3::from_cols(x, z.cross(x), z)
+}
+
+impl Orbit {
+    /// The orbit whose camera stands at `offset_km` from the centre of a body of `radius_km`.
+    pub fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
+        let v = icrf_from_equator(pole).transpose() * offset_km;
+        let flat = v.truncate().length();
+        let mut orbit = Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(flat), distance_radii: v.length() / radius_km };
+        orbit.keep_in_bounds();
+        orbit
+    }
+
+    /// The camera's offset from the target's centre, ICRF kilometres.
+    pub fn offset_km(&self, radius_km: f64, pole: DVec3) -> DVec3 {
+        let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
+        let (sin_e, cos_e) = self.elevation_rad.sin_cos();
+        icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
+    }
+
+    /// A drag by pixels. Near the ground a pixel of drag moves about a pixel of ground: the angle shrinks with the height.
+    pub fn drag(&mut self, dx_px: f64, dy_px: f64, height_px: f64, fov_rad: f64) {
+        let height_radii = self.distance_radii - 1.0;
+        let rad_per_px = (fov_rad / height_px.max(1.0)) * height_radii.min(4.0);
+        self.azimuth_rad -= dx_px * rad_per_px / self.elevation_rad.cos();
+        self.elevation_rad += dy_px * rad_per_px;
+        self.keep_in_bounds();
+    }
+
+    /// Zooms by notches: positive nears. The height above the ground changes by a sixth a notch, so that ground is never passed.
+    pub fn zoom(&mut self, notches: f64) {
+        let height = (self.distance_radii - 1.0).max(1e-9) * (-notches * (1.0_f64 / 6.0)).exp();
+        self.distance_radii = 1.0 + height;
+        self.keep_in_bounds();
+    }
+
+    fn keep_in_bounds(&mut self) {
+        self.azimuth_rad = self.azimuth_rad.rem_euclid(std::f64::consts::TAU);
+        self.elevation_rad = self.elevation_rad.clamp(-STEEPEST_RAD, STEEPEST_RAD);
+        self.distance_radii = self.distance_radii.clamp(NEAREST_RADII, FARTHEST_RADII);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POLE: DVec3 = DVec3::new(0.08, -0.31, 0.947);
+
+    #[test]
+    fn offset_and_orbit_round_trip() {
+        let orbit = Orbit { azimuth_rad: 1.2, elevation_rad: -0.4, distance_radii: 3.5 };
+        let back = Orbit::from_offset(orbit.offset_km(6378.0, POLE), 6378.0, POLE);
+        assert!((back.azimuth_rad - 1.2).abs() < 1e-12 && (back.elevation_rad + 0.4).abs() < 1e-12);
+        assert!((back.distance_radii - 3.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn elevation_is_latitude_about_the_pole() {
+        let orbit = Orbit { azimuth_rad: 0.3, elevation_rad: 0.5, distance_radii: 2.0 };
+        let up = orbit.offset_km(1.0, POLE).normalize_or_zero().dot(POLE.normalize_or_zero());
+        assert!((up - 0.5_f64.sin()).abs() < 1e-12, "{up}");
+    }
+
+    #[test]
+    fn a_pole_along_icrf_z_still_has_axes() {
+        let axes = icrf_from_equator(DVec3::Z);
+        assert!((axes.determinant() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_zoom_reaches_the_ground_or_infinity() {
+        let mut orbit = Orbit { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii: 3.0 };
+        for _ in 0..2000 {
+            orbit.zoom(1.0);
+        }
+        assert_eq!(orbit.distance_radii, NEAREST_RADII);
+        for _ in 0..2000 {
+            orbit.zoom(-1.0);
+        }
+        assert_eq!(orbit.distance_radii, FARTHEST_RADII);
+    }
+
+    #[test]
+    fn a_drag_over_the_pole_stops_below_it() {
+        let mut orbit = Orbit { azimuth_rad: 0.0, elevation_rad: 0.0, distance_radii: 3.0 };
+        orbit.drag(0.0, 1e6, 800.0, 0.8);
+        assert_eq!(orbit.elevation_rad, STEEPEST_RAD);
+        orbit.drag(10.0, 0.0, 800.0, 0.8);
+        assert!(orbit.azimuth_rad.is_finite());
+    }
+}

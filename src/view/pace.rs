@@ -1,0 +1,108 @@
+//! The pace of time in the window: forward, back, faster, slower, paused.
+//!
+//! In: keys and real seconds that passed. Out: seconds of scene time to add. It reads no clock.
+
+/// Scene seconds per real second on each step of the ladder: real time up to a year a second.
+const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
+/// A stall (a suspended laptop, a long frame) moves time by this much at the most.
+const LONGEST_STEP_S: f64 = 0.25;
+
+/// How fast and which way scene time runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace {
+    step: usize,
+    backward: bool,
+    paused: bool,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { step: 0, backward: false, paused: false }
+    }
+}
+
+impl Pace {
+    pub fn faster(&mut self) {
+        self.step = (self.step + 1).min(LADDER.len() - 1);
+        self.paused = false;
+    }
+
+    pub fn slower(&mut self) {
+        self.step = self.step.saturating_sub(1);
+        self.paused = false;
+    }
+
+    pub fn forward(&mut self) {
+        (self.backward, self.paused) = (false, false);
+    }
+
+    pub fn backward(&mut self) {
+        (self.backward, self.paused) = (true, false);
+    }
+
+    pub fn toggle_pause(&mut self) {
+        self.paused = !self.paused;
+    }
+
+    /// Real time, forward.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Scene seconds per real second, signed; 0 when paused.
+    pub fn rate(&self) -> f64 {
+        let rate = if self.backward { -LADDER[self.step] } else { LADDER[self.step] };
+        if self.paused { 0.0 } else { rate }
+    }
+
+    /// Scene seconds that pass in `real_s`.
+    pub fn scene_seconds(&self, real_s: f64) -> f64 {
+        self.rate() * real_s.clamp(0.0, LONGEST_STEP_S)
+    }
+
+    /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
+    pub fn label(&self) -> String {
+        if self.paused {
+            return "paused".into();
+        }
+        const UNITS: [(f64, &str); 6] =
+            [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
+        let rate = self.rate();
+        let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "s"));
+        format!("{} {unit}/s", rate / size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_climb_and_descend_and_turn() {
+        let mut pace = Pace::default();
+        for _ in 0..99 {
+            pace.faster();
+        }
+        assert_eq!(pace.label(), "1 yr/s");
+        pace.backward();
+        assert_eq!(pace.rate(), -LADDER[LADDER.len() - 1]);
+        for _ in 0..99 {
+            pace.slower();
+        }
+        assert_eq!(pace.label(), "-1 s/s");
+        pace.toggle_pause();
+        assert_eq!((pace.rate(), pace.label().as_str()), (0.0, "paused"));
+        pace.forward();
+        assert!(!pace.is_paused() && pace.rate() == 1.0);
+    }
+
+    #[test]
+    fn a_stall_does_not_leap() {
+        assert_eq!(Pace::default().scene_seconds(1e6), LONGEST_STEP_S);
+        assert_eq!(Pace::default().scene_seconds(-1.0), 0.0);
+    }
+}
