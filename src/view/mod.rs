@@ -2,5 +2,7 @@
 //!
 //! In: input events and finished frames. Out: view requests. It computes no positions and no light.
 
+pub mod controls;
 pub mod orbit;
 pub mod pace;
+pub mod window;
