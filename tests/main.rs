@@ -1,4 +1,5 @@
 //! One test binary: one link. Each module below is one area; unit tests live beside the code.
 
 mod layering;
+mod library;
 mod shader_keys;

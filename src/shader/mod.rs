@@ -4,11 +4,15 @@
 
 pub mod emit;
 pub mod fragments;
+pub mod generator;
 pub mod key;
+pub mod library;
 pub mod module;
 pub mod reflect;
+pub mod translate;
 
 pub use emit::{Emitted, SourceMap, emit};
+pub use library::Library;
 pub use module::{Lowering, ModuleId, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
 

@@ -1,0 +1,118 @@
+//! The generator digest: everything that decides what a module is, in one number.
+//!
+//! Covers every source file of this module and of the draw types, every fragment, naga's version and the lowering's own digest. Another digest
+//! is another folder of the library, so a change never meets an old entry.
+
+use super::fragments::FRAGMENTS;
+use sha2::{Digest, Sha256};
+
+macro_rules! sources {
+    ($($name:literal),* $(,)?) => {
+        /// The Rust sources that decide what is emitted and how it is stored, by path inside src/.
+        pub static SOURCES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../", $name)))),*];
+    };
+}
+
+sources![
+    "scene/draw.rs",
+    "shader/emit.rs",
+    "shader/fragments.rs",
+    "shader/generator.rs",
+    "shader/key/canonical.rs",
+    "shader/key/covering.rs",
+    "shader/key/dimension.rs",
+    "shader/key/mod.rs",
+    "shader/key/text.rs",
+    "shader/library/entry.rs",
+    "shader/library/mod.rs",
+    "shader/mod.rs",
+    "shader/module.rs",
+    "shader/reflect.rs",
+    "shader/translate.rs",
+];
+
+const LOCK: &str = include_str!("../../Cargo.lock");
+
+/// naga's version, from the lock file that this program was built with.
+pub fn naga_version() -> Option<&'static str> {
+    version_in(LOCK, "naga")
+}
+
+fn version_in<'a>(lock: &'a str, package: &str) -> Option<&'a str> {
+    let mut lines = lock.lines();
+    lines.find(|l| *l == format!("name = \"{package}\""))?;
+    lines.next()?.strip_prefix("version = \"")?.strip_suffix('"')
+}
+
+/// Hexadecimal digest of the generator with this lowering: 16 digits.
+pub fn digest(lowering: &str) -> String {
+    digest_of(SOURCES.iter().chain(FRAGMENTS).copied(), naga_version().unwrap_or("unknown"), lowering)
+}
+
+fn digest_of<'a>(files: impl Iterator<Item = (&'a str, &'a str)>, naga: &'a str, lowering: &'a str) -> String {
+    let mut hash = Sha256::new();
+    for (name, text) in files.chain([("naga", naga), ("lowering", lowering)]) {
+        // Lengths in front, so that no two lists run together to the same bytes.
+        for part in [name, text] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part);
+        }
+    }
+    hex(&hash.finalize()[..8])
+}
+
+/// Lower-case hexadecimal.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    fn files_under(dir: &Path, extension: &str, found: &mut BTreeSet<String>, root: &Path) {
+        for entry in std::fs::read_dir(dir).expect("readable").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                files_under(&path, extension, found, root);
+            } else if path.extension().is_some_and(|e| e == extension) {
+                let relative = path.strip_prefix(root).expect("below the root");
+                found.insert(relative.to_string_lossy().replace('\\', "/"));
+            }
+        }
+    }
+
+    #[test]
+    fn no_source_and_no_fragment_is_left_out() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let mut sources = BTreeSet::from(["scene/draw.rs".to_owned()]);
+        files_under(&root.join("src/shader"), "rs", &mut sources, &root.join("src"));
+        assert_eq!(sources, SOURCES.iter().map(|(n, _)| (*n).to_owned()).collect());
+        let mut fragments = BTreeSet::new();
+        files_under(&root.join("shaders"), "wgsl", &mut fragments, &root.join("shaders"));
+        assert_eq!(fragments, FRAGMENTS.iter().map(|(n, _)| (*n).to_owned()).collect());
+    }
+
+    #[test]
+    fn the_lock_file_names_naga() {
+        let version = naga_version().expect("naga is locked");
+        assert!(version.split('.').count() == 3 && version.split('.').all(|n| n.parse::<u32>().is_ok()), "{version}");
+        assert_eq!(version_in("name = \"naga-types\"\nversion = \"1.0.0\"\n", "naga"), None);
+    }
+
+    #[test]
+    fn any_change_changes_the_digest() {
+        let files = [("a", "1"), ("b", "2")];
+        let base = digest_of(files.into_iter(), "30.0.1", "x");
+        let others = [
+            digest_of([("a", "1"), ("b", "3")].into_iter(), "30.0.1", "x"),
+            digest_of([("a", "1b"), ("", "2")].into_iter(), "30.0.1", "x"),
+            digest_of(files.into_iter(), "30.0.2", "x"),
+            digest_of(files.into_iter(), "30.0.1", "y"),
+        ];
+        assert!(others.iter().all(|d| *d != base));
+        assert_eq!(base.len(), 16);
+    }
+}

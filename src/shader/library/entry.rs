@@ -1,0 +1,109 @@
+//! One entry on disk: bytes of a module behind a checksum.
+//!
+//! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module name,
+//! text, IR, validation info, layout, source map and tape. Always holds: bytes that decode came whole from a writer of the same generator,
+//! and for the module that was asked for. naga keeps no spans in its encoding; they matter to error messages only.
+
+use crate::shader::{Layout, ModuleId, ShaderModule, SourceMap};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+const MAGIC: [u8; 8] = *b"ORRSHD\x00\x01";
+const CHECKSUM: std::ops::Range<usize> = 8..40;
+
+/// What is wrong with an entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EntryError {
+    #[error("it is shorter than its header")]
+    Truncated,
+    #[error("it is not of this program's format")]
+    Foreign,
+    #[error("its checksum is wrong")]
+    Checksum,
+    #[error("it was written by another generator, or for another module")]
+    OtherModule,
+    #[error("its content does not decode")]
+    Content,
+}
+
+/// What comes first, readable without the module.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    generator: String,
+    module: String,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    wgsl: &'a str,
+    module: &'a naga::Module,
+    info: &'a naga::valid::ModuleInfo,
+    layout: &'a Layout,
+    source_map: &'a SourceMap,
+    tape: &'a [u8],
+}
+
+#[derive(Deserialize)]
+struct Read {
+    wgsl: String,
+    module: naga::Module,
+    info: naga::valid::ModuleInfo,
+    layout: Layout,
+    source_map: SourceMap,
+    tape: Vec<u8>,
+}
+
+/// The bytes of an entry; `None` if the module cannot be encoded.
+pub fn encode(generator: &str, m: &ShaderModule) -> Option<Vec<u8>> {
+    let head = Head { generator: generator.to_owned(), module: m.id.to_string() };
+    let body = Written { wgsl: &m.wgsl, module: &m.module, info: &m.info, layout: &m.layout, source_map: &m.source_map, tape: &m.tape };
+    let content = postcard::to_stdvec(&(head, body)).ok()?;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend_from_slice(&Sha256::digest(&content));
+    bytes.extend_from_slice(&content);
+    Some(bytes)
+}
+
+/// The content behind a right header and checksum.
+fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
+    let (Some(magic), Some(checksum), Some(content)) = (bytes.get(..MAGIC.len()), bytes.get(CHECKSUM), bytes.get(CHECKSUM.end..)) else {
+        return Err(EntryError::Truncated);
+    };
+    if magic != MAGIC {
+        return Err(EntryError::Foreign);
+    }
+    if Sha256::digest(content).as_slice() != checksum {
+        return Err(EntryError::Checksum);
+    }
+    Ok(content)
+}
+
+/// Whether an entry is whole and of this generator: the name of the module it holds.
+pub fn inspect(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
+    let (head, _) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
+    if head.generator == generator { Ok(head.module) } else { Err(EntryError::OtherModule) }
+}
+
+/// The module in an entry.
+pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8]) -> Result<ShaderModule, EntryError> {
+    let (head, rest) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
+    if head.generator != generator || head.module != id.to_string() {
+        return Err(EntryError::OtherModule);
+    }
+    let read: Read = postcard::from_bytes(rest).map_err(|_| EntryError::Content)?;
+    let Read { wgsl, module, info, layout, source_map, tape } = read;
+    Ok(ShaderModule { id: id.clone(), wgsl, module, info, layout, source_map, tape })
+}
+
+/// File name of a module's entry: the module's own name, shortened behind a digest where file systems could refuse its length.
+pub fn file_name(id: &ModuleId) -> String {
+    let name = id.to_string();
+    if name.len() <= 180 {
+        return format!("{name}.{EXTENSION}");
+    }
+    let digest = crate::shader::generator::hex(&Sha256::digest(&name)[..8]);
+    format!("{}-{digest}.{EXTENSION}", name.chars().take(150).collect::<String>())
+}
+
+/// File extension of entries.
+pub const EXTENSION: &str = "shader";

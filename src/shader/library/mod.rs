@@ -1,0 +1,314 @@
+//! The library: every module once in memory, and on disk between runs.
+//!
+//! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or emitted anew. Always holds: a module that comes out is the one
+//! that the generator would make now, whatever state the disk is in; readers of any process see a whole entry or none; trouble with the
+//! disk is said once and never stops anything. Not here: which renderer runs the tape, and where messages go; both are brought in.
+
+mod entry;
+
+pub use entry::{EXTENSION, EntryError, file_name};
+
+use super::generator;
+use super::{Lowering, ModuleId, ShaderError, ShaderModule};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+type Slot = Arc<OnceLock<Result<Arc<ShaderModule>, ShaderError>>>;
+
+/// What the library did so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Statistics {
+    /// Modules that came from memory.
+    pub from_memory: u64,
+    /// Modules that came from disk, and the seconds that took.
+    pub from_disk: u64,
+    pub reading_s: f64,
+    /// Modules emitted, parsed, validated and lowered, and the seconds that took.
+    pub emitted: u64,
+    pub emitting_s: f64,
+    /// Entries written, and the seconds that took.
+    pub written: u64,
+    pub writing_s: f64,
+    /// Entries on disk that were damaged or foreign and were replaced.
+    pub healed: u64,
+}
+
+#[derive(Default)]
+struct Counters {
+    from_memory: AtomicU64,
+    from_disk: AtomicU64,
+    reading_ns: AtomicU64,
+    emitted: AtomicU64,
+    emitting_ns: AtomicU64,
+    written: AtomicU64,
+    writing_ns: AtomicU64,
+    healed: AtomicU64,
+}
+
+fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
+    counter.fetch_add(1, Ordering::Relaxed);
+    nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
+}
+
+/// What lies on disk.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct DiskStatus {
+    /// Folder of this generator; none in memory.
+    pub folder: Option<PathBuf>,
+    pub entries: u64,
+    pub bytes: u64,
+    /// Entries and bytes of other generators (older or newer programs).
+    pub other_entries: u64,
+    pub other_bytes: u64,
+}
+
+/// What [`Library::verify`] found.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct DiskCheck {
+    pub whole: u64,
+    /// File and what is wrong with it.
+    pub damaged: Vec<(PathBuf, String)>,
+}
+
+/// Modules by name. Shared freely between threads.
+pub struct Library {
+    /// `<cache>/orrery/shaders`; none: in memory only.
+    root: Option<PathBuf>,
+    generator: String,
+    lowering: Lowering,
+    modules: Mutex<HashMap<ModuleId, Slot>>,
+    counters: Counters,
+    say: Box<dyn Fn(&str) + Send + Sync>,
+    unwritable_said: AtomicBool,
+    unreadable_said: AtomicBool,
+}
+
+impl Library {
+    /// A library below a cache directory, which need not exist. `say` gets one line for each trouble.
+    pub fn open(cache: &Path, lowering: Lowering, say: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self::new(Some(cache.join("orrery").join("shaders")), lowering, Box::new(say))
+    }
+
+    /// A library without a disk.
+    pub fn in_memory(lowering: Lowering) -> Self {
+        Self::new(None, lowering, Box::new(|_| {}))
+    }
+
+    fn new(root: Option<PathBuf>, lowering: Lowering, say: Box<dyn Fn(&str) + Send + Sync>) -> Self {
+        Self {
+            root,
+            generator: generator::digest(&lowering.digest),
+            lowering,
+            modules: Mutex::default(),
+            counters: Counters::default(),
+            say,
+            unwritable_said: AtomicBool::new(false),
+            unreadable_said: AtomicBool::new(false),
+        }
+    }
+
+    /// The generator digest, which names the folder.
+    pub fn generator(&self) -> &str {
+        &self.generator
+    }
+
+    fn folder(&self) -> Option<PathBuf> {
+        Some(self.root.as_ref()?.join(&self.generator))
+    }
+
+    /// Path of a module's entry, whether it exists or not.
+    pub fn entry_path(&self, id: &ModuleId) -> Option<PathBuf> {
+        Some(self.folder()?.join(file_name(id)))
+    }
+
+    /// The module. Threads that ask for one at the same time wait for the first of them.
+    pub fn get(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        let slot = {
+            let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+            Arc::clone(modules.entry(id.clone()).or_default())
+        };
+        if slot.get().is_some() {
+            self.counters.from_memory.fetch_add(1, Ordering::Relaxed);
+        }
+        slot.get_or_init(|| self.obtain(id).map(Arc::new)).clone()
+    }
+
+    fn obtain(&self, id: &ModuleId) -> Result<ShaderModule, ShaderError> {
+        let path = self.entry_path(id);
+        if let Some(module) = path.as_deref().and_then(|path| self.read(id, path)) {
+            return Ok(module);
+        }
+        let start = Instant::now();
+        let module = ShaderModule::build(id, &self.lowering)?;
+        count(&self.counters.emitted, &self.counters.emitting_ns, start);
+        if let Some(path) = &path {
+            self.write(&module, path);
+        }
+        Ok(module)
+    }
+
+    fn read(&self, id: &ModuleId, path: &Path) -> Option<ShaderModule> {
+        let start = Instant::now();
+        let bytes = match std::fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return None,
+            // Trouble with the folder itself is told when writing fails; an entry that is there and cannot be read is told here.
+            Err(e) => {
+                if e.kind() != std::io::ErrorKind::NotADirectory && !self.unreadable_said.swap(true, Ordering::Relaxed) {
+                    (self.say)(&format!("shader library: {} cannot be read ({e}); its module is made anew", path.display()));
+                }
+                return None;
+            }
+        };
+        match entry::decode(&self.generator, id, &bytes) {
+            Ok(module) => {
+                count(&self.counters.from_disk, &self.counters.reading_ns, start);
+                Some(module)
+            }
+            Err(e) => {
+                self.counters.healed.fetch_add(1, Ordering::Relaxed);
+                (self.say)(&format!("shader library: {} is replaced: {e}", path.display()));
+                None
+            }
+        }
+    }
+
+    fn write(&self, module: &ShaderModule, path: &Path) {
+        // After one failure nothing more is tried: a full or read-only disk would only cost time.
+        if self.unwritable_said.load(Ordering::Relaxed) {
+            return;
+        }
+        let start = Instant::now();
+        let Some(bytes) = entry::encode(&self.generator, module) else { return };
+        match write_whole(path, &bytes) {
+            Ok(()) => count(&self.counters.written, &self.counters.writing_ns, start),
+            Err(e) => {
+                if !self.unwritable_said.swap(true, Ordering::Relaxed) {
+                    let folder = path.parent().unwrap_or(path).display();
+                    (self.say)(&format!(
+                        "shader library: {folder} cannot be written ({e}); modules are kept in memory only, --cache DIR names another place"
+                    ));
+                }
+            }
+        }
+    }
+
+    /// Obtains these modules on all cores; `done` is called after each. Returns the failures.
+    pub fn warm(&self, ids: &[ModuleId], done: impl Fn() + Sync) -> Vec<ShaderError> {
+        ids.par_iter()
+            .filter_map(|id| {
+                let failure = self.get(id).err();
+                done();
+                failure
+            })
+            .collect()
+    }
+
+    pub fn statistics(&self) -> Statistics {
+        let c = &self.counters;
+        let number = |n: &AtomicU64| n.load(Ordering::Relaxed);
+        let seconds = |n: &AtomicU64| Duration::from_nanos(n.load(Ordering::Relaxed)).as_secs_f64();
+        Statistics {
+            from_memory: number(&c.from_memory),
+            from_disk: number(&c.from_disk),
+            reading_s: seconds(&c.reading_ns),
+            emitted: number(&c.emitted),
+            emitting_s: seconds(&c.emitting_ns),
+            written: number(&c.written),
+            writing_s: seconds(&c.writing_ns),
+            healed: number(&c.healed),
+        }
+    }
+
+    /// Counts what lies on disk.
+    pub fn status(&self) -> DiskStatus {
+        let mut status = DiskStatus { folder: self.folder(), ..DiskStatus::default() };
+        for folder in self.folders() {
+            let own = folder.file_name().is_some_and(|n| n == self.generator.as_str());
+            for file in files_in(&folder).filter(|f| is_entry(f)) {
+                let bytes = file.metadata().map_or(0, |m| m.len());
+                let (entries, total) =
+                    if own { (&mut status.entries, &mut status.bytes) } else { (&mut status.other_entries, &mut status.other_bytes) };
+                *entries += 1;
+                *total += bytes;
+            }
+        }
+        status
+    }
+
+    /// Reads every entry of this generator and checks it whole, IR included.
+    pub fn verify(&self) -> DiskCheck {
+        let mut check = DiskCheck::default();
+        let mut files: Vec<_> = self.folder().iter().flat_map(|f| files_in(f)).filter(|f| is_entry(f)).collect();
+        files.sort();
+        for file in files {
+            match self.verify_file(&file) {
+                Ok(()) => check.whole += 1,
+                Err(what) => check.damaged.push((file, what)),
+            }
+        }
+        check
+    }
+
+    fn verify_file(&self, file: &Path) -> Result<(), String> {
+        let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
+        let name = entry::inspect(&self.generator, &bytes).map_err(|e| e.to_string())?;
+        let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
+        if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
+            return Err(EntryError::OtherModule.to_string());
+        }
+        let module = entry::decode(&self.generator, &id, &bytes).map_err(|e| e.to_string())?;
+        super::module::validate(&module.module).map(drop).map_err(|e| e.as_inner().to_string())
+    }
+
+    /// Removes every entry of every generator, and what crashed writers left. Returns the number of files removed.
+    pub fn clear(&self) -> std::io::Result<u64> {
+        let mut removed = 0;
+        for folder in self.folders() {
+            for file in files_in(&folder).filter(|f| is_entry(f) || is_leftover(f)) {
+                std::fs::remove_file(&file)?;
+                removed += 1;
+            }
+            // A folder with someone else's files in it stays.
+            let _ = std::fs::remove_dir(&folder);
+        }
+        self.modules.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        Ok(removed)
+    }
+
+    /// Folders of all generators.
+    fn folders(&self) -> Vec<PathBuf> {
+        let read = self.root.as_ref().and_then(|r| std::fs::read_dir(r).ok());
+        read.into_iter().flatten().flatten().map(|e| e.path()).filter(|p| p.is_dir()).collect()
+    }
+}
+
+fn files_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
+    std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path()).filter(|p| p.is_file())
+}
+
+fn is_entry(file: &Path) -> bool {
+    file.extension().is_some_and(|e| e == EXTENSION)
+}
+
+const TEMPORARY: &str = ".writing-";
+
+fn is_leftover(file: &Path) -> bool {
+    file.file_name().is_some_and(|n| n.to_string_lossy().starts_with(TEMPORARY))
+}
+
+/// Writes beside the target, syncs, renames: the target is the old file, the new one, or absent, and never half of one.
+fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|e| e.error)?;
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! A module in the languages that GPUs and people read, by naga's own writers.
+
+use super::ShaderModule;
+use naga::back;
+use std::fmt;
+
+/// A language that a module can be written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Language {
+    /// The text as emitted.
+    Wgsl,
+    Hlsl,
+    /// OpenGL 4.30, vertex stage then fragment stage.
+    Glsl,
+    Msl,
+    /// SPIR-V 1.1 words, one a line in hexadecimal.
+    Spirv,
+    /// naga's intermediate representation, for debugging.
+    Ir,
+}
+
+impl Language {
+    pub const ALL: [Self; 6] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Ir];
+}
+
+impl fmt::Display for Language {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Wgsl => "wgsl",
+            Self::Hlsl => "hlsl",
+            Self::Glsl => "glsl",
+            Self::Msl => "msl",
+            Self::Spirv => "spirv",
+            Self::Ir => "ir",
+        })
+    }
+}
+
+/// naga could not write the module in this language.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("module {module} cannot be written in {language}: {what}")]
+pub struct TranslateError {
+    pub module: String,
+    pub language: Language,
+    pub what: String,
+}
+
+/// The module in a language.
+pub fn translate(m: &ShaderModule, language: Language) -> Result<String, TranslateError> {
+    let failed = |what: String| TranslateError { module: m.id.to_string(), language, what };
+    match language {
+        Language::Wgsl => Ok(m.wgsl.clone()),
+        Language::Ir => Ok(format!("{:#?}\n", m.module)),
+        Language::Hlsl => {
+            let mut text = String::new();
+            let (options, pipeline) = (back::hlsl::Options::default(), back::hlsl::PipelineOptions::default());
+            back::hlsl::Writer::new(&mut text, &options, &pipeline).write(&m.module, &m.info, None).map_err(|e| failed(e.to_string()))?;
+            Ok(text)
+        }
+        Language::Msl => {
+            let options = back::msl::Options { lang_version: (2, 0), fake_missing_bindings: true, ..Default::default() };
+            let (text, _) = back::msl::write_string(&m.module, &m.info, &options, &back::msl::PipelineOptions::default())
+                .map_err(|e| failed(e.to_string()))?;
+            Ok(text)
+        }
+        Language::Spirv => {
+            let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
+            let words = back::spv::write_vec(&m.module, &m.info, &options, None).map_err(|e| failed(e.to_string()))?;
+            Ok(words.iter().map(|w| format!("{w:08x}\n")).collect())
+        }
+        Language::Glsl => {
+            let mut text = String::new();
+            for entry in &m.module.entry_points {
+                let options = back::glsl::Options { version: back::glsl::Version::Desktop(430), ..Default::default() };
+                let pipeline = back::glsl::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone(), multiview: None };
+                let policies = naga::proc::BoundsCheckPolicies::default();
+                text.push_str(&format!("// {}\n", entry.name));
+                back::glsl::Writer::new(&mut text, &m.module, &m.info, &options, &pipeline, policies)
+                    .and_then(|mut writer| writer.write())
+                    .map_err(|e| failed(e.to_string()))?;
+            }
+            Ok(text)
+        }
+    }
+}
