@@ -49,6 +49,10 @@ pub enum PixelView {
     Sunlight,
 }
 
+impl PixelView {
+    pub const ALL: [Self; 6] = [Self::Shaded, Self::Depth, Self::Normal, Self::Albedo, Self::Uv, Self::Sunlight];
+}
+
 /// The structure of one draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Needs {
@@ -121,6 +125,40 @@ pub struct Amounts {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
     pub body: NaifId,
+    /// The body's name, for labels.
+    pub name: String,
     pub needs: Needs,
     pub amounts: Amounts,
+    /// The map files that `needs.maps` asks for.
+    pub map_files: MapFiles,
+}
+
+/// File names of a draw's maps inside the textures folder.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MapFiles {
+    pub albedo: Option<String>,
+    pub normal: Option<String>,
+    pub specular: Option<String>,
+    pub night: Option<String>,
+}
+
+impl MapFiles {
+    /// Each file with the texture binding it is read from (1 albedo, 2 normal, 3 specular, 4 night).
+    pub fn bindings(&self) -> impl Iterator<Item = (u32, &str)> {
+        [(1, &self.albedo), (2, &self.normal), (3, &self.specular), (4, &self.night)]
+            .into_iter()
+            .filter_map(|(binding, file)| file.as_deref().map(|f| (binding, f)))
+    }
+}
+
+/// A body too small for a disc: a sprite that carries its light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    pub body: NaifId,
+    /// Clip x and y, reversed depth.
+    pub centre: Vec3,
+    /// Reach of the sprite in pixels, three standard deviations.
+    pub radius_px: f32,
+    /// Linear RGB sum of its radiance over the pixels it falls on.
+    pub flux: Vec3,
 }

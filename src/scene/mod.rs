@@ -1,2 +1,312 @@
 //! What one frame needs, and why.
+//!
+//! In: the catalog, the ephemeris and a [`request::ViewRequest`]. Out: a [`Scene`]: the camera, every body with its decisions, the
+//! draws far to near and the points. Everything is f64 until [`camera`] narrows it. Nothing here knows of shaders or keeps state.
+
+pub mod camera;
 pub mod draw;
+pub mod effects;
+mod features;
+mod lights;
+mod phase_laws;
+pub mod photometry;
+pub mod request;
+pub mod silhouette;
+pub mod viewpoint;
+
+use crate::catalog::{Body, Catalog, NaifId};
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::time::Instant;
+use crate::units::KM_PER_AU;
+use camera::{Camera, Placement};
+use draw::{Draw, Point};
+use effects::{Decision, VISIBLE_CHANGE};
+use features::{Frame, Seen};
+use glam::{DMat3, DVec3};
+use lights::Reflector;
+use request::{ExposureRequest, ViewRequest};
+use silhouette::Outline;
+
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    #[error("{0}")]
+    Request(String),
+    #[error("no body or barycentre is called `{0}`")]
+    UnknownPlace(String),
+    #[error("`{0}` is not a body of the catalog (a barycentre has no surface): name a body")]
+    NotABody(String),
+    #[error("the camera is inside {0}: move it out, or leave the body's name out of the position")]
+    Inside(String),
+    #[error(transparent)]
+    Ephemeris(#[from] EphemerisError),
+}
+
+/// How radiance becomes brightness.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exposure {
+    /// 2^stops is the factor on radiance.
+    pub stops: f64,
+    pub reason: String,
+}
+
+impl Exposure {
+    pub fn factor(&self) -> f64 {
+        self.stops.exp2()
+    }
+    /// The radiance that the picture shows as white.
+    pub fn white(&self) -> f64 {
+        1.0 / self.factor()
+    }
+}
+
+/// How a body is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Appearance {
+    Disc,
+    /// 1 to 2 pixels across: a disc that grows out of its point, the light shared between them.
+    DiscAndPoint,
+    Point,
+    /// Outside the frame, behind the camera, around it, or not placed by the ephemeris: the first decision says which.
+    NotShown,
+}
+
+/// Planetocentric place under a direction, degrees; east longitude in -180..=180.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct SubPoint {
+    pub latitude_deg: f64,
+    pub longitude_deg: f64,
+}
+
+impl SubPoint {
+    pub fn of(direction_in_body: DVec3) -> Self {
+        Self {
+            latitude_deg: direction_in_body.z.atan2(direction_in_body.truncate().length()).to_degrees(),
+            longitude_deg: direction_in_body.y.atan2(direction_in_body.x).to_degrees(),
+        }
+    }
+}
+
+/// One body of the frame: what the viewer has of it and what was decided.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyInView {
+    pub id: NaifId,
+    pub name: String,
+    pub appearance: Appearance,
+    /// To the apparent centre.
+    pub distance_km: f64,
+    pub angular_diameter_deg: f64,
+    /// Diameter of the disc of the same area, pixels.
+    pub diameter_px: f64,
+    /// Sun - body - viewer; 0 for the Sun.
+    pub phase_angle_deg: f64,
+    /// Visual magnitude of the whole disc, without rings.
+    pub magnitude: Option<f64>,
+    pub sub_viewer: SubPoint,
+    pub sub_solar: Option<SubPoint>,
+    pub placement: Placement,
+    pub decisions: Vec<Decision>,
+    /// Structure of its draw, where it has one.
+    pub needs: Option<draw::Needs>,
+}
+
+/// One frame, ready to be planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    pub time: Instant,
+    pub camera: Camera,
+    pub exposure: Exposure,
+    /// Every body of the catalog, in its order.
+    pub bodies: Vec<BodyInView>,
+    /// Far to near.
+    pub draws: Vec<Draw>,
+    pub points: Vec<Point>,
+}
+
+/// Radiance of a fully lit disc, as a part of white, at automatic exposure: bright features of twice the mean still differ.
+pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
+
+/// A body where the viewer sees it, before anything is decided.
+struct Placed<'a> {
+    body: &'a Body,
+    /// Barycentric, when the light left.
+    position_km: DVec3,
+    sun_from_body_km: DVec3,
+    /// When the light left; directions to lights are turned by this one, the view by the placement's.
+    body_from_icrf: DMat3,
+    placement: Placement,
+    distance_km: f64,
+    alpha: f64,
+    outline: Outline,
+    /// At the viewer, in units of the Sun's at 1 au.
+    irradiance: f64,
+}
+
+impl Scene {
+    /// Looks at the sky of `request.time` from the request's camera.
+    pub fn build(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
+        let viewer = viewpoint::viewer(catalog, ephemeris, request)?;
+        let camera = &viewer.camera;
+        let mut placed = Vec::new();
+        let mut bodies: Vec<Option<BodyInView>> = Vec::new();
+        for body in catalog.bodies() {
+            match place(body, ephemeris, &viewer, request) {
+                Ok(p) => {
+                    placed.push(p);
+                    bodies.push(None);
+                }
+                Err(e @ SceneError::Inside(_)) => return Err(e),
+                Err(e) if request.target == Some(body.id) => return Err(e),
+                Err(e) => bodies.push(Some(unplaced(body, e.to_string()))),
+            }
+        }
+        let exposure = exposure(request, camera, &placed);
+        let reflectors: Vec<Reflector<'_>> = placed
+            .iter()
+            .map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km })
+            .collect();
+        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors };
+        let mut draws: Vec<(f64, Draw)> = Vec::new();
+        let mut points = Vec::new();
+        let mut next = placed.iter();
+        for slot in bodies.iter_mut().filter(|b| b.is_none()) {
+            let Some(p) = next.next() else { break };
+            let hidden_inside = viewer.inside == Some(p.body.id);
+            let (seen, draw, point) = features::decide(&frame, p, hidden_inside);
+            *slot = Some(in_view(p, seen, &draw));
+            draws.extend(draw.map(|d| (p.distance_km, d)));
+            points.extend(point);
+        }
+        draws.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Ok(Self {
+            time: request.time,
+            camera: viewer.camera,
+            exposure,
+            bodies: bodies.into_iter().flatten().collect(),
+            draws: draws.into_iter().map(|(_, d)| d).collect(),
+            points,
+        })
+    }
+
+    pub fn body(&self, id: NaifId) -> Option<&BodyInView> {
+        self.bodies.iter().find(|b| b.id == id)
+    }
+}
+
+/// Puts a body where the viewer sees it: light time, and aberration for a viewer who moves.
+fn place<'a>(
+    body: &'a Body,
+    ephemeris: &Ephemeris,
+    viewer: &viewpoint::Viewer,
+    request: &ViewRequest,
+) -> Result<Placed<'a>, SceneError> {
+    let camera = &viewer.camera;
+    let (position_km, seen_at) = if viewer.inside == Some(body.id) {
+        (camera.position_km, request.time)
+    } else {
+        ephemeris.light_time_position(body.id, camera.position_km, request.time)?
+    };
+    let resting_km = position_km - camera.position_km;
+    let distance_km = resting_km.length();
+    let body_from_icrf = ephemeris.body_from_icrf(body.id, seen_at)?;
+    let mut placement = Placement { centre_km: resting_km, body_from_icrf, radii_km: body.radii_km };
+    if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 {
+        let direction = resting_km / distance_km;
+        let apparent = viewpoint::aberrated(direction, viewer.velocity_km_s);
+        // The whole body turns with its apparent place: the viewer sees the face that the light left, moved on the sky.
+        let apparent_from_resting = viewpoint::rotation_between(direction, apparent);
+        placement.centre_km = apparent * distance_km;
+        placement.body_from_icrf = body_from_icrf * apparent_from_resting.transpose();
+    }
+    let sun_from_body_km =
+        if body.id == NaifId::SUN { DVec3::ZERO } else { ephemeris.light_time_position(NaifId::SUN, position_km, seen_at)?.0 - position_km };
+    let inside = viewer.inside == Some(body.id);
+    if !inside && placement.camera_is_inside() {
+        return Err(SceneError::Inside(body.name.clone()));
+    }
+    let alpha = if body.id == NaifId::SUN || inside { 0.0 } else { (-resting_km).angle_between(sun_from_body_km) };
+    let n = placement.camera_in_unit_sphere() * body.radii_km;
+    let irradiance = if inside {
+        0.0
+    } else {
+        let outline_squared_km2 = photometry::projected_radius_squared_km2(body.radii_km, n.normalize());
+        photometry::irradiance_at_viewer(body, alpha, sun_from_body_km.length().max(1.0), distance_km, outline_squared_km2)
+    };
+    let outline = if inside { Outline::Behind } else { Outline::of(camera, &placement) };
+    Ok(Placed { body, position_km, sun_from_body_km, body_from_icrf, placement, distance_km, alpha, outline, irradiance })
+}
+
+/// The automatic exposure shows the target's fully lit disc at [`AUTO_EXPOSED_MEAN`] of white; without a target in the frame, that of
+/// the body that takes most pixels, the Sun last.
+fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>]) -> Exposure {
+    if let ExposureRequest::Stops(stops) = request.exposure {
+        return Exposure { stops, reason: "asked for".into() };
+    }
+    let in_frame = |p: &&Placed<'_>| p.outline.rect(camera).is_some();
+    let area = |p: &Placed<'_>| match p.outline {
+        Outline::Ellipse { area_px, .. } => area_px,
+        Outline::Open => f64::from(camera.width) * f64::from(camera.height),
+        Outline::Behind => 0.0,
+    };
+    let largest = || {
+        let not_sun = placed.iter().filter(in_frame).filter(|p| p.body.id != NaifId::SUN).max_by(|a, b| area(a).total_cmp(&area(b)));
+        not_sun.filter(|p| area(p) >= 1.0).or(placed.iter().filter(in_frame).find(|p| p.body.id == NaifId::SUN)).or(not_sun)
+    };
+    let subject = placed.iter().find(|p| Some(p.body.id) == request.target).filter(in_frame).or_else(largest);
+    let Some(p) = subject else {
+        return Exposure { stops: 0.0, reason: "nothing in the frame: a white plane facing the Sun at 1 au is white".into() };
+    };
+    let radiance = if p.body.id == NaifId::SUN {
+        photometry::sun_disc_radiance()
+    } else {
+        let from_afar = photometry::phase_correction(p.body, p.alpha, p.distance_km / p.body.radii_km.x);
+        p.body.geometric_albedo * (KM_PER_AU / p.sun_from_body_km.length()).powi(2) * from_afar.max(0.01)
+    };
+    // A point spreads its light over the pixels of its sprite; a disc keeps its radiance.
+    let shown = radiance * (area(p) * features::point_peak()).min(1.0);
+    let stops = (AUTO_EXPOSED_MEAN / shown.max(1e-30)).log2().clamp(-60.0, 60.0);
+    Exposure { stops, reason: format!("{} lit in full, mean radiance {radiance:.3e}, at {AUTO_EXPOSED_MEAN} of white", p.body.name) }
+}
+
+fn in_view(p: &Placed<'_>, seen: Seen, draw: &Option<Draw>) -> BodyInView {
+    let to_viewer = p.placement.body_from_icrf * -p.placement.centre_km;
+    BodyInView {
+        id: p.body.id,
+        name: p.body.name.clone(),
+        appearance: seen.appearance,
+        distance_km: p.distance_km,
+        angular_diameter_deg: 2.0 * (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin().to_degrees(),
+        diameter_px: seen.diameter_px,
+        phase_angle_deg: p.alpha.to_degrees(),
+        magnitude: (p.irradiance > 0.0).then(|| photometry::magnitude(p.irradiance)),
+        sub_viewer: SubPoint::of(to_viewer),
+        sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),
+        placement: p.placement,
+        decisions: seen.decisions,
+        needs: draw.as_ref().map(|d| d.needs),
+    }
+}
+
+/// The entry of a body that the ephemeris could not place.
+fn unplaced(body: &Body, reason: String) -> BodyInView {
+    BodyInView {
+        id: body.id,
+        name: body.name.clone(),
+        appearance: Appearance::NotShown,
+        distance_km: f64::NAN,
+        angular_diameter_deg: f64::NAN,
+        diameter_px: 0.0,
+        phase_angle_deg: f64::NAN,
+        magnitude: None,
+        sub_viewer: SubPoint { latitude_deg: f64::NAN, longitude_deg: f64::NAN },
+        sub_solar: None,
+        placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
+        decisions: vec![Decision { feature: "visible", on: false, reason }],
+        needs: None,
+    }
+}
+
+/// The bound of [`VISIBLE_CHANGE`] in words.
+fn of_white(part: f64) -> String {
+    format!("{part:.2e} of white against {VISIBLE_CHANGE:.2e}")
+}

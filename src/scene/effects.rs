@@ -1,0 +1,177 @@
+//! The features a draw can have, what the viewer asked of them, and the one place that turns a choice into [`Needs`].
+//!
+//! [`possible_needs`] lists what [`Chosen::needs`] can return for any choice that [`Available`] allows, so the keys that are
+//! validated ahead of time and the keys that frames use come from the same two functions.
+
+use super::SceneError;
+use super::draw::{Flags, MapSet, Needs, PixelView, Shape, Surface};
+use crate::catalog::{Body, Catalog, Photometry};
+use std::collections::BTreeSet;
+
+/// A feature that can be switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    Ellipsoid,
+    Albedo,
+    Normal,
+    Specular,
+    Night,
+    PlanetShine,
+    Points,
+}
+
+impl Effect {
+    pub const ALL: [Self; 7] =
+        [Self::Ellipsoid, Self::Albedo, Self::Normal, Self::Specular, Self::Night, Self::PlanetShine, Self::Points];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ellipsoid => "ellipsoid",
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+            Self::Specular => "specular",
+            Self::Night => "night",
+            Self::PlanetShine => "planet-shine",
+            Self::Points => "points",
+        }
+    }
+}
+
+/// What the viewer switched on or off by hand.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct EffectOverrides {
+    on: BTreeSet<Effect>,
+    off: BTreeSet<Effect>,
+}
+
+impl EffectOverrides {
+    /// Reads `+night,-normal`. An effect named twice keeps the last sign.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let mut overrides = Self::default();
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
+                (Some(name), _) => (true, name),
+                (_, Some(name)) => (false, name),
+                _ => return Err(SceneError::Request(format!("effect `{part}`: write +{part} or -{part}"))),
+            };
+            let Some(effect) = Effect::ALL.into_iter().find(|e| e.name().eq_ignore_ascii_case(name)) else {
+                let known: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
+                return Err(SceneError::Request(format!("effect `{name}` is not known; there are {}", known.join(", "))));
+            };
+            overrides.set(effect, on);
+        }
+        Ok(overrides)
+    }
+
+    pub fn set(&mut self, effect: Effect, on: bool) {
+        let (to, from) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
+        to.insert(effect);
+        from.remove(&effect);
+    }
+
+    /// `Some(on)` where the viewer asked.
+    pub fn asked(&self, effect: Effect) -> Option<bool> {
+        if self.on.contains(&effect) {
+            Some(true)
+        } else if self.off.contains(&effect) {
+            Some(false)
+        } else {
+            None
+        }
+    }
+}
+
+/// One feature of one body in one frame: whether it is drawn, and the number against the bound that said so.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Decision {
+    pub feature: &'static str,
+    pub on: bool,
+    pub reason: String,
+}
+
+/// What a body could have drawn, by its catalog entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Available {
+    pub ellipsoid: bool,
+    pub maps: MapSet,
+    pub emissive: bool,
+}
+
+/// Part of the light by which a feature must change a pixel to count: half a level of 256.
+pub const VISIBLE_CHANGE: f64 = 1.0 / 512.0;
+/// The Sun and at most two other bodies light a draw.
+pub const LIGHTS_AT_MOST: u8 = 3;
+
+impl Available {
+    pub fn of(body: &Body) -> Self {
+        let emissive = matches!(body.photometry, Photometry::Emissive { .. });
+        let maps = MapSet {
+            albedo: body.maps.albedo.is_some(),
+            normal: body.maps.normal.is_some() && !emissive,
+            specular: body.maps.specular.is_some() && !emissive,
+            night: body.maps.night.is_some() && !emissive,
+        };
+        Self { ellipsoid: flattening(body) > 0.0, maps, emissive }
+    }
+}
+
+/// Largest relative difference of two semi-axes: the most by which the ellipsoid's normal leans from the sphere's, radians.
+pub fn flattening(body: &Body) -> f64 {
+    1.0 - body.radii_km.min_element() / body.radii_km.max_element()
+}
+
+/// What one draw of a body is to have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Chosen {
+    pub ellipsoid: bool,
+    pub maps: MapSet,
+    /// Lights besides the Sun, strongest first.
+    pub shine: u8,
+}
+
+impl Chosen {
+    /// The structure of the draw. What the body does not have is left out, so no choice can ask for it.
+    pub fn needs(self, body: &Body, view: PixelView) -> Needs {
+        let available = Available::of(body);
+        let surface = match body.photometry {
+            Photometry::Emissive { .. } => Surface::Emissive,
+            Photometry::Lambert => Surface::Lambert,
+            Photometry::LommelSeeliger => Surface::LommelSeeliger,
+            Photometry::LunarLambert { .. } => Surface::LunarLambert,
+            Photometry::OrenNayar { .. } => Surface::OrenNayar,
+        };
+        Needs {
+            surface,
+            maps: MapSet {
+                albedo: self.maps.albedo && available.maps.albedo,
+                normal: self.maps.normal && available.maps.normal,
+                specular: self.maps.specular && available.maps.specular,
+                night: self.maps.night && available.maps.night,
+            },
+            lights: if available.emissive { 0 } else { (1 + self.shine).min(LIGHTS_AT_MOST) },
+            shape: if self.ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
+            flags: Flags::default(),
+            view,
+        }
+    }
+}
+
+/// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
+pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
+    let both = [false, true];
+    let mut all = BTreeSet::new();
+    for body in catalog.bodies() {
+        for view in PixelView::ALL {
+            for ellipsoid in both {
+                for bits in 0..16u8 {
+                    let has = |bit: u8| bits & (1 << bit) != 0;
+                    let maps = MapSet { albedo: has(0), normal: has(1), specular: has(2), night: has(3) };
+                    for shine in 0..LIGHTS_AT_MOST {
+                        all.insert(Chosen { ellipsoid, maps, shine }.needs(body, view));
+                    }
+                }
+            }
+        }
+    }
+    all.into_iter().collect()
+}

@@ -1,0 +1,268 @@
+//! What one body's draw gets and does not get, each by a number against a bound.
+
+use super::camera::{self, AnchorForm, NEAR_DEPTH_KM};
+use super::draw::{Amounts, Draw, Light, MapFiles, MapSet, Point};
+use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
+use super::lights::{self, LightOn, Reflector};
+use super::request::ViewRequest;
+use super::silhouette::Outline;
+use super::{Appearance, Exposure, Placed, of_white, photometry};
+use crate::catalog::{Map, MapLatitude, NaifId, Photometry};
+use glam::{DVec2, DVec3};
+
+/// What the decisions of all bodies of a frame share.
+pub(super) struct Frame<'a> {
+    pub request: &'a ViewRequest,
+    pub camera: &'a camera::Camera,
+    pub exposure: &'a Exposure,
+    pub reflectors: &'a [Reflector<'a>],
+}
+
+/// What became of one body.
+pub(super) struct Seen {
+    pub appearance: Appearance,
+    pub diameter_px: f64,
+    pub decisions: Vec<Decision>,
+}
+
+/// Reach of a point's sprite: three standard deviations of its point-spread function, so that a star is 1.6 pixels wide at half height.
+pub const POINT_RADIUS_PX: f64 = 2.0;
+/// Diameters between which a disc takes over from a point.
+pub const BLEND_FROM_PX: f64 = 1.0;
+pub const BLEND_TO_PX: f64 = 2.0;
+/// Ground that a pixel may span for relief to show: slopes average out over more.
+const RELIEF_DEG_PER_PX: f64 = 2.5;
+/// Disc at which the Sun's glint, some 20 degrees of ground, covers a pixel.
+const GLINT_DIAMETER_PX: f64 = 8.0;
+/// Exponent of the glint's lobe: 2 / slope² - 2 with the mean square slope 0.029 of a 5 m/s wind (Cox and Munk 1954).
+const GLINT_POWER: f64 = 67.0;
+
+/// Part of the light that the disc draw carries at a diameter; the point carries the rest.
+pub fn disc_share(diameter_px: f64) -> f64 {
+    let x = ((diameter_px - BLEND_FROM_PX) / (BLEND_TO_PX - BLEND_FROM_PX)).clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// Part of a point's flux that its brightest pixel gets.
+pub(super) fn point_peak() -> f64 {
+    1.0 / (2.0 * std::f64::consts::PI * (POINT_RADIUS_PX / 3.0).powi(2))
+}
+
+struct Ledger<'a> {
+    request: &'a ViewRequest,
+    decisions: Vec<Decision>,
+}
+
+impl Ledger<'_> {
+    fn note(&mut self, feature: &'static str, on: bool, reason: String) -> bool {
+        self.decisions.push(Decision { feature, on, reason });
+        on
+    }
+    /// The bound decides, unless the viewer asked.
+    fn effect(&mut self, effect: Effect, by_bound: bool, reason: String) -> bool {
+        match self.request.effects.asked(effect) {
+            Some(on) => self.note(effect.name(), on, "asked for".into()),
+            None => self.note(effect.name(), by_bound, reason),
+        }
+    }
+    /// A map: absent and unreadable files cannot be asked for.
+    fn map(&mut self, effect: Effect, map: Option<&Map>, bound: impl FnOnce() -> (bool, String)) -> bool {
+        match map {
+            None => self.note(effect.name(), false, "the catalog names no such map".into()),
+            Some(m) if self.request.missing_maps.contains(&m.file) => {
+                self.note(effect.name(), false, format!("{} could not be read: drawn without it", m.file))
+            }
+            Some(_) => {
+                let (on, reason) = bound();
+                self.effect(effect, on, reason)
+            }
+        }
+    }
+}
+
+/// Decides one body's features, and its draw and point where it has them.
+pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, Option<Draw>, Option<Point>) {
+    let (camera, body) = (frame.camera, p.body);
+    let mut ledger = Ledger { request: frame.request, decisions: Vec::new() };
+    let diameter_px = match p.outline {
+        Outline::Ellipse { area_px, .. } => 2.0 * (area_px / std::f64::consts::PI).sqrt(),
+        Outline::Open => 2.0 * body.radii_km.x / p.distance_km / camera.pixel_tangent(),
+        Outline::Behind => 0.0,
+    };
+    let not_shown = |mut ledger: Ledger<'_>, reason: &str| {
+        ledger.note("visible", false, reason.into());
+        (Seen { appearance: Appearance::NotShown, diameter_px, decisions: ledger.decisions }, None, None)
+    };
+    if inside {
+        return not_shown(ledger, "the camera is at its centre");
+    }
+    let Some(rect) = p.outline.rect(camera) else {
+        return not_shown(ledger, if p.outline == Outline::Behind { "behind the camera" } else { "outside the frame" });
+    };
+    ledger.note("visible", true, "its outline meets the frame".into());
+    let share = match ledger.request.effects.asked(Effect::Points) {
+        Some(false) => 1.0,
+        _ => disc_share(diameter_px),
+    };
+    let flux = point_flux(frame, p) * (1.0 - share);
+    let mut point = None;
+    let reason = format!("{diameter_px:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px");
+    if ledger.effect(Effect::Points, share < 1.0, reason) && share < 1.0 {
+        let part = flux.max_element() / frame.exposure.white();
+        if part > VISIBLE_CHANGE {
+            point = camera.clip(p.placement.centre_km).map(|clip| sprite(camera, p, clip, flux));
+        } else {
+            ledger.note("point-visible", false, of_white(part));
+        }
+    }
+    if share <= 0.0 {
+        let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
+        return (Seen { appearance, diameter_px, decisions: ledger.decisions }, None, point);
+    }
+
+    let (chosen, shine) = choose(frame, p, &mut ledger, diameter_px);
+    let needs = chosen.needs(body, frame.request.pixel_view);
+    let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
+    let map_files = MapFiles {
+        albedo: files(needs.maps.albedo, &body.maps.albedo),
+        normal: files(needs.maps.normal, &body.maps.normal),
+        specular: files(needs.maps.specular, &body.maps.specular),
+        night: files(needs.maps.night, &body.maps.night),
+    };
+    let amounts = amounts(frame, p, rect, chosen.maps, &shine, share);
+    let draw = Draw { body: body.id, name: body.name.clone(), needs, amounts, map_files };
+    let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
+    (Seen { appearance, diameter_px, decisions: ledger.decisions }, Some(draw), point)
+}
+
+/// Sum of the body's radiance over the pixels, linear RGB.
+fn point_flux(frame: &Frame<'_>, p: &Placed<'_>) -> DVec3 {
+    let direction = p.placement.centre_km / p.distance_km;
+    let cos_off_axis = direction.dot(frame.camera.forward);
+    // Solid angle of the pixel at that place of the image plane.
+    let pixel_sr = frame.camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
+    p.body.colour.as_dvec3() * (p.irradiance * std::f64::consts::PI / pixel_sr)
+}
+
+fn sprite(camera: &camera::Camera, p: &Placed<'_>, clip: DVec2, flux: DVec3) -> Point {
+    let depth = NEAR_DEPTH_KM / p.placement.centre_km.dot(camera.forward);
+    Point {
+        body: p.body.id,
+        centre: camera::narrow(clip.extend(depth.min(1.0))),
+        radius_px: camera::narrow_scalar(POINT_RADIUS_PX),
+        flux: camera::narrow(flux),
+    }
+}
+
+fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_px: f64) -> (Chosen, Vec<LightOn>) {
+    let (body, white) = (p.body, frame.exposure.white());
+    let available = Available::of(body);
+    let lean = flattening(body);
+    let bound = format!("its normals lean {lean:.2e} rad from a sphere's against {VISIBLE_CHANGE:.2e}");
+    let ellipsoid = available.ellipsoid && ledger.effect(Effect::Ellipsoid, lean > VISIBLE_CHANGE, bound);
+    if !available.ellipsoid {
+        ledger.note(Effect::Ellipsoid.name(), false, "its axes are equal".into());
+    }
+    let albedo = ledger.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {diameter_px:.1} px is drawn")));
+    let mut chosen = Chosen { ellipsoid, maps: MapSet { albedo, ..MapSet::default() }, shine: 0 };
+    if available.emissive {
+        ledger.note("lights", false, "it glows by itself".into());
+        return (chosen, Vec::new());
+    }
+    let ground_per_px = (360.0 / std::f64::consts::PI) / diameter_px.max(1e-9);
+    chosen.maps.normal = ledger.map(Effect::Normal, body.maps.normal.as_ref(), || {
+        (ground_per_px < RELIEF_DEG_PER_PX, format!("a pixel spans {ground_per_px:.2} degrees of ground against {RELIEF_DEG_PER_PX}"))
+    });
+    chosen.maps.specular = ledger.map(Effect::Specular, body.maps.specular.as_ref(), || {
+        (diameter_px > GLINT_DIAMETER_PX, format!("{diameter_px:.1} px across against {GLINT_DIAMETER_PX} for the Sun's glint"))
+    });
+    chosen.maps.night = ledger.map(Effect::Night, body.maps.night.as_ref(), || {
+        let part = body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) / white;
+        (part > VISIBLE_CHANGE, format!("brightest lamps {}", of_white(part)))
+    });
+    ledger.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
+    let everything = frame.request.effects.asked(Effect::PlanetShine) == Some(true);
+    let (mut shine, strongest) = lights::planet_shine(body, p.position_km, frame.reflectors, white, everything);
+    let reason = match strongest {
+        Some((from, part)) => format!("the strongest, from {}, gives {}", name_of(frame, from), of_white(part)),
+        None => "no other body reflects light on it".into(),
+    };
+    if !ledger.effect(Effect::PlanetShine, !shine.is_empty(), reason) {
+        shine.clear();
+    }
+    chosen.shine = shine.len() as u8;
+    (chosen, shine)
+}
+
+fn name_of<'a>(frame: &Frame<'a>, id: NaifId) -> &'a str {
+    frame.reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str())
+}
+
+/// The amounts of the draw. `share`: part of the light that the disc carries.
+fn amounts(frame: &Frame<'_>, p: &Placed<'_>, rect: camera::ClipRect, maps: MapSet, shine: &[LightOn], share: f64) -> Amounts {
+    let (camera, body) = (frame.camera, p.body);
+    let rays = camera.view_rays(&p.placement, rect, AnchorForm::Auto);
+    let in_body = |l: &LightOn| Light {
+        direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
+        irradiance: camera::narrow(l.irradiance),
+    };
+    let normalisation = photometry::normalisation(body);
+    let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
+    let emissive = matches!(body.photometry, Photometry::Emissive { .. });
+    let brightness = if emissive {
+        photometry::sun_disc_radiance()
+    } else {
+        photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x)
+    };
+    let reflectance = match (maps.albedo, emissive) {
+        (true, _) => gain(&body.maps.albedo),
+        (false, true) => body.colour.as_dvec3(),
+        (false, false) => body.colour.as_dvec3() * body.geometric_albedo,
+    };
+    let (u1, u2) = match body.photometry {
+        Photometry::Emissive { u1, u2 } => (DVec3::from_array(u1), DVec3::from_array(u2)),
+        _ => (DVec3::ZERO, DVec3::ZERO),
+    };
+    let photometric_parameter = match body.photometry {
+        Photometry::LunarLambert { lunar_weight } => lunar_weight,
+        Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
+        _ => 0.0,
+    };
+    let lights = if emissive {
+        Vec::new()
+    } else {
+        std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect()
+    };
+    // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. Planetocentric: times them.
+    let latitude = body.maps.albedo.as_ref().or(body.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
+    let polar_ratio = body.radii_km.z / body.radii_km.x;
+    let map_latitude_stretch = match latitude {
+        MapLatitude::Planetocentric => polar_ratio,
+        MapLatitude::Planetographic => 1.0 / polar_ratio,
+    };
+    Amounts {
+        rect_in_clip: rays.rect_in_clip,
+        anchor_origin: rays.anchor_origin,
+        anchor_du: rays.anchor_du,
+        anchor_dv: rays.anchor_dv,
+        ray_origin: rays.ray_origin,
+        ray_du: rays.ray_du,
+        ray_dv: rays.ray_dv,
+        anchor_excess: rays.anchor_excess,
+        anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
+        depth_row: rays.depth_row,
+        axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
+        albedo: camera::narrow(reflectance * normalisation * brightness * share),
+        lights,
+        photometric_parameter: camera::narrow_scalar(photometric_parameter),
+        limb_u1: camera::narrow(u1),
+        limb_u2: camera::narrow(u2),
+        map_latitude_stretch: camera::narrow_scalar(map_latitude_stretch),
+        night_radiance: camera::narrow(gain(&body.maps.night) * share),
+        specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
+        specular_power: camera::narrow_scalar(GLINT_POWER),
+        normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
+        camera_in_unit_sphere: rays.camera_in_unit_sphere,
+        pixel_size: camera.clip_per_pixel(),
+    }
+}

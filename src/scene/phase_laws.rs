@@ -1,0 +1,97 @@
+//! Published brightness against phase angle of the planets' globes and the Moon.
+//!
+//! Planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and
+//! Computing 25, 10-24, the V-band polynomials without rotation and without Saturn's rings. The Moon: Allen 1976, Astrophysical
+//! Quantities, 3rd ed., section 66: 0.026 a + 4.0e-9 a^4. Only the change with phase is used; the brightness at zero phase is the
+//! catalog's geometric albedo.
+
+use crate::catalog::NaifId;
+
+/// Magnitudes against phase angle in degrees: pieces of polynomials (constant term first), each up to an angle.
+pub struct PhaseLaw {
+    pieces: &'static [(f64, &'static [f64])],
+    /// Largest phase angle that the law was fitted to, degrees.
+    pub range_deg: f64,
+}
+
+impl PhaseLaw {
+    /// Brightness over that at zero phase, for an angle of 0..=`range_deg` degrees.
+    pub fn brightness(&self, alpha_deg: f64) -> f64 {
+        10f64.powf(-0.4 * (self.magnitude(alpha_deg) - self.magnitude(0.0)))
+    }
+
+    fn magnitude(&self, alpha_deg: f64) -> f64 {
+        let piece = self.pieces.iter().find(|(up_to, _)| alpha_deg <= *up_to).or(self.pieces.last());
+        piece.map_or(0.0, |(_, coefficients)| coefficients.iter().rev().fold(0.0, |sum, c| sum * alpha_deg + c))
+    }
+}
+
+const MERCURY: PhaseLaw = PhaseLaw {
+    pieces: &[(170.0, &[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12])],
+    range_deg: 170.0,
+};
+const VENUS: PhaseLaw = PhaseLaw {
+    pieces: &[(163.7, &[-4.384, -1.044e-3, 3.687e-4, -2.814e-6, 8.938e-9]), (179.0, &[236.05828, -2.81914, 8.39034e-3])],
+    range_deg: 179.0,
+};
+const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, &[-3.99, -1.060e-3, 2.054e-4])], range_deg: 170.0 };
+const MOON: PhaseLaw = PhaseLaw { pieces: &[(150.0, &[0.0, 0.026, 0.0, 0.0, 4.0e-9])], range_deg: 150.0 };
+const MARS: PhaseLaw =
+    PhaseLaw { pieces: &[(50.0, &[-1.601, 2.267e-2, -1.302e-4]), (120.0, &[-0.367, -2.573e-2, 3.445e-4])], range_deg: 120.0 };
+/// The paper's law up to 12 degrees; beyond, its sum under the logarithm is nearly Lambert's, which the model carries on.
+const JUPITER: PhaseLaw = PhaseLaw { pieces: &[(12.0, &[-9.395, -3.7e-4, 6.16e-4])], range_deg: 12.0 };
+const SATURN: PhaseLaw = PhaseLaw {
+    pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.505e-6, 4.767e-9])],
+    range_deg: 150.0,
+};
+const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e-4])], range_deg: 154.0 };
+const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], range_deg: 133.0 };
+
+/// The law of a body, where one is published.
+pub fn law(body: NaifId) -> Option<&'static PhaseLaw> {
+    match body.0 {
+        199 => Some(&MERCURY),
+        299 => Some(&VENUS),
+        399 => Some(&EARTH),
+        301 => Some(&MOON),
+        499 => Some(&MARS),
+        599 => Some(&JUPITER),
+        699 => Some(&SATURN),
+        799 => Some(&URANUS),
+        899 => Some(&NEPTUNE),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_join_within_a_tenth_of_a_magnitude() {
+        for id in [299, 499, 699] {
+            let law = law(NaifId(id)).expect("has a law");
+            for pair in law.pieces.windows(2) {
+                let at = pair[0].0;
+                let step = law.magnitude(at) - law.magnitude(at + 1e-6);
+                assert!(step.abs() < 0.1, "{id} jumps by {step} mag at {at} degrees");
+            }
+        }
+    }
+
+    #[test]
+    fn brightness_is_one_at_full_phase_and_less_at_quadrature() {
+        for id in [199, 299, 399, 301, 499, 699, 799, 899] {
+            let law = law(NaifId(id)).expect("has a law");
+            assert!((law.brightness(0.0) - 1.0).abs() < 1e-12);
+            assert!((0.05..0.6).contains(&law.brightness(90.0)), "{id}: {}", law.brightness(90.0));
+        }
+    }
+
+    #[test]
+    fn a_half_moon_is_a_twelfth_of_a_full_one() {
+        // Allen 1976: phase 90 degrees is 2.60 mag fainter than full, a factor of 11 to 12.
+        let factor = 1.0 / law(NaifId::MOON).expect("has a law").brightness(90.0);
+        assert!((10.0..14.0).contains(&factor), "{factor}");
+    }
+}

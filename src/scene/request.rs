@@ -1,0 +1,290 @@
+//! What the viewer asks to see: where the camera stands, where it looks, how wide, how bright.
+//!
+//! In: plain values from the command line, the window or a camera file. Out: a [`ViewRequest`] that names places by code. Nothing
+//! here looks anything up in the ephemeris; names are resolved against the catalog by [`CameraFile::resolve`].
+
+use super::SceneError;
+use super::draw::PixelView;
+use super::effects::EffectOverrides;
+use crate::catalog::{Catalog, NaifId};
+use crate::time::Instant;
+use glam::DVec3;
+use serde::Deserialize;
+use std::collections::BTreeSet;
+
+/// Axes in which a vector of a request is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axes {
+    /// International Celestial Reference Frame.
+    #[default]
+    Icrf,
+    /// Turning with the body that the position names.
+    BodyFixed,
+}
+
+/// Where the camera stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Position {
+    /// Over the target on the side of `towards` (`None`: the Earth's side; for the Earth itself the Sun's side), at a distance
+    /// from its centre in equatorial radii (`None`: so that the disc fills 3/4 of the frame's height).
+    Over { towards: Option<NaifId>, distance_radii: Option<f64> },
+    /// At a body's centre or a barycentre, moving with it: directions carry its stellar aberration. The body itself is not drawn.
+    Centre(NaifId),
+    /// Above a point of a body's reference ellipsoid: planetographic latitude, east longitude, height along the normal.
+    Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64 },
+    /// At an offset from a body's centre.
+    Offset { body: NaifId, offset_km: DVec3, axes: Axes },
+}
+
+/// Where the camera looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Look {
+    /// At the target.
+    Target,
+    /// Along a direction; body-fixed axes are those of the body that the position names.
+    Along { direction: DVec3, axes: Axes },
+}
+
+/// What is up in the picture. A direction along the line of sight is replaced by the next best axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Up {
+    /// The north pole of the target (of the body stood on, where there is no target).
+    #[default]
+    North,
+    /// Away from the centre of the body stood on.
+    Zenith,
+    /// The celestial pole, ICRF +z.
+    Celestial,
+    /// The pole of the ecliptic of J2000.
+    Ecliptic,
+    Along {
+        direction: DVec3,
+        axes: Axes,
+    },
+}
+
+/// How bright the picture is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ExposureRequest {
+    /// From what the target reflects.
+    #[default]
+    Auto,
+    /// Stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles.
+    Stops(f64),
+}
+
+/// One view. `target` may be missing only where the look gives a direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewRequest {
+    pub time: Instant,
+    pub target: Option<NaifId>,
+    pub position: Position,
+    pub look: Look,
+    pub up: Up,
+    /// Vertical field of view, degrees. `None`: [`FOV_DEFAULT_DEG`], or what fits the target where only that can.
+    pub fov_deg: Option<f64>,
+    /// Pixels, each 1..=16384.
+    pub width: u32,
+    pub height: u32,
+    pub exposure: ExposureRequest,
+    pub effects: EffectOverrides,
+    pub pixel_view: PixelView,
+    /// Map files that could not be read: bodies go without, and say so.
+    pub missing_maps: BTreeSet<String>,
+}
+
+/// Field of view when neither it nor a distance is asked for: a long lens, so that nearly a hemisphere shows.
+pub const FOV_DEFAULT_DEG: f64 = 20.0;
+/// Field of view when a place to stand is given: at 3 radii the disc then fills 85 % of the frame's height.
+pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
+/// Part of the frame's height that a fitted disc fills.
+pub const FITTED_DISC: f64 = 0.75;
+
+impl ViewRequest {
+    /// The default view of a body: see [`Position::Over`].
+    pub fn of(target: NaifId, time: Instant) -> Self {
+        Self {
+            time,
+            target: Some(target),
+            position: Position::Over { towards: None, distance_radii: None },
+            look: Look::Target,
+            up: Up::North,
+            fov_deg: None,
+            width: 1024,
+            height: 1024,
+            exposure: ExposureRequest::Auto,
+            effects: EffectOverrides::default(),
+            pixel_view: PixelView::Shaded,
+            missing_maps: BTreeSet::new(),
+        }
+    }
+
+    /// Refuses what no camera can do, naming the value.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let bad = |what: String| Err(SceneError::Request(what));
+        if !(1..=16384).contains(&self.width) || !(1..=16384).contains(&self.height) {
+            return bad(format!("size {}x{}: each side must be 1 to 16384 pixels", self.width, self.height));
+        }
+        if let Some(fov) = self.fov_deg
+            && !(fov >= 1e-7 && fov <= 170.0)
+        {
+            return bad(format!("field of view {fov}: must be 0.0000001 to 170 degrees"));
+        }
+        if let Position::Over { distance_radii: Some(d), .. } = self.position
+            && !(d > 0.0 && d.is_finite())
+        {
+            return bad(format!("distance {d} radii: must be a positive number"));
+        }
+        if let Position::Ground { latitude_deg, longitude_deg, height_km, .. } = self.position {
+            if !(-90.0..=90.0).contains(&latitude_deg) {
+                return bad(format!("latitude {latitude_deg}: must be -90 to 90 degrees"));
+            }
+            if !(-360.0..=360.0).contains(&longitude_deg) {
+                return bad(format!("longitude {longitude_deg}: must be -360 to 360 degrees east"));
+            }
+            if !(height_km > 0.0 && height_km.is_finite()) {
+                return bad(format!("height {height_km} km: must be above the ground"));
+            }
+        }
+        if let Position::Offset { offset_km, .. } = self.position
+            && !offset_km.is_finite()
+        {
+            return bad("the camera's offset must be finite".into());
+        }
+        if let ExposureRequest::Stops(ev) = self.exposure
+            && !(-60.0..=60.0).contains(&ev)
+        {
+            return bad(format!("exposure {ev}: must be -60 to 60 stops"));
+        }
+        if !self.time.tdb_seconds_past_j2000().is_finite() {
+            return bad("the time is not a finite number".into());
+        }
+        Ok(())
+    }
+}
+
+/// The camera file, as JSON. Unknown fields are refused by name.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraFile {
+    position: PositionFile,
+    look: LookFile,
+    #[serde(default)]
+    up: Option<UpFile>,
+    #[serde(default)]
+    fov_deg: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PositionFile {
+    body: String,
+    #[serde(default)]
+    axes: Axes,
+    radii: Option<[f64; 3]>,
+    km: Option<[f64; 3]>,
+    latitude_deg: Option<f64>,
+    longitude_deg: Option<f64>,
+    height_km: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LookFile {
+    at: Option<String>,
+    direction: Option<[f64; 3]>,
+    #[serde(default)]
+    axes: Axes,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+enum UpFile {
+    Named(String),
+    Along(DirectionFile),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DirectionFile {
+    direction: [f64; 3],
+    #[serde(default)]
+    axes: Axes,
+}
+
+/// The schema of [`CameraFile`] in words, for help texts.
+pub const CAMERA_FILE_HELP: &str = r#"A camera file is one JSON object:
+  {"position": {"body": "earth", "radii": [0, 0, 4]},
+   "look": {"at": "earth"}, "up": "celestial", "fov_deg": 40}
+position  "body" with one of "radii": [x,y,z] (equatorial radii from its centre),
+          "km": [x,y,z], or "latitude_deg" (planetographic), "longitude_deg" (east)
+          and "height_km"; "axes": "icrf" (default) or "body-fixed"
+look      "at": a body's name, or "direction": [x,y,z] with "axes"
+up        "north" (of what is looked at; default), "zenith", "celestial",
+          "ecliptic", or {"direction": [x,y,z], "axes": ...}
+fov_deg   vertical field of view, degrees"#;
+
+fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
+    let v = DVec3::from_array(values);
+    if v.is_finite() && v.length() > 0.0 { Ok(v) } else { Err(SceneError::Request(format!("{what}: the direction must not be zero"))) }
+}
+
+/// The up direction that a word names.
+pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
+    match name.to_ascii_lowercase().as_str() {
+        "north" => Ok(Up::North),
+        "zenith" => Ok(Up::Zenith),
+        "celestial" => Ok(Up::Celestial),
+        "ecliptic" => Ok(Up::Ecliptic),
+        _ => Err(SceneError::Request(format!("up `{name}`: one of north, zenith, celestial, ecliptic"))),
+    }
+}
+
+impl CameraFile {
+    /// Reads the JSON text; `file` names it in errors.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
+        serde_json::from_str(text).map_err(|e| SceneError::Request(format!("{file}: {e}")))
+    }
+
+    /// Puts position, look, up and field of view of the file into a request. The target becomes the body looked at.
+    pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
+        let place = |name: &str| catalog.find_place(name).ok_or_else(|| SceneError::UnknownPlace(name.to_owned()));
+        let body = place(&self.position.body)?;
+        let p = &self.position;
+        request.position = match (p.radii, p.km, p.latitude_deg, p.longitude_deg) {
+            (Some(radii), None, None, None) => {
+                let radius_km = catalog.body(body).ok_or_else(|| SceneError::NotABody(p.body.clone()))?.radii_km.x;
+                Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: p.axes }
+            }
+            (None, Some(km), None, None) => Position::Offset { body, offset_km: DVec3::from_array(km), axes: p.axes },
+            (None, None, Some(latitude_deg), Some(longitude_deg)) => {
+                Position::Ground { body, latitude_deg, longitude_deg, height_km: p.height_km.unwrap_or(EYE_HEIGHT_KM) }
+            }
+            _ => {
+                let how = "give one of radii, km, or latitude_deg with longitude_deg";
+                return Err(SceneError::Request(format!("camera file, position: {how}")));
+            }
+        };
+        match (&self.look.at, self.look.direction) {
+            (Some(name), None) => {
+                request.target = Some(place(name)?);
+                request.look = Look::Target;
+            }
+            (None, Some(d)) => request.look = Look::Along { direction: direction(d, "camera file, look")?, axes: self.look.axes },
+            _ => return Err(SceneError::Request("camera file, look: give one of at, direction".into())),
+        }
+        match &self.up {
+            None => {}
+            Some(UpFile::Named(name)) => request.up = up_by_name(name)?,
+            Some(UpFile::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "camera file, up")?, axes: d.axes },
+        }
+        if self.fov_deg.is_some() {
+            request.fov_deg = self.fov_deg;
+        }
+        Ok(())
+    }
+}
+
+/// Height of a standing viewer's eye, kilometres.
+pub const EYE_HEIGHT_KM: f64 = 0.0017;
