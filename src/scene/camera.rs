@@ -184,8 +184,10 @@ impl Camera {
         let centre_depth = centre_depth_km / place.radii_km.x;
         let excess = (camera.length() - 1.0) * (camera.length() + 1.0);
         let plane = [origin * centre_depth + camera, du * centre_depth, dv * centre_depth];
-        let farthest =
-            [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]].iter().map(|p| p.length()).fold(1.0, f64::max);
+        let farthest = [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]]
+            .iter()
+            .map(|p| p.length())
+            .fold(1.0, f64::max);
         let plane_is_better = centre_depth > 0.0 && 3.0 * farthest < 2.0 * camera.length() * excess.max(0.0).sqrt();
         let anchor_is_camera = match form {
             AnchorForm::Auto => !plane_is_better,

@@ -21,8 +21,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    pub const ALL: [Self; 7] =
-        [Self::Ellipsoid, Self::Albedo, Self::Normal, Self::Specular, Self::Night, Self::PlanetShine, Self::Points];
+    pub const ALL: [Self; 7] = [Self::Ellipsoid, Self::Albedo, Self::Normal, Self::Specular, Self::Night, Self::PlanetShine, Self::Points];
 
     pub fn name(self) -> &'static str {
         match self {

@@ -228,11 +228,8 @@ fn amounts(frame: &Frame<'_>, p: &Placed<'_>, rect: camera::ClipRect, maps: MapS
         Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
         _ => 0.0,
     };
-    let lights = if emissive {
-        Vec::new()
-    } else {
-        std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect()
-    };
+    let lights =
+        if emissive { Vec::new() } else { std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect() };
     // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. Planetocentric: times them.
     let latitude = body.maps.albedo.as_ref().or(body.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
     let polar_ratio = body.radii_km.z / body.radii_km.x;

@@ -67,7 +67,6 @@ pub fn planet_shine(
         .collect();
     all.sort_by(|a, b| b.irradiance.y.total_cmp(&a.irradiance.y));
     let strongest = all.first().map(|l| (l.from, strength(l)));
-    let counted =
-        all.into_iter().filter(|l| everything || strength(l) > VISIBLE_CHANGE).take(usize::from(LIGHTS_AT_MOST) - 1).collect();
+    let counted = all.into_iter().filter(|l| everything || strength(l) > VISIBLE_CHANGE).take(usize::from(LIGHTS_AT_MOST) - 1).collect();
     (counted, strongest)
 }

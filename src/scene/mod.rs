@@ -161,10 +161,8 @@ impl Scene {
             }
         }
         let exposure = exposure(request, camera, &placed);
-        let reflectors: Vec<Reflector<'_>> = placed
-            .iter()
-            .map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km })
-            .collect();
+        let reflectors: Vec<Reflector<'_>> =
+            placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors };
         let mut draws: Vec<(f64, Draw)> = Vec::new();
         let mut points = Vec::new();
@@ -194,12 +192,7 @@ impl Scene {
 }
 
 /// Puts a body where the viewer sees it: light time, and aberration for a viewer who moves.
-fn place<'a>(
-    body: &'a Body,
-    ephemeris: &Ephemeris,
-    viewer: &viewpoint::Viewer,
-    request: &ViewRequest,
-) -> Result<Placed<'a>, SceneError> {
+fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, request: &ViewRequest) -> Result<Placed<'a>, SceneError> {
     let camera = &viewer.camera;
     let (position_km, seen_at) = if viewer.inside == Some(body.id) {
         (camera.position_km, request.time)
@@ -218,8 +211,11 @@ fn place<'a>(
         placement.centre_km = apparent * distance_km;
         placement.body_from_icrf = body_from_icrf * apparent_from_resting.transpose();
     }
-    let sun_from_body_km =
-        if body.id == NaifId::SUN { DVec3::ZERO } else { ephemeris.light_time_position(NaifId::SUN, position_km, seen_at)?.0 - position_km };
+    let sun_from_body_km = if body.id == NaifId::SUN {
+        DVec3::ZERO
+    } else {
+        ephemeris.light_time_position(NaifId::SUN, position_km, seen_at)?.0 - position_km
+    };
     let inside = viewer.inside == Some(body.id);
     if !inside && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));

@@ -26,10 +26,8 @@ impl PhaseLaw {
     }
 }
 
-const MERCURY: PhaseLaw = PhaseLaw {
-    pieces: &[(170.0, &[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12])],
-    range_deg: 170.0,
-};
+const MERCURY: PhaseLaw =
+    PhaseLaw { pieces: &[(170.0, &[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12])], range_deg: 170.0 };
 const VENUS: PhaseLaw = PhaseLaw {
     pieces: &[(163.7, &[-4.384, -1.044e-3, 3.687e-4, -2.814e-6, 8.938e-9]), (179.0, &[236.05828, -2.81914, 8.39034e-3])],
     range_deg: 179.0,
@@ -40,10 +38,8 @@ const MARS: PhaseLaw =
     PhaseLaw { pieces: &[(50.0, &[-1.601, 2.267e-2, -1.302e-4]), (120.0, &[-0.367, -2.573e-2, 3.445e-4])], range_deg: 120.0 };
 /// The paper's law up to 12 degrees; beyond, its sum under the logarithm is nearly Lambert's, which the model carries on.
 const JUPITER: PhaseLaw = PhaseLaw { pieces: &[(12.0, &[-9.395, -3.7e-4, 6.16e-4])], range_deg: 12.0 };
-const SATURN: PhaseLaw = PhaseLaw {
-    pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.505e-6, 4.767e-9])],
-    range_deg: 150.0,
-};
+const SATURN: PhaseLaw =
+    PhaseLaw { pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.505e-6, 4.767e-9])], range_deg: 150.0 };
 const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e-4])], range_deg: 154.0 };
 const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], range_deg: 133.0 };
 

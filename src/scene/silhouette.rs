@@ -11,7 +11,10 @@ use glam::{DMat2, DVec2};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
     /// Wholly before the camera: the ellipse's bounding box and its area in pixels, both untrimmed.
-    Ellipse { bounds: ClipRect, area_px: f64 },
+    Ellipse {
+        bounds: ClipRect,
+        area_px: f64,
+    },
     /// The tangent cone reaches behind the camera: the outline is open, any pixel may show the body.
     Open,
     Behind,
