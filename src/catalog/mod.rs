@@ -1,6 +1,25 @@
 //! What is known of each body: identity, figure, light, maps, motion, rotation, rings, air.
+//!
+//! In: the embedded files of catalogs/ and the user's, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
+//! every field in its range, single names and known parents. It reads no file system and computes no position.
 
 use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
+
+mod read;
+mod table;
+
+/// The files that ship inside the program, in reading order.
+const EMBEDDED: &[(&str, &str)] = &[
+    ("planets.toml", include_str!("../../catalogs/planets.toml")),
+    ("dwarfs_and_asteroids.toml", include_str!("../../catalogs/dwarfs_and_asteroids.toml")),
+    ("moons_inner.toml", include_str!("../../catalogs/moons_inner.toml")),
+    ("moons_jupiter.toml", include_str!("../../catalogs/moons_jupiter.toml")),
+    ("moons_saturn.toml", include_str!("../../catalogs/moons_saturn.toml")),
+    ("moons_outer.toml", include_str!("../../catalogs/moons_outer.toml")),
+    ("rings.toml", include_str!("../../catalogs/rings.toml")),
+    ("atmospheres.toml", include_str!("../../catalogs/atmospheres.toml")),
+];
 
 /// A NAIF integer code: a body (`399` the Earth), a system barycentre (`1`..`9`), or `0`, the solar system barycentre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -143,6 +162,8 @@ pub struct Atmosphere {
 pub struct Body {
     pub id: NaifId,
     pub name: String,
+    /// Other names that [`Catalog::find_place`] takes.
+    pub aliases: Vec<String>,
     pub kind: Kind,
     pub parent: Option<NaifId>,
     /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
@@ -159,6 +180,8 @@ pub struct Body {
     pub rotation: Rotation,
     pub rings: Vec<Ring>,
     pub atmosphere: Option<Atmosphere>,
+    /// Where the values come from, by topic (`radii`, `gm`, `albedo`, `colour`, ...).
+    pub sources: BTreeMap<String, String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -166,23 +189,72 @@ pub struct Catalog {
     bodies: Vec<Body>,
 }
 
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct CatalogError(pub String);
+/// One wrong field: where, what it says, what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    pub file: String,
+    /// First line is 1.
+    pub line: usize,
+    pub message: String,
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}: {}", self.file, self.line, self.message)
+    }
+}
+
+/// Every problem of the files, by file and line; printed one a line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}", problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct CatalogError {
+    pub problems: Vec<Problem>,
+}
 
 impl Catalog {
-    /// The catalog that ships inside the program.
+    /// The catalog that ships inside the program. A test holds that it has no problem, so it never panics in a built program.
     pub fn embedded() -> Self {
-        unimplemented!()
+        match read::read(EMBEDDED) {
+            Ok(bodies) => Self { bodies },
+            Err(e) => panic!("the embedded catalog is broken:\n{e}"),
+        }
     }
+
+    /// The embedded catalog under the user's files: (name, text) pairs in reading order. A `[[body]]` whose `id` is known overrides the
+    /// fields it gives; another adds a body.
+    pub fn with_files(files: &[(String, String)]) -> Result<Self, CatalogError> {
+        let all: Vec<(&str, &str)> = EMBEDDED.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
+        Ok(Self { bodies: read::read(&all)? })
+    }
+
+    /// Every body, by rising NAIF code.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
+
     pub fn body(&self, id: NaifId) -> Option<&Body> {
         self.bodies.iter().find(|b| b.id == id)
     }
-    /// Case-insensitive; also barycentre names (`mars barycenter`), which are not bodies.
-    pub fn find_place(&self, _name: &str) -> Option<NaifId> {
-        unimplemented!()
+
+    /// The place of a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
+    /// `<planet> barycenter`. Case and the spelling of barycentre do not matter.
+    pub fn find_place(&self, name: &str) -> Option<NaifId> {
+        let wanted = name.trim().to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
+        let wanted = wanted.split_whitespace().collect::<Vec<_>>().join(" ");
+        match wanted.as_str() {
+            "ssb" | "solar system barycenter" => return Some(NaifId::SOLAR_SYSTEM_BARYCENTER),
+            "emb" | "earth moon barycenter" | "earth barycenter" => return Some(NaifId::EARTH_MOON_BARYCENTER),
+            _ => {}
+        }
+        if let Some(planet) = wanted.strip_suffix(" barycenter") {
+            let id = self.find_body(planet)?.id.0;
+            return (100..1000).contains(&id).then_some(id).filter(|id| id % 100 == 99).map(|id| NaifId(id / 100));
+        }
+        self.find_body(&wanted).map(|b| b.id)
+    }
+
+    fn find_body(&self, lower: &str) -> Option<&Body> {
+        let same = |n: &String| n.to_lowercase().replace(['_', '-'], " ") == lower;
+        self.bodies.iter().find(|b| same(&b.name) || b.aliases.iter().any(same))
     }
 }

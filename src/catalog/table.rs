@@ -1,0 +1,212 @@
+//! Reading TOML tables field by field, so that one pass finds every wrong field and not only the first.
+//!
+//! In: one parsed table and where it came from. Out: values that know their file and line; each problem goes to one shared list.
+//! Serde turns each leaf into its type. What is allowed is said by the caller, beside the check.
+
+use super::{CatalogError, Problem};
+use serde::de::DeserializeOwned;
+use std::cell::RefCell;
+use std::rc::Rc;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+/// Where a value stands.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub file: Rc<str>,
+    /// First line is 1.
+    pub line: usize,
+}
+
+/// A value and where it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Located<T> {
+    pub value: T,
+    pub place: Place,
+}
+
+/// All problems found so far, in the order of the files.
+#[derive(Default)]
+pub(super) struct Problems(RefCell<Vec<Problem>>);
+
+impl Problems {
+    pub fn add(&self, place: &Place, message: String) {
+        self.0.borrow_mut().push(Problem { file: place.file.to_string(), line: place.line, message });
+    }
+
+    pub fn into_result(self) -> Result<(), CatalogError> {
+        let mut problems = self.0.into_inner();
+        problems.sort_by(|a, b| (&a.file, a.line, &a.message).cmp(&(&b.file, b.line, &b.message)));
+        problems.dedup();
+        if problems.is_empty() { Ok(()) } else { Err(CatalogError { problems }) }
+    }
+}
+
+/// One file's text, for turning byte offsets into lines.
+pub(super) struct Source<'a> {
+    file: Rc<str>,
+    line_starts: Vec<usize>,
+    text: &'a str,
+    problems: &'a Problems,
+}
+
+impl<'a> Source<'a> {
+    pub fn new(file: &str, text: &'a str, problems: &'a Problems) -> Self {
+        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        Self { file: file.into(), line_starts, text, problems }
+    }
+
+    fn place(&self, offset: usize) -> Place {
+        Place { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
+    }
+
+    /// The top table; words that are not TOML are problems, each with its line.
+    pub fn root(&'a self) -> Section<'a> {
+        let (table, errors) = DeTable::parse_recoverable(self.text);
+        for e in errors {
+            let place = self.place(e.span().map_or(0, |s| s.start));
+            self.problems.add(&place, format!("not TOML: {}", e.message().replace('\n', ", ")));
+        }
+        Section { source: self, name: String::new(), place: self.place(0), table: table.into_inner(), known: Vec::new() }
+    }
+}
+
+/// One table under reading. Every field it may have is asked for once; [`Section::finish`] reports the rest.
+pub(super) struct Section<'a> {
+    source: &'a Source<'a>,
+    /// Dotted path for messages, ending in a dot unless empty.
+    name: String,
+    pub place: Place,
+    table: DeTable<'a>,
+    known: Vec<&'static str>,
+}
+
+impl<'a> Section<'a> {
+    /// Names the section after the body it describes, for messages.
+    pub fn rename(&mut self, name: &str) {
+        self.name = format!("{name}.");
+    }
+
+    pub fn problem(&self, place: &Place, field: &str, value: &str, allowed: &str) {
+        self.source.problems.add(place, format!("{}{field} = {value}: expected {allowed}", self.name));
+    }
+
+    fn value(&mut self, field: &'static str) -> Option<Spanned<DeValue<'a>>> {
+        self.known.push(field);
+        self.table.remove(field)
+    }
+
+    /// A leaf of type `T` that passes `ok`; `allowed` says in words what does.
+    pub fn take<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<Located<T>> {
+        let value = self.value(field)?;
+        let span = value.span();
+        let place = self.source.place(span.start);
+        match T::deserialize(ValueDeserializer::from(value)) {
+            Ok(v) if ok(&v) => Some(Located { value: v, place }),
+            _ => {
+                let shown: String = self.source.text.get(span).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
+                self.problem(&place, field, &shown.chars().take(80).collect::<String>(), allowed);
+                None
+            }
+        }
+    }
+
+    /// As [`Section::take`], and absence is a problem too.
+    pub fn need<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<Located<T>> {
+        if !self.table.contains_key(field) {
+            self.source.problems.add(&self.place, format!("{}{field} is missing: expected {allowed}", self.name));
+            self.known.push(field);
+            return None;
+        }
+        self.take(field, allowed, ok)
+    }
+
+    /// A table below this one.
+    pub fn section(&mut self, field: &'static str) -> Option<Section<'a>> {
+        let value = self.value(field)?;
+        let place = self.source.place(value.span().start);
+        match value.into_inner() {
+            DeValue::Table(table) => {
+                Some(Section { source: self.source, name: format!("{}{field}.", self.name), place, table, known: Vec::new() })
+            }
+            other => {
+                self.problem(&place, field, other.type_str(), "a table");
+                None
+            }
+        }
+    }
+
+    /// The tables of `[[field]]`.
+    pub fn sections(&mut self, field: &'static str) -> Vec<Section<'a>> {
+        let Some(value) = self.value(field) else { return Vec::new() };
+        let place = self.source.place(value.span().start);
+        let DeValue::Array(array) = value.into_inner() else {
+            self.problem(&place, field, "one value", &format!("tables, each under [[{field}]]"));
+            return Vec::new();
+        };
+        let mut found = Vec::new();
+        for item in array {
+            let place = self.source.place(item.span().start);
+            match item.into_inner() {
+                DeValue::Table(table) => {
+                    found.push(Section { source: self.source, name: format!("{}{field}.", self.name), place, table, known: Vec::new() });
+                }
+                other => self.problem(&place, field, other.type_str(), "a table"),
+            }
+        }
+        found
+    }
+
+    /// Every pair of names and strings (a table of sources).
+    pub fn strings(&mut self, field: &'static str) -> std::collections::BTreeMap<String, String> {
+        let allowed = "a table of strings";
+        self.take(field, allowed, |_| true).map(|l| l.value).unwrap_or_default()
+    }
+
+    /// Reports what nobody asked for, with the nearest known name.
+    pub fn finish(self) {
+        for key in self.table.keys() {
+            let place = self.source.place(key.span().start);
+            let name: &str = key.get_ref();
+            let hint = match nearest(name, &self.known) {
+                Some(n) => format!("did you mean `{n}`?"),
+                None => format!("allowed are {}", self.known.join(", ")),
+            };
+            self.source.problems.add(&place, format!("{}{name} is not a field here: {hint}", self.name));
+        }
+    }
+}
+
+/// The known word within two edits (a third of the word at the most), if any.
+pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    let most = (word.chars().count() / 3).clamp(1, 3);
+    known.iter().map(|k| (edits(word, k), *k)).filter(|(d, _)| *d <= most).min().map(|(_, k)| k)
+}
+
+/// Levenshtein's distance.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let change = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{edits, nearest};
+
+    #[test]
+    fn near_names_are_suggested_and_far_ones_are_not() {
+        assert_eq!(edits("kitten", "sitting"), 3);
+        assert_eq!(nearest("radii_kn", &["radii_km", "name"]), Some("radii_km"));
+        assert_eq!(nearest("zzzz", &["radii_km", "name"]), None);
+    }
+}
