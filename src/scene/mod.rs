@@ -53,6 +53,10 @@ impl Exposure {
     pub fn factor(&self) -> f64 {
         self.stops.exp2()
     }
+    /// The factor for the tone map.
+    pub fn factor_f32(&self) -> f32 {
+        camera::narrow_scalar(self.factor())
+    }
     /// The radiance that the picture shows as white.
     pub fn white(&self) -> f64 {
         1.0 / self.factor()

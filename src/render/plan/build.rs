@@ -1,0 +1,231 @@
+//! From a scene to a plan: which pass, which module, which bytes.
+//!
+//! In: the scene, the layouts of the modules (read from the modules themselves) and the decoded maps. Out: a [`Plan`]. Uniform fields are
+//! filled by name from [`Amounts`]; a field that the module wants and scene does not give is an error, not a zero.
+
+use super::{
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
+    TextureBinding, TextureSource, Vertices,
+};
+use crate::image::SharedTexture;
+use crate::scene::Scene;
+use crate::scene::draw::{Amounts, Draw, Light, Point};
+use crate::shader::key::ShaderKey;
+use crate::shader::reflect::LayoutError;
+use crate::shader::{Layout, UniformWriter};
+use glam::{Vec2, Vec4};
+use std::sync::Arc;
+
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    #[error("module {module}: {source}")]
+    Layout { module: String, source: LayoutError },
+    #[error("{0}")]
+    Module(String),
+    /// The file, and why it could not be read.
+    #[error("map {file}: {why}")]
+    Map { file: String, why: String },
+}
+
+/// What the plan asks of the outside: layouts of modules and decoded maps.
+pub trait Supplies {
+    fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError>;
+    /// A map by its file name.
+    fn map(&self, file: &str) -> Result<SharedTexture, PlanError>;
+}
+
+/// How finely the frame is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fineness {
+    /// 1 or 4.
+    pub samples: u8,
+    /// 1..=16.
+    pub anisotropy: u8,
+}
+
+/// The binding of the sampler of all maps.
+const MAP_SAMPLER_BINDING: u32 = 8;
+/// The binding of the tone map's input.
+const HDR_BINDING: u32 = 1;
+
+/// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
+pub fn modules(scene: &Scene) -> Vec<ModuleName> {
+    let mut all: Vec<_> = scene.draws.iter().map(|d| ModuleName::Planet(ShaderKey::for_draw(&d.needs))).collect();
+    if !scene.points.is_empty() {
+        all.push(ModuleName::Simple("point"));
+    }
+    all.push(ModuleName::Simple("tone_map"));
+    all.sort();
+    all.dedup();
+    all
+}
+
+/// Plans one frame: bodies far to near, then points, then the tone map.
+pub fn plan(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Plan, PlanError> {
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    let mut draws = Vec::new();
+    for draw in &scene.draws {
+        draws.push(body_draw(draw, width, height, supplies, fineness)?);
+    }
+    if !scene.points.is_empty() {
+        draws.push(point_draw(scene, supplies)?);
+    }
+    let bodies = Pass {
+        name: "bodies",
+        width,
+        height,
+        format: ColourFormat::Rgba32Float,
+        samples: fineness.samples,
+        clear: [0.0, 0.0, 0.0, 1.0],
+        depth: true,
+        draws,
+    };
+    let tone_map = Pass {
+        name: "tone map",
+        width,
+        height,
+        format: ColourFormat::Rgba8Unorm,
+        samples: 1,
+        clear: [0.0, 0.0, 0.0, 1.0],
+        depth: false,
+        draws: vec![tone_map_draw(scene, supplies)?],
+    };
+    Ok(Plan { passes: vec![bodies, tone_map] })
+}
+
+/// Writes each field that the layout has, by name; fails on a name that the amounts do not have.
+pub fn uniforms_of(layout: &Layout, amounts: &Amounts) -> Result<Vec<u8>, LayoutError> {
+    let directions: Vec<Vec4> = amounts.lights.iter().map(|l: &Light| l.direction_in_body.extend(0.0)).collect();
+    let irradiances: Vec<Vec4> = amounts.lights.iter().map(|l| l.irradiance.extend(0.0)).collect();
+    let mut w = layout.writer();
+    for field in &layout.fields {
+        put(&mut w, &field.name, amounts, &directions, &irradiances)?;
+    }
+    w.finish()
+}
+
+fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], irradiances: &[Vec4]) -> Result<(), LayoutError> {
+    match name {
+        "rect_in_clip" => w.vec4(name, a.rect_in_clip),
+        "anchor_origin" => w.vec3(name, a.anchor_origin),
+        "anchor_du" => w.vec3(name, a.anchor_du),
+        "anchor_dv" => w.vec3(name, a.anchor_dv),
+        "ray_origin" => w.vec3(name, a.ray_origin),
+        "ray_du" => w.vec3(name, a.ray_du),
+        "ray_dv" => w.vec3(name, a.ray_dv),
+        "anchor_excess" => w.f32(name, a.anchor_excess),
+        "anchor_is_camera" => w.f32(name, a.anchor_is_camera),
+        "depth_row" => w.vec4(name, a.depth_row),
+        "axis_ratios" => w.vec3(name, a.axis_ratios),
+        "albedo" => w.vec3(name, a.albedo),
+        "light_direction" => w.vec4_array(name, directions),
+        "light_irradiance" => w.vec4_array(name, irradiances),
+        "photometric_parameter" => w.f32(name, a.photometric_parameter),
+        "limb_u1" => w.vec3(name, a.limb_u1),
+        "limb_u2" => w.vec3(name, a.limb_u2),
+        "map_latitude_stretch" => w.f32(name, a.map_latitude_stretch),
+        "night_radiance" => w.vec3(name, a.night_radiance),
+        "specular_strength" => w.f32(name, a.specular_strength),
+        "specular_power" => w.f32(name, a.specular_power),
+        "normal_strength" => w.f32(name, a.normal_strength),
+        "camera_in_unit_sphere" => w.vec3(name, a.camera_in_unit_sphere),
+        "pixel_size" => w.vec2(name, a.pixel_size),
+        _ => Err(LayoutError::Unknown(name.to_owned())),
+    }
+}
+
+/// Pixels that a clip rectangle touches.
+fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
+    let across = |clip: f32, size: u32| f64::from(clip).mul_add(0.5, 0.5) * f64::from(size);
+    let (x0, x1) = (across(rect.x, width), across(rect.z, width));
+    let (y0, y1) = (across(-rect.y, height), across(-rect.w, height));
+    // `as` saturates: nothing outside the viewport survives.
+    [x0.floor() as u32, y0.floor() as u32, (x1.ceil() as u32).min(width), (y1.ceil() as u32).min(height)]
+}
+
+fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fineness: Fineness) -> Result<PlanDraw, PlanError> {
+    let module = ModuleName::Planet(ShaderKey::for_draw(&draw.needs));
+    let layout = supplies.layout(&module)?;
+    let uniforms = uniforms_of(&layout, &draw.amounts).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    // The canonical key may read fewer maps than the draw needs (a depth view reads none).
+    let mut textures = Vec::new();
+    for (binding, file) in draw.map_files.bindings() {
+        if layout.textures.iter().any(|t| t.binding == binding) {
+            textures.push(TextureBinding { binding, source: TextureSource::Image(supplies.map(file)?) });
+        }
+    }
+    let state = SamplerState {
+        address_u: AddressMode::Repeat,
+        address_v: AddressMode::ClampToEdge,
+        linear: true,
+        anisotropy: fineness.anisotropy,
+    };
+    let samplers =
+        layout.samplers.iter().filter(|s| s.binding == MAP_SAMPLER_BINDING).map(|s| SamplerBinding { binding: s.binding, state }).collect();
+    Ok(PlanDraw {
+        label: draw.name.clone(),
+        module,
+        uniforms,
+        textures,
+        samplers,
+        vertices: Vertices::Count(6),
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::PremultipliedOver,
+        cull: Cull::None,
+        depth: DepthState { test: true, write: true },
+        scissor: scissor(draw.amounts.rect_in_clip, width, height),
+    })
+}
+
+fn point_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
+    let module = ModuleName::Simple("point");
+    let layout = supplies.layout(&module)?;
+    let mut w = layout.writer();
+    let pixel_size: Vec2 = scene.camera.clip_per_pixel();
+    w.vec2("pixel_size", pixel_size).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    let uniforms = w.finish().map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    let of = |components: u32, values: fn(&Point) -> Vec<f32>| Attribute {
+        components,
+        values: Arc::new(scene.points.iter().flat_map(values).collect()),
+    };
+    let attributes = vec![
+        of(3, |p| p.centre.to_array().to_vec()),
+        of(1, |p| vec![p.radius_px]),
+        of(3, |p| p.flux.to_array().to_vec()),
+    ];
+    Ok(PlanDraw {
+        label: "points".into(),
+        module,
+        uniforms,
+        textures: Vec::new(),
+        samplers: Vec::new(),
+        vertices: Vertices::Count(6),
+        instances: Instances { count: u32::try_from(scene.points.len()).unwrap_or(u32::MAX), attributes },
+        blend: Blend::Add,
+        cull: Cull::None,
+        depth: DepthState { test: true, write: false },
+        scissor: [0, 0, scene.camera.width, scene.camera.height],
+    })
+}
+
+fn tone_map_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
+    let module = ModuleName::Simple("tone_map");
+    let layout = supplies.layout(&module)?;
+    let named = |source| PlanError::Layout { module: ModuleName::Simple("tone_map").to_string(), source };
+    let mut w = layout.writer();
+    w.f32("exposure", scene.exposure.factor_f32()).map_err(named)?;
+    w.f32("dither", 0.0).map_err(named)?;
+    Ok(PlanDraw {
+        label: "tone map".into(),
+        module,
+        uniforms: w.finish().map_err(named)?,
+        textures: vec![TextureBinding { binding: HDR_BINDING, source: TextureSource::PassOutput(0) }],
+        samplers: Vec::new(),
+        vertices: Vertices::Count(3),
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::Replace,
+        cull: Cull::None,
+        depth: DepthState { test: false, write: false },
+        scissor: [0, 0, scene.camera.width, scene.camera.height],
+    })
+}
