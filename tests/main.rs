@@ -3,4 +3,5 @@
 mod catalog;
 mod layering;
 mod library;
+mod scene_silhouette;
 mod shader_keys;

@@ -4,8 +4,8 @@
 //! filled by name from [`Amounts`]; a field that the module wants and scene does not give is an error, not a zero.
 
 use super::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
-    TextureBinding, TextureSource, Vertices,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding,
+    SamplerState, TextureBinding, TextureSource, Vertices,
 };
 use crate::image::SharedTexture;
 use crate::scene::Scene;
@@ -154,12 +154,8 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
             textures.push(TextureBinding { binding, source: TextureSource::Image(supplies.map(file)?) });
         }
     }
-    let state = SamplerState {
-        address_u: AddressMode::Repeat,
-        address_v: AddressMode::ClampToEdge,
-        linear: true,
-        anisotropy: fineness.anisotropy,
-    };
+    let state =
+        SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: fineness.anisotropy };
     let samplers =
         layout.samplers.iter().filter(|s| s.binding == MAP_SAMPLER_BINDING).map(|s| SamplerBinding { binding: s.binding, state }).collect();
     Ok(PlanDraw {
@@ -188,11 +184,7 @@ fn point_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanE
         components,
         values: Arc::new(scene.points.iter().flat_map(values).collect()),
     };
-    let attributes = vec![
-        of(3, |p| p.centre.to_array().to_vec()),
-        of(1, |p| vec![p.radius_px]),
-        of(3, |p| p.flux.to_array().to_vec()),
-    ];
+    let attributes = vec![of(3, |p| p.centre.to_array().to_vec()), of(1, |p| vec![p.radius_px]), of(3, |p| p.flux.to_array().to_vec())];
     Ok(PlanDraw {
         label: "points".into(),
         module,

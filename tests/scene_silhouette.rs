@@ -1,0 +1,207 @@
+//! The silhouette is true to a quarter of a pixel at any distance: the shader's f32 arithmetic against f64, and the outline's box
+//! against the outline itself.
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use orrery::scene::camera::{AnchorForm, Camera, ClipRect, Placement, ViewRays};
+use orrery::scene::silhouette::{Outline, PADDING_PX};
+
+const AU_KM: f64 = 149_597_870.7;
+
+fn turned() -> DMat3 {
+    DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(-0.4) * DMat3::from_rotation_y(1.1)
+}
+
+/// A camera `distance_km` from the centre of a body with the given axes, looking `off_axis` radians beside the centre.
+fn set_up(radii_km: DVec3, distance_km: f64, off_axis: f64, fov_deg: f64, width: u32, height: u32) -> (Camera, Placement) {
+    let direction = DVec3::new(0.3, -0.8, 0.52).normalize();
+    let across = direction.cross(DVec3::Z).normalize();
+    let forward = DMat3::from_axis_angle(across, off_axis) * direction;
+    let camera = Camera::looking(DVec3::ZERO, forward, DVec3::new(0.1, 0.2, 1.0), fov_deg, width, height);
+    (camera, Placement { centre_km: direction * distance_km, body_from_icrf: turned(), radii_km })
+}
+
+/// Points of the silhouette inside the frame, in clip space, from the tangent cone in f64: rays that touch the unit sphere.
+fn silhouette_points(camera: &Camera, place: &Placement) -> Vec<DVec2> {
+    let c = place.camera_in_unit_sphere();
+    let d = c.length();
+    let to_centre = -c / d;
+    let (e1, e2) = (to_centre.any_orthonormal_pair().0, to_centre.any_orthonormal_pair().1);
+    // Half angle of the cone of tangents: sin = 1/d.
+    let (sin, cos) = (1.0 / d, ((d - 1.0) * (d + 1.0)).sqrt() / d);
+    let n = 20_000;
+    (0..n)
+        .filter_map(|k| {
+            let phi = std::f64::consts::TAU * f64::from(k) / f64::from(n);
+            let ray = to_centre * cos + (e1 * phi.cos() + e2 * phi.sin()) * sin;
+            let icrf = place.body_from_icrf.transpose() * (ray * place.radii_km);
+            camera.clip(icrf).filter(|p| p.x.abs() <= 1.0 && p.y.abs() <= 1.0)
+        })
+        .collect()
+}
+
+/// The discriminant as the shader computes it, all in f32, with the varyings interpolated over the two triangles.
+fn shader_discriminant(rays: &ViewRays, clip: DVec2) -> f32 {
+    let r = rays.rect_in_clip;
+    // Barycentric weights of the pixel in the upper left or lower right triangle, as a rasteriser has them.
+    let u = ((clip.x - f64::from(r.x)) / f64::from(r.z - r.x)) as f32;
+    let v = ((clip.y - f64::from(r.y)) / f64::from(r.w - r.y)) as f32;
+    let corner = |o: Vec3, du: Vec3, dv: Vec3, x: f32, y: f32| o + x * du + y * dv;
+    let interpolate = |o, du, dv| {
+        let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| corner(o, du, dv, x, y));
+        if u + v <= 1.0 { a * (1.0 - u - v) + b * u + c * v } else { d * (u + v - 1.0) + b * (1.0 - v) + c * (1.0 - u) }
+    };
+    let anchor: Vec3 = interpolate(rays.anchor_origin, rays.anchor_du, rays.anchor_dv);
+    let along = interpolate(rays.ray_origin, rays.ray_du, rays.ray_dv).normalize();
+    let b = anchor.dot(along);
+    if rays.anchor_is_camera {
+        b * b - rays.anchor_excess
+    } else {
+        let closest = anchor - b * along;
+        1.0 - closest.dot(closest)
+    }
+}
+
+/// The same number in f64, from the camera itself; `|c x w|` holds at any distance.
+fn exact_discriminant(camera: &Camera, place: &Placement, clip: DVec2) -> f64 {
+    let w = place.direction_in_unit_sphere(camera.ray(clip)).normalize();
+    1.0 - place.camera_in_unit_sphere().cross(w).length_squared()
+}
+
+/// Worst distance in pixels between the f32 and the exact silhouette, over the points of the exact one in the frame.
+fn worst_px(camera: &Camera, place: &Placement, form: AnchorForm) -> Option<f64> {
+    let rect = Outline::of(camera, place).rect(camera)?;
+    let rays = camera.view_rays(place, rect, form);
+    let step = 1.0 / camera.half_size();
+    let points = silhouette_points(camera, place);
+    let stride = (points.len() / 400).max(1);
+    points
+        .iter()
+        .step_by(stride)
+        .map(|&p| {
+            let slope = |axis: DVec2| (exact_discriminant(camera, place, p + axis) - exact_discriminant(camera, place, p - axis)) / 2.0;
+            let gradient = DVec2::new(slope(DVec2::new(step.x, 0.0)), slope(DVec2::new(0.0, step.y))).length();
+            f64::from(shader_discriminant(&rays, p)).abs() / gradient
+        })
+        .reduce(f64::max)
+}
+
+const EARTH: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
+/// (name, radii km, distance km, off axis rad, fov deg).
+fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
+    let mut all = Vec::new();
+    for height_km in [0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 400.0] {
+        for fov in [5.0, 60.0, 120.0] {
+            // The horizon is at 90 degrees less its dip from the nadir; look at it.
+            all.push((format!("{} m over the Earth, fov {fov}", height_km * 1e3), EARTH, 6378.2 + height_km, 1.5, fov));
+        }
+    }
+    for radii in [1.05, 1.2, 1.4, 1.7, 2.0, 3.0, 4.0, 6.0, 10.0, 60.0, 1e3, 1e5] {
+        let fitted = 2.0 * (1.0_f64 / radii).min(1.0).asin().to_degrees();
+        for fov in [fitted.min(120.0), (fitted / 8.0).min(120.0)] {
+            let off = if fov < fitted.min(120.0) { (1.0_f64 / radii).asin() } else { 0.1 * fov.to_radians() };
+            all.push((format!("{radii} radii, fov {fov:.4}"), EARTH, EARTH.x * radii, off, fov));
+        }
+    }
+    for (name, radii, distance) in [
+        ("Neptune from 100 au", DVec3::new(24764.0, 24764.0, 24341.0), 100.0 * AU_KM),
+        ("Phobos from 100 au", DVec3::new(13.0, 11.4, 9.1), 100.0 * AU_KM),
+        ("the Sun from 100 au", DVec3::splat(695_700.0), 100.0 * AU_KM),
+    ] {
+        let fov = 2.6 * (radii.x / distance).to_degrees();
+        all.push((name.into(), radii, distance, 0.1 * fov.to_radians(), fov));
+    }
+    all
+}
+
+#[test]
+fn the_silhouette_is_true_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() {
+    let mut worst: (f64, String) = (0.0, String::new());
+    let mut measured = 0;
+    for (name, radii, distance, off, fov) in cases() {
+        let (camera, place) = set_up(radii, distance, off, fov, 1024, 1024);
+        let Some(auto) = worst_px(&camera, &place, AnchorForm::Auto) else { continue };
+        measured += 1;
+        let near = worst_px(&camera, &place, AnchorForm::Camera).unwrap_or(f64::NAN);
+        let far = worst_px(&camera, &place, AnchorForm::Plane).unwrap_or(f64::NAN);
+        println!("{name:44} chosen {auto:.5} px   camera form {near:.5} px   plane form {far:.5} px");
+        assert!(auto <= 0.25, "{name}: {auto} px (camera form {near}, plane form {far})");
+        if auto > worst.0 {
+            worst = (auto, name);
+        }
+    }
+    println!("worst: {} px, {}", worst.0, worst.1);
+    assert!(measured > 30, "only {measured} cases had a silhouette in the frame");
+}
+
+#[test]
+fn the_wrong_form_would_be_seen_to_fail() {
+    // From far away the camera form cancels two large squares: the measure above must notice.
+    let (camera, place) = set_up(EARTH, EARTH.x * 1e5, 0.0, 1.5e-3, 1024, 1024);
+    assert!(worst_px(&camera, &place, AnchorForm::Camera).expect("in the frame") > 1.0);
+    assert!(worst_px(&camera, &place, AnchorForm::Auto).expect("in the frame") < 0.01);
+}
+
+#[test]
+fn the_box_is_the_outlines_own() {
+    for (name, radii, distance, off, fov) in cases() {
+        let (camera, place) = set_up(radii, distance, off * 0.5, fov, 800, 600);
+        let Outline::Ellipse { bounds, area_px } = Outline::of(&camera, &place) else { continue };
+        // A camera with a far wider frame sees the whole outline; its places come back by the ratio of the tangents.
+        let mut wide = camera.clone();
+        wide.tan_half_fov *= 1e3;
+        let points: Vec<DVec2> = silhouette_points(&wide, &place).into_iter().map(|p| p * 1e3).collect();
+        let fold = |f: fn(f64, f64) -> f64, of: fn(&DVec2) -> f64| points.iter().map(of).reduce(f).expect("an outline");
+        let pixel: f64 = 2.0 / 600.0;
+        let size = (bounds.right - bounds.left).abs().max((bounds.top - bounds.bottom).abs());
+        let tolerance = (0.02 * pixel).max(2e-6 * size);
+        for (side, exact, given) in [
+            ("left", fold(f64::min, |p| p.x), bounds.left),
+            ("right", fold(f64::max, |p| p.x), bounds.right),
+            ("bottom", fold(f64::min, |p| p.y), bounds.bottom),
+            ("top", fold(f64::max, |p| p.y), bounds.top),
+        ] {
+            assert!((exact - given).abs() < tolerance, "{name}, {side}: outline {exact}, box {given}");
+        }
+        // Shoelace area of the outline in pixels.
+        let px: Vec<DVec2> = points.iter().map(|&p| camera.pixel_from_clip(p)).collect();
+        let shoelace: f64 = px.iter().zip(px.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>().abs() / 2.0;
+        assert!((shoelace / area_px - 1.0).abs() < 1e-4, "{name}: area {area_px}, outline {shoelace}");
+    }
+}
+
+#[test]
+fn what_is_outside_has_no_box_and_what_surrounds_takes_the_frame() {
+    let behind = set_up(EARTH, 1e5, std::f64::consts::PI, 60.0, 64, 64);
+    assert_eq!(Outline::of(&behind.0, &behind.1), Outline::Behind);
+    let beside = set_up(EARTH, 1e6, 1.0, 20.0, 64, 64);
+    assert_eq!(Outline::of(&beside.0, &beside.1).rect(&beside.0), None);
+    let ground = set_up(EARTH, 6378.2, 1.5, 60.0, 64, 64);
+    assert_eq!(Outline::of(&ground.0, &ground.1).rect(&ground.0), Some(ClipRect::VIEWPORT));
+    // The box of a body in the middle of the frame has its padding on every side.
+    let (camera, place) = set_up(DVec3::splat(1000.0), 1e5, 0.0, 10.0, 500, 500);
+    let Outline::Ellipse { bounds, .. } = Outline::of(&camera, &place) else { panic!("in front") };
+    let rect = Outline::of(&camera, &place).rect(&camera).expect("in the frame");
+    assert!((bounds.left - rect.left - PADDING_PX / 250.0).abs() < 1e-12);
+    assert!((rect.top - bounds.top - PADDING_PX / 250.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_place_on_the_ground_goes_to_a_pixel_and_back() {
+    for (distance, fov) in [(7000.0, 90.0), (20_000.0, 40.0), (384_400.0, 2.2), (AU_KM, 0.006), (100.0 * AU_KM, 6e-5)] {
+        let (camera, place) = set_up(EARTH, distance, 0.0, fov, 1000, 700);
+        let mut seen = 0;
+        for lat in (-80..=80).step_by(20) {
+            for lon in (-180..180).step_by(20) {
+                let (lat, lon) = (f64::from(lat).to_radians(), f64::from(lon).to_radians());
+                let unit = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+                let Some(pixel) = camera.pixel_of_surface(&place, unit) else { continue };
+                let back = camera.surface_under_pixel(&place, pixel).expect("the pixel shows the body");
+                // Near the limb a pixel's last digits span much ground: compare along the ground foreshortened.
+                let slant = unit.dot(place.camera_in_unit_sphere().normalize()).max(1e-3);
+                assert!(((back - unit) * slant).length() < 1e-6, "{distance} km: {unit} came back as {back}");
+                seen += 1;
+            }
+        }
+        assert!(seen >= 4, "{seen} places seen from {distance} km");
+    }
+}
