@@ -1,0 +1,238 @@
+//! Instants and time scales: in come civil times and Julian dates, out go seconds of TDB and back.
+//!
+//! What always holds: an [`Instant`] is a number of TDB seconds past J2000; nothing here reads a clock.
+//!
+//! * TT is TAI + 32.184 s. TDB - TT is the seven-term series of USNO Circular 179 (Kaplan 2005), eq. 2.6, good to 10 µs from 1600 to 2200.
+//! * UTC from 1972 on is TAI less the leap seconds that the crate hifitime knows. After the last of them the count stays (37 s): nobody has
+//!   announced another, so far in the future UTC keeps running with atomic time and UT1 - UTC may pass 0.9 s.
+//! * "UTC" before 1972-01-01 means UT1: the civil time of those years followed the Earth's turning. At the seam the two differ by
+//!   0.045 s.
+//! * UT1 is TT less Delta T; the model and its error are in [`delta_t`].
+//! * Calendar dates are Gregorian for all years, with astronomical year numbers (year 0 is 1 BC), as ISO 8601 has it.
+
+pub mod delta_t;
+mod delta_t_table;
+mod text;
+
+use crate::units::{JD_J2000, SECONDS_PER_DAY};
+use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
+
+/// TT - TAI in seconds, exact (IAU 1991).
+const TT_MINUS_TAI_S: f64 = 32.184;
+/// Seconds from hifitime's TAI origin, 1900-01-01T00:00, to 2000-01-01T12:00: 36524.5 days.
+const J2000_PAST_1900_S: f64 = 36_524.5 * SECONDS_PER_DAY;
+/// 1972-01-01T00:00 as seconds past 2000-01-01T12:00 on its own scale: UTC proper starts here.
+const UTC_START_S: f64 = -10_227.5 * SECONDS_PER_DAY;
+
+/// An instant: seconds of TDB past J2000 (2000-01-01T12:00 TDB).
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Instant {
+    tdb_s: f64,
+}
+
+/// A time that cannot be read. One line: what was given, what is wrong, what is allowed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct TimeError(pub String);
+
+impl Instant {
+    pub fn from_tdb_seconds_past_j2000(tdb_s: f64) -> Self {
+        Self { tdb_s }
+    }
+
+    pub fn from_jd_tdb(jd_tdb: f64) -> Self {
+        Self { tdb_s: (jd_tdb - JD_J2000) * SECONDS_PER_DAY }
+    }
+
+    pub fn from_jd_tt(jd_tt: f64) -> Self {
+        Self::from_tt_seconds((jd_tt - JD_J2000) * SECONDS_PER_DAY)
+    }
+
+    /// Julian date of UTC, as [`Instant::parse`] understands UTC (UT1 before 1972). A double holds a Julian date to 40 µs only.
+    pub fn from_jd_utc(jd_utc: f64) -> Self {
+        Self::from_utc_seconds((jd_utc - JD_J2000) * SECONDS_PER_DAY)
+    }
+
+    /// ISO 8601 UTC (`2024-04-08T18:17:16Z`, years before 1 as astronomical `-2999-…`) or `jd_tdb:2460409.262`.
+    ///
+    /// The time of day may be left out (midnight), its seconds may be left out or carry a fraction, and the `Z` may be left out. A
+    /// second 60 is taken where UTC has a leap second.
+    pub fn parse(text: &str) -> Result<Self, TimeError> {
+        text::parse(text)
+    }
+
+    pub fn tdb_seconds_past_j2000(self) -> f64 {
+        self.tdb_s
+    }
+
+    pub fn jd_tdb(self) -> f64 {
+        self.tdb_s / SECONDS_PER_DAY + JD_J2000
+    }
+
+    pub fn jd_tt(self) -> f64 {
+        self.tt_seconds_past_j2000() / SECONDS_PER_DAY + JD_J2000
+    }
+
+    /// TT in seconds past 2000-01-01T12:00 TT.
+    pub fn tt_seconds_past_j2000(self) -> f64 {
+        // TDB - TT changes by less than 4e-10 s per second, so its argument may be either scale.
+        self.tdb_s - tdb_minus_tt_s(self.tdb_s)
+    }
+
+    pub fn jd_ut1(self) -> f64 {
+        self.ut1_seconds_past_j2000() / SECONDS_PER_DAY + JD_J2000
+    }
+
+    /// UT1 in seconds past 2000-01-01T12:00 UT1; error as stated in [`delta_t`].
+    pub fn ut1_seconds_past_j2000(self) -> f64 {
+        let tt_s = self.tt_seconds_past_j2000();
+        tt_s - delta_t::delta_t_s(tt_s)
+    }
+
+    /// `2024-04-08T18:17:16Z`, with milliseconds when they are not zero.
+    pub fn to_utc_iso(self) -> String {
+        text::format_utc(self)
+    }
+
+    pub fn plus_seconds(self, s: f64) -> Self {
+        Self { tdb_s: self.tdb_s + s }
+    }
+
+    fn from_tt_seconds(tt_s: f64) -> Self {
+        Self { tdb_s: tt_s + tdb_minus_tt_s(tt_s) }
+    }
+
+    /// `utc_s` counts 86 400 s to every day since 2000-01-01T12:00, so a leap second has no number of its own.
+    fn from_utc_seconds(utc_s: f64) -> Self {
+        if utc_s < UTC_START_S {
+            return Self::from_ut1_seconds(utc_s);
+        }
+        let tai_minus_utc_s = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - TAI_STAMP_IS_UTC_S);
+        Self::from_tt_seconds(utc_s + tai_minus_utc_s.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at) + TT_MINUS_TAI_S)
+    }
+
+    fn from_ut1_seconds(ut1_s: f64) -> Self {
+        // Delta T changes by less than 1e-5 s per second: two rounds reach the last digit.
+        let mut tt_s = ut1_s;
+        for _ in 0..4 {
+            tt_s = ut1_s + delta_t::delta_t_s(tt_s);
+        }
+        Self::from_tt_seconds(tt_s)
+    }
+
+    /// UTC seconds (86 400 to a day) past 2000-01-01T12:00, and how far into a leap second the instant is: (count at its start, part).
+    fn utc_seconds(self) -> (f64, Option<f64>) {
+        let tt_s = self.tt_seconds_past_j2000();
+        let tai_s = tt_s - TT_MINUS_TAI_S;
+        if tai_s - FIRST_TAI_MINUS_UTC_S < UTC_START_S {
+            return (tt_s - delta_t::delta_t_s(tt_s), None);
+        }
+        let mut offset_s = FIRST_TAI_MINUS_UTC_S;
+        for leap in leap_seconds() {
+            let new_day_utc_s = leap.timestamp_tai_s - TAI_STAMP_IS_UTC_S - J2000_PAST_1900_S;
+            if tai_s >= new_day_utc_s + leap.delta_at {
+                offset_s = leap.delta_at;
+            } else if tai_s >= new_day_utc_s + offset_s {
+                return (new_day_utc_s, Some(tai_s - new_day_utc_s - offset_s));
+            } else {
+                break;
+            }
+        }
+        (tai_s - offset_s, None)
+    }
+}
+
+/// TAI - UTC on 1972-01-01.
+const FIRST_TAI_MINUS_UTC_S: f64 = 10.0;
+/// hifitime stamps a leap second with the UTC count of the day that follows it; the test against known dates holds this.
+const TAI_STAMP_IS_UTC_S: f64 = 0.0;
+
+fn leap_seconds() -> impl DoubleEndedIterator<Item = LeapSecond> {
+    LatestLeapSeconds::default().filter(|l| l.announced_by_iers)
+}
+
+/// TDB - TT in seconds; the argument is seconds past J2000 in either scale. USNO Circular 179, eq. 2.6.
+fn tdb_minus_tt_s(s: f64) -> f64 {
+    let t = s / (36_525.0 * SECONDS_PER_DAY);
+    0.001657 * (628.3076 * t + 6.2401).sin()
+        + 0.000022 * (575.3385 * t + 4.2970).sin()
+        + 0.000014 * (1256.6152 * t + 6.1969).sin()
+        + 0.000005 * (606.9777 * t + 4.0212).sin()
+        + 0.000005 * (52.9691 * t + 0.4444).sin()
+        + 0.000002 * (21.3299 * t + 5.5431).sin()
+        + 0.000010 * t * (628.3076 * t + 4.2490).sin()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tt_of(text: &str) -> f64 {
+        Instant::parse(text).expect(text).tt_seconds_past_j2000()
+    }
+
+    #[test]
+    fn leap_seconds_count_as_published() {
+        // IERS Bulletin C: TAI-UTC was 10 s from 1972-01-01, 32 s in 2000, 36 s in 2016, 37 s from 2017-01-01.
+        for (text, utc_s, tai_minus_utc_s) in [
+            ("1972-01-01T00:00:00Z", UTC_START_S, 10.0),
+            ("2000-01-01T12:00:00Z", 0.0, 32.0),
+            ("2016-12-31T12:00:00Z", 6209.0 * 86_400.0, 36.0),
+            ("2017-01-01T00:00:00Z", 6209.5 * 86_400.0, 37.0),
+            ("2100-01-01T12:00:00Z", 36_525.0 * 86_400.0, 37.0),
+        ] {
+            assert!((tt_of(text) - utc_s - tai_minus_utc_s - 32.184).abs() < 1e-5, "{text}: {}", tt_of(text) - utc_s);
+        }
+        assert!((tt_of("2017-01-01T00:00:00Z") - tt_of("2016-12-31T23:59:59Z") - 2.0).abs() < 1e-5);
+        assert!((tt_of("2017-01-01T00:00:00Z") - tt_of("2016-12-31T23:59:60Z") - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn utc_text_round_trips() {
+        for text in [
+            "2024-04-08T18:17:16Z",
+            "2016-12-31T23:59:60Z",
+            "2016-12-31T23:59:59Z",
+            "2017-01-01T00:00:00Z",
+            "1972-06-30T23:59:60.500Z",
+            "1969-07-20T20:17:40Z",
+            "1600-02-29T00:00:00Z",
+            "-2999-01-01T12:00:00Z",
+            "0000-03-01T00:00:00Z",
+            "3000-12-31T23:59:59.125Z",
+        ] {
+            assert_eq!(Instant::parse(text).expect(text).to_utc_iso(), text);
+        }
+    }
+
+    #[test]
+    fn julian_dates_round_trip_and_tdb_stays_near_tt() {
+        for jd in [625_673.5, 2_327_796.140625, 2_451_545.0, 2_460_409.262, 2_816_787.5] {
+            let t = Instant::from_jd_tdb(jd);
+            assert!((t.jd_tdb() - jd).abs() < 1e-9);
+            assert!(((t.jd_tdb() - t.jd_tt()) * 86_400.0).abs() < 2e-3);
+            assert!((Instant::from_jd_tt(t.jd_tt()).tdb_seconds_past_j2000() - t.tdb_seconds_past_j2000()).abs() < 1e-4);
+        }
+        // The reference table pairs jd_tt 2440423.25 with jd_tdb 2440423.2499999944 (4e-10 days is a double's step there).
+        assert!((Instant::from_jd_tt(2_440_423.25).jd_tdb() - 2_440_423.249_999_994_4).abs() < 1e-9);
+    }
+
+    #[test]
+    fn bad_times_are_refused_in_one_line() {
+        for text in [
+            "",
+            "yesterday",
+            "2024-13-01",
+            "2023-02-29",
+            "2024-04-08T25:00:00Z",
+            "2024-04-08T18:17:60Z",
+            "jd_tdb:",
+            "jd_tdb:inf",
+            "2024-04-08T18:17:16+02:00",
+            "\u{661}\u{662}",
+        ] {
+            let error = Instant::parse(text).expect_err(text).to_string();
+            assert!(!error.contains('\n') && error.len() > 10, "{error}");
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Times as text: ISO 8601 UTC and `jd_tdb:`, read and written.
+//!
+//! Own calendar arithmetic, because the years go from -9999 to 9999 and a leap second must survive both ways.
+
+use super::{Instant, TimeError};
+use crate::units::SECONDS_PER_DAY;
+
+const ALLOWED: &str = "give ISO 8601 UTC such as 2024-04-08T18:17:16Z, or jd_tdb:2460409.262";
+
+pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
+    let wrong = |what: &str| TimeError(format!("time {text:?}: {what}; {ALLOWED}"));
+    let trimmed = text.trim();
+    if let Some(number) = trimmed.strip_prefix("jd_tdb:") {
+        let jd: f64 = number.trim().parse().map_err(|_| wrong("no number after jd_tdb:"))?;
+        // Beyond these dates (10000 BC to AD 10000) no theory here says anything.
+        if !(-2_000_000.0..=5_400_000.0).contains(&jd) {
+            return Err(wrong("a Julian date outside -2000000 to 5400000"));
+        }
+        return Ok(Instant::from_jd_tdb(jd));
+    }
+    let (date, clock) = match trimmed.split_once(['T', 't', ' ']) {
+        Some((date, clock)) => (date, clock),
+        None => (trimmed, "00:00:00"),
+    };
+    let (negative, date) = match date.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, date.strip_prefix('+').unwrap_or(date)),
+    };
+    let mut parts = date.split('-');
+    let mut field = |name: &str, digits: usize| -> Result<i64, TimeError> {
+        let part = parts.next().ok_or_else(|| wrong(&format!("the {name} is missing")))?;
+        whole(part, digits).ok_or_else(|| wrong(&format!("the {name} {part:?} is not {digits} digits")))
+    };
+    let (year, month, day) = (field("year", 4)?, field("month", 2)?, field("day", 2)?);
+    if parts.next().is_some() {
+        return Err(wrong("more than year, month and day"));
+    }
+    let year = if negative { -year } else { year };
+    if !(1..=12).contains(&month) {
+        return Err(wrong("the month is not 01 to 12"));
+    }
+    if day < 1 || day > days_in_month(year, month) {
+        return Err(wrong("no such day in that month"));
+    }
+    let clock = clock.strip_suffix(['Z', 'z']).unwrap_or(clock);
+    if clock.contains(['+', '-']) {
+        return Err(wrong("an offset from UTC"));
+    }
+    let mut parts = clock.split(':');
+    let hour = parts.next().and_then(|p| whole(p, 2)).filter(|h| *h < 24).ok_or_else(|| wrong("the hour is not 00 to 23"))?;
+    let minute = parts.next().and_then(|p| whole(p, 2)).filter(|m| *m < 60).ok_or_else(|| wrong("the minute is not 00 to 59"))?;
+    let second = match parts.next() {
+        None => 0.0,
+        Some(p) => seconds(p).filter(|s| *s < 61.0).ok_or_else(|| wrong("the second is not 00 to 60"))?,
+    };
+    if parts.next().is_some() {
+        return Err(wrong("more than hours, minutes and seconds"));
+    }
+    let start_of_minute_s = (days_past_j2000_noon(year, month, day) - 0.5) * SECONDS_PER_DAY + (hour * 3600 + minute * 60) as f64;
+    if second >= 60.0 {
+        // Only a minute that UTC made 61 s long has this second; the minute's length on the atomic scale tells.
+        let begin = Instant::from_utc_seconds(start_of_minute_s);
+        let length_s = Instant::from_utc_seconds(start_of_minute_s + 60.0).tt_seconds_past_j2000() - begin.tt_seconds_past_j2000();
+        if start_of_minute_s < super::UTC_START_S || length_s < 60.5 {
+            return Err(wrong("that minute has no leap second"));
+        }
+        return Ok(begin.plus_seconds(second));
+    }
+    Ok(Instant::from_utc_seconds(start_of_minute_s + second))
+}
+
+/// Exactly `digits` ASCII digits.
+fn whole(part: &str, digits: usize) -> Option<i64> {
+    (part.len() == digits && part.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse().ok()).flatten()
+}
+
+/// `SS` or `SS.fff`.
+fn seconds(part: &str) -> Option<f64> {
+    let (whole_part, fraction) = part.split_once('.').unwrap_or((part, "0"));
+    whole(whole_part, 2)?;
+    (!fraction.is_empty() && fraction.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse().ok()).flatten()
+}
+
+pub(super) fn format_utc(t: Instant) -> String {
+    let (utc_s, leap) = t.utc_seconds();
+    if !utc_s.is_finite() {
+        return "not a time".to_owned();
+    }
+    // Whole milliseconds first, so that a carry reaches every field.
+    let (start_ms, leap_ms) = match leap {
+        Some(part) if (part * 1e3).round() < 1000.0 => ((utc_s * 1e3).round() - 1000.0, Some((part * 1e3).round())),
+        _ => ((utc_s * 1e3).round(), None),
+    };
+    let past_midnight_ms = start_ms + 0.5 * SECONDS_PER_DAY * 1e3;
+    let day_number = (past_midnight_ms / (SECONDS_PER_DAY * 1e3)).floor();
+    let ms_of_day = (past_midnight_ms - day_number * SECONDS_PER_DAY * 1e3) as i64;
+    let (year, month, day) = calendar(day_number as i64);
+    let (hour, minute) = (ms_of_day / 3_600_000, ms_of_day / 60_000 % 60);
+    let (second, ms) = match leap_ms {
+        Some(ms) => (60, ms as i64),
+        None => (ms_of_day / 1000 % 60, ms_of_day % 1000),
+    };
+    let sign = if year < 0 { "-" } else { "" };
+    let fraction = if ms == 0 { String::new() } else { format!(".{ms:03}") };
+    format!("{sign}{:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{fraction}Z", year.abs())
+}
+
+fn days_in_month(year: i64, month: i64) -> i64 {
+    match month {
+        4 | 6 | 9 | 11 => 30,
+        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
+        2 => 28,
+        _ => 31,
+    }
+}
+
+/// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year.
+fn days_past_j2000_noon(year: i64, month: i64, day: i64) -> f64 {
+    let y = if month <= 2 { year - 1 } else { year };
+    let month_from_march = (month + 9) % 12;
+    let before_year = 365 * y + y.div_euclid(4) - y.div_euclid(100) + y.div_euclid(400);
+    // 0000-03-01 is 730 425 days before 2000-01-01.
+    (before_year + (153 * month_from_march + 2) / 5 + day - 1 - 730_425) as f64
+}
+
+/// Year, month and day of a number of days past 2000-01-01.
+fn calendar(days_past_2000: i64) -> (i64, i64, i64) {
+    let n = days_past_2000 + 730_425;
+    let cycle = n.div_euclid(146_097);
+    let day_of_cycle = n.rem_euclid(146_097);
+    let year_of_cycle = (day_of_cycle - day_of_cycle / 1460 + day_of_cycle / 36_524 - day_of_cycle / 146_096) / 365;
+    let day_of_year = day_of_cycle - (365 * year_of_cycle + year_of_cycle / 4 - year_of_cycle / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    (400 * cycle + year_of_cycle + i64::from(month <= 2), month, day)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn calendar_and_day_numbers_are_inverse() {
+        for n in (-3_000_000..3_000_000).step_by(977) {
+            let (y, m, d) = calendar(n);
+            assert_eq!(days_past_j2000_noon(y, m, d) as i64, n, "{y}-{m}-{d}");
+        }
+        assert_eq!(calendar(0), (2000, 1, 1));
+        // Julian day 1 721 119.5 starts 0000-03-01 (Gregorian).
+        assert_eq!(calendar(1_721_120 - 2_451_545), (0, 3, 1));
+    }
+}
