@@ -1,9 +1,114 @@
-//! `orrery library`.
+//! `orrery library`: the shader library on disk.
+
+use super::shader::reachable_keys;
 use super::{CliError, Common};
+use crate::shader::fragments::SIMPLE_MODULES;
+use crate::shader::{Library, Lowering, ModuleId};
+use std::path::PathBuf;
 
-#[derive(clap::Args, Debug, Default)]
-pub struct LibraryArgs {}
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example: orrery library warm")]
+pub struct LibraryArgs {
+    #[command(subcommand)]
+    verb: LibraryVerb,
+    /// Print one JSON value
+    #[arg(long, global = true)]
+    json: bool,
+}
 
-pub fn run(_common: &Common, _args: &LibraryArgs) -> Result<(), CliError> {
-    Err(CliError("not built yet".into()))
+#[derive(clap::Subcommand, Debug, Clone, Copy)]
+enum LibraryVerb {
+    /// Where the library lies and what it holds
+    Status,
+    /// Fill it with every module that any view can need
+    Warm,
+    /// Read every entry and check it whole
+    Verify,
+    /// Remove every entry
+    Clear,
+}
+
+/// The cache directory: `--cache`, else the user's own; none where the system names none.
+pub fn cache_directory(common: &Common) -> Option<PathBuf> {
+    common.cache.clone().or_else(|| directories::BaseDirs::new().map(|d| d.cache_dir().to_owned()))
+}
+
+/// The library that this command line asks for. Troubles with the disk go to standard error.
+pub fn open(common: &Common) -> Library {
+    match cache_directory(common) {
+        Some(cache) => Library::open(&cache, lowering(), |line| eprintln!("orrery: {line}")),
+        None => {
+            eprintln!("orrery: this system names no cache directory; shaders are kept in memory only, --cache DIR names a place");
+            Library::in_memory(lowering())
+        }
+    }
+}
+
+/// How modules become tapes.
+pub fn lowering() -> Lowering {
+    Lowering::none()
+}
+
+fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
+    println!("{}", serde_json::to_string(value).map_err(|e| CliError(e.to_string()))?);
+    Ok(())
+}
+
+pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
+    let library = open(common);
+    match args.verb {
+        LibraryVerb::Status => {
+            let status = library.status();
+            if args.json {
+                return json(&status);
+            }
+            let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
+            println!("folder     {folder}");
+            println!("entries    {} ({} kB)", status.entries, status.bytes / 1000);
+            println!("of other versions  {} ({} kB)", status.other_entries, status.other_bytes / 1000);
+        }
+        LibraryVerb::Warm => {
+            let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
+            ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Planet));
+            // Draws nothing where standard error is no terminal.
+            let bar = indicatif::ProgressBar::new(ids.len() as u64);
+            let failures = library.warm(&ids, || bar.inc(1));
+            bar.finish_and_clear();
+            if let Some(first) = failures.first() {
+                return Err(CliError(format!("{} of {} modules could not be made; the first: {first}", failures.len(), ids.len())));
+            }
+            let s = library.statistics();
+            if args.json {
+                return json(&s);
+            }
+            let each = |seconds: f64, n: u64| if n == 0 { 0.0 } else { 1000.0 * seconds / n as f64 };
+            println!("emitted    {} ({:.2} ms each)", s.emitted, each(s.emitting_s, s.emitted));
+            println!("from disk  {} ({:.2} ms each)", s.from_disk, each(s.reading_s, s.from_disk));
+            println!("written    {} ({:.2} ms each)", s.written, each(s.writing_s, s.written));
+            println!("healed     {}", s.healed);
+        }
+        LibraryVerb::Verify => {
+            let check = library.verify();
+            if args.json {
+                json(&check)?;
+            } else {
+                println!("whole      {}", check.whole);
+                check.damaged.iter().for_each(|(file, what)| println!("damaged    {}: {what}", file.display()));
+            }
+            if !check.damaged.is_empty() {
+                return Err(CliError(format!(
+                    "{} entries are damaged; they are replaced when next used, `orrery library clear` removes all",
+                    check.damaged.len()
+                )));
+            }
+        }
+        LibraryVerb::Clear => {
+            let removed = library.clear().map_err(|e| CliError(format!("the shader library cannot be cleared: {e}")))?;
+            if args.json {
+                return json(&serde_json::json!({ "removed": removed }));
+            }
+            println!("removed    {removed} files");
+        }
+    }
+    Ok(())
 }

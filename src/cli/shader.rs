@@ -1,9 +1,231 @@
-//! `orrery shader`.
+//! `orrery shader`: list, emit, compare, cost and verify generated shaders.
+
+use super::inputs::catalog;
+use super::library::lowering;
+use super::output::put;
 use super::{CliError, Common};
+use crate::scene::effects::possible_needs;
+use crate::shader::compare::{difference, ir_cost};
+use crate::shader::emit::emit_module;
+use crate::shader::fragments::SIMPLE_MODULES;
+use crate::shader::key::{self, ShaderKey, covering};
+use crate::shader::record::{Record, build_all, changes_text};
+use crate::shader::translate::{Language, translate};
+use crate::shader::{ModuleId, ShaderModule};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-#[derive(clap::Args, Debug, Default)]
-pub struct ShaderArgs {}
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Example: orrery shader emit lambert.albedo.sun1.ellipsoid --annotate")]
+pub struct ShaderArgs {
+    #[command(subcommand)]
+    verb: ShaderVerb,
+}
 
-pub fn run(_common: &Common, _args: &ShaderArgs) -> Result<(), CliError> {
-    Err(CliError("not built yet".into()))
+#[derive(clap::Subcommand, Debug)]
+enum ShaderVerb {
+    /// The keys that views of the catalog can need, one a line
+    Keys {
+        /// Instead: keys in which every combination of this many dimension values occurs
+        #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
+        covering: Option<u8>,
+        /// Print how many there are; the nominal size goes to standard error
+        #[arg(long)]
+        count: bool,
+    },
+    /// The module of a key, or a simple module by name
+    Emit {
+        #[arg(value_parser = module_id)]
+        key: ModuleId,
+        #[arg(long, value_enum, default_value = "wgsl")]
+        lang: LanguageWord,
+        /// Name the feature that asked for each line
+        #[arg(long)]
+        annotate: bool,
+        /// Print uniforms and bindings instead
+        #[arg(long)]
+        layout: bool,
+    },
+    /// What differs between two modules, by feature
+    Diff {
+        #[arg(value_parser = module_id)]
+        first: ModuleId,
+        #[arg(value_parser = module_id)]
+        second: ModuleId,
+    },
+    /// Operations by kind, texture reads, bytes, and the time to make the module
+    Cost {
+        #[arg(value_parser = module_id)]
+        key: ModuleId,
+    },
+    /// Make every reachable and covering module, translate it to every language, compare with the recorded digests
+    Verify {
+        /// Record the digests anew
+        #[arg(long)]
+        update: bool,
+        /// The record
+        #[arg(long, value_name = "FILE", default_value = "tests/shader_digests.txt")]
+        record: PathBuf,
+    },
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum LanguageWord {
+    Wgsl,
+    Hlsl,
+    Glsl,
+    Msl,
+    Spirv,
+    Ir,
+}
+
+impl From<LanguageWord> for Language {
+    fn from(word: LanguageWord) -> Self {
+        match word {
+            LanguageWord::Wgsl => Self::Wgsl,
+            LanguageWord::Hlsl => Self::Hlsl,
+            LanguageWord::Glsl => Self::Glsl,
+            LanguageWord::Msl => Self::Msl,
+            LanguageWord::Spirv => Self::Spirv,
+            LanguageWord::Ir => Self::Ir,
+        }
+    }
+}
+
+fn module_id(text: &str) -> Result<ModuleId, String> {
+    text.parse().map_err(|e: key::KeyTextError| e.to_string())
+}
+
+fn failed(e: impl std::fmt::Display) -> CliError {
+    CliError(e.to_string())
+}
+
+/// The keys that views of the catalog can need under any effects.
+pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
+    Ok(key::keys_of(possible_needs(&catalog(common)?)))
+}
+
+/// Every module that is verified: the simple ones, the reachable keys, the covering sets.
+fn verified_modules(common: &Common) -> Result<Vec<ModuleId>, CliError> {
+    let mut keys = reachable_keys(common)?;
+    keys.extend(covering(2));
+    keys.extend(covering(3));
+    let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
+    Ok(simple.chain(keys.into_iter().map(ModuleId::Planet)).collect())
+}
+
+fn layout_text(module: &ShaderModule) -> String {
+    let layout = &module.layout;
+    let mut text = String::new();
+    let _ = writeln!(text, "uniforms  group 0, binding 0, {} bytes", layout.uniform_size);
+    for f in &layout.fields {
+        let _ = writeln!(text, "  {:>4}  {:>3}  {:<18} {}", f.offset, f.size, f.ty.to_string(), f.name);
+    }
+    layout.textures.iter().for_each(|b| text.push_str(&format!("texture   group 0, binding {}  {}\n", b.binding, b.name)));
+    layout.samplers.iter().for_each(|b| text.push_str(&format!("sampler   group 0, binding {}  {}\n", b.binding, b.name)));
+    text
+}
+
+fn annotated_text(wgsl: &str, map: &crate::shader::SourceMap) -> String {
+    let width = map.features.iter().map(String::len).max().unwrap_or(0);
+    let lines = (1..).zip(wgsl.lines());
+    lines.map(|(number, line)| format!("{:<width$} | {line}\n", map.feature_of(number).unwrap_or(""))).collect()
+}
+
+fn difference_text(a: &crate::shader::Emitted, b: &crate::shader::Emitted) -> String {
+    let mut text = String::new();
+    for d in difference(a, b) {
+        let _ = writeln!(text, "{}", d.feature);
+        for (sign, lines) in [('-', &d.only_first), ('+', &d.only_second)] {
+            lines.iter().for_each(|l| text.push_str(&format!("  {sign} {}  ({}:{})\n", l.text, l.fragment, l.line)));
+        }
+    }
+    text
+}
+
+fn cost_text(module: &ShaderModule, making: std::time::Duration) -> String {
+    let cost = ir_cost(module);
+    let mut operations: Vec<_> = cost.operations.iter().collect();
+    operations.sort_by_key(|(name, n)| (std::cmp::Reverse(**n), *name));
+    let mut text = format!(
+        "lines {}, functions {}, branches {}, uniform bytes {}\ntexture reads  {}\noperations     {} in the IR\n",
+        cost.lines,
+        cost.functions,
+        cost.branches,
+        cost.uniform_bytes,
+        cost.texture_reads,
+        operations.iter().map(|(_, n)| **n).sum::<u32>()
+    );
+    operations.iter().for_each(|(name, n)| text.push_str(&format!("  {n:>4}  {name}\n")));
+    let _ = writeln!(text, "made in        {:.2} ms", making.as_secs_f64() * 1000.0);
+    text
+}
+
+pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
+    match &args.verb {
+        ShaderVerb::Keys { covering: t, count } => {
+            let keys: Vec<ShaderKey> = match t {
+                Some(t) => covering(usize::from(*t)),
+                None => reachable_keys(common)?.into_iter().collect(),
+            };
+            if *count {
+                eprintln!("of {} nominal combinations", key::nominal_size());
+                return put(&format!("{}\n", keys.len()));
+            }
+            put(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
+        }
+        ShaderVerb::Emit { key, lang, annotate, layout } => {
+            let module = ShaderModule::build(key, &lowering()).map_err(failed)?;
+            match Language::from(*lang) {
+                _ if *layout => put(&layout_text(&module)),
+                Language::Wgsl if *annotate => put(&annotated_text(&module.wgsl, &module.source_map)),
+                _ if *annotate => Err(CliError("--annotate names the features of WGSL lines; leave out --lang".into())),
+                language => put(&translate(&module, language).map_err(failed)?),
+            }
+        }
+        ShaderVerb::Diff { first, second } => {
+            put(&difference_text(&emit_module(first).map_err(failed)?, &emit_module(second).map_err(failed)?))
+        }
+        ShaderVerb::Cost { key } => {
+            let start = Instant::now();
+            let module = ShaderModule::build(key, &lowering()).map_err(failed)?;
+            put(&cost_text(&module, start.elapsed()))
+        }
+        ShaderVerb::Verify { update, record } => verify(common, *update, record),
+    }
+}
+
+fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
+    let ids = verified_modules(common)?;
+    let bar = indicatif::ProgressBar::new(ids.len() as u64);
+    let made = build_all(&ids, &lowering(), || bar.inc(1));
+    bar.finish_and_clear();
+    let listed = |failures: &[String], what: &str| match put(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
+        Ok(()) => CliError(format!("{} of {} modules {what}", failures.len(), ids.len())),
+        Err(e) => e,
+    };
+    let modules = made.map_err(|f| listed(&f.iter().map(ToString::to_string).collect::<Vec<_>>(), "are not valid"))?;
+    let now =
+        Record::of(modules.values()).map_err(|f| listed(&f.iter().map(ToString::to_string).collect::<Vec<_>>(), "cannot be translated"))?;
+    put(&format!("{} modules emitted, validated, lowered and translated\n", modules.len()))?;
+    let old = match std::fs::read_to_string(path) {
+        Ok(text) => Record::parse(&text).map_err(|e| CliError(format!("{}: {e}", path.display())))?,
+        Err(_) if update => Record::default(),
+        Err(e) => {
+            let advice = "run in the source tree, or name a file by --record and make it by --update";
+            return Err(CliError(format!("{}: {e}; {advice}", path.display())));
+        }
+    };
+    let changes = old.changes(&now, |name| modules.get(name).map(|m| &m.source_map));
+    put(&changes_text(&changes))?;
+    if update {
+        std::fs::write(path, now.to_text()).map_err(|e| CliError(format!("{} cannot be written: {e}", path.display())))?;
+        return put(&format!("recorded in {}\n", path.display()));
+    }
+    match changes.len() {
+        0 => put("all as recorded\n"),
+        n => Err(CliError(format!("{n} modules are not as recorded; `orrery shader verify --update` records them"))),
+    }
 }

@@ -11,7 +11,6 @@
 use super::fragments::{FRAGMENTS, SIMPLE_MODULES};
 use super::key::{self, ShaderKey};
 use super::{ModuleId, ShaderError};
-use crate::scene::draw::Needs;
 use serde::{Deserialize, Serialize};
 
 /// Where one emitted line came from.
@@ -56,12 +55,7 @@ pub struct Emitted {
 
 /// Emits the module of a key.
 pub fn emit(key: &ShaderKey) -> Result<Emitted, ShaderError> {
-    emit_needs(key.needs())
-}
-
-/// Emits for needs as they are, canonical or not. Tests compare its images with the canonical key's.
-pub fn emit_needs(needs: &Needs) -> Result<Emitted, ShaderError> {
-    emit_fragment("entry/planet.wgsl", "planet", &key::features(needs))
+    emit_fragment("entry/planet.wgsl", "planet", &key::features(key.needs()))
 }
 
 /// Emits any module.

@@ -15,6 +15,7 @@ macro_rules! sources {
 
 sources![
     "scene/draw.rs",
+    "shader/compare.rs",
     "shader/emit.rs",
     "shader/fragments.rs",
     "shader/generator.rs",
@@ -27,6 +28,7 @@ sources![
     "shader/library/mod.rs",
     "shader/mod.rs",
     "shader/module.rs",
+    "shader/record.rs",
     "shader/reflect.rs",
     "shader/translate.rs",
 ];

@@ -2,12 +2,14 @@
 //!
 //! [`key`] says what to draw, [`emit`] writes the WGSL, [`module`] parses, validates, reflects and lowers it, [`library`] keeps the result.
 
+pub mod compare;
 pub mod emit;
 pub mod fragments;
 pub mod generator;
 pub mod key;
 pub mod library;
 pub mod module;
+pub mod record;
 pub mod reflect;
 pub mod translate;
 

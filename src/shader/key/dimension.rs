@@ -42,8 +42,7 @@ pub struct Dimension {
 
 const SURFACES: [Surface; 5] = [Surface::Emissive, Surface::Lambert, Surface::LommelSeeliger, Surface::LunarLambert, Surface::OrenNayar];
 const SHAPES: [Shape; 3] = [Shape::Sphere, Shape::Ellipsoid, Shape::Mesh];
-const VIEWS: [PixelView; 6] =
-    [PixelView::Shaded, PixelView::Depth, PixelView::Normal, PixelView::Albedo, PixelView::Uv, PixelView::Sunlight];
+const VIEWS: [PixelView; 6] = PixelView::ALL;
 
 fn index_of<T: PartialEq>(all: &[T], value: &T) -> usize {
     all.iter().position(|v| v == value).unwrap_or(0)

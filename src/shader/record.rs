@@ -1,0 +1,232 @@
+//! Recorded digests of modules, and why a module is no longer what was recorded.
+//!
+//! In: finished modules. Out: a text of one line per fragment and per module, and the list of changes between two such records, each
+//! with its reason: a fragment that changed, the emitter, or naga. Not here: where the record lies.
+
+use super::fragments::FRAGMENTS;
+use super::generator::{hex, naga_version};
+use super::translate::{Language, TranslateError, translate};
+use super::{Lowering, ModuleId, ShaderError, ShaderModule, SourceMap};
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+fn short_digest(parts: &[&str]) -> String {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update((part.len() as u64).to_le_bytes());
+        hash.update(part);
+    }
+    hex(&hash.finalize()[..6])
+}
+
+/// Digests of one module.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Digests {
+    /// Of the emitted text.
+    wgsl: String,
+    /// Of its translations to every other language.
+    translations: String,
+}
+
+/// Digests by fragment path and by module name.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Record {
+    naga: String,
+    fragments: BTreeMap<String, String>,
+    modules: BTreeMap<String, Digests>,
+}
+
+/// A record's text cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: `{text}` is no line of a digest record; `orrery shader verify --update` records anew")]
+pub struct RecordError {
+    pub line: usize,
+    pub text: String,
+}
+
+/// One difference from what was recorded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    pub module: String,
+    pub what: String,
+}
+
+impl Record {
+    /// An empty record of the fragments and the naga that this program has.
+    pub fn new() -> Self {
+        let fragments = FRAGMENTS.iter().map(|(name, text)| ((*name).to_owned(), short_digest(&[text]))).collect();
+        Self { naga: naga_version().unwrap_or("unknown").to_owned(), fragments, modules: BTreeMap::new() }
+    }
+
+    /// The record of these modules; `Err` where one cannot be written in some language.
+    pub fn of<'a>(modules: impl IntoIterator<Item = &'a ShaderModule>) -> Result<Self, Vec<TranslateError>> {
+        let modules: Vec<_> = modules.into_iter().collect();
+        let digests: Vec<Result<(String, Digests), TranslateError>> = modules
+            .par_iter()
+            .map(|m| {
+                let others = Language::ALL.into_iter().filter(|l| !matches!(l, Language::Wgsl | Language::Ir));
+                let texts = others.map(|l| translate(m, l)).collect::<Result<Vec<_>, _>>()?;
+                let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+                Ok((m.id.to_string(), Digests { wgsl: short_digest(&[&m.wgsl]), translations: short_digest(&texts) }))
+            })
+            .collect();
+        let mut record = Self::new();
+        let mut failures = Vec::new();
+        for result in digests {
+            match result {
+                Ok((name, digests)) => drop(record.modules.insert(name, digests)),
+                Err(e) => failures.push(e),
+            }
+        }
+        if failures.is_empty() { Ok(record) } else { Err(failures) }
+    }
+
+    pub fn len(&self) -> usize {
+        self.modules.len()
+    }
+    pub fn is_empty(&self) -> bool {
+        self.modules.is_empty()
+    }
+
+    /// The text form; reading it back gives an equal record.
+    pub fn to_text(&self) -> String {
+        let mut text = String::from(
+            "# Digests of every generated module, of all reachable keys and the covering sets. `orrery shader verify` compares and\n\
+             # explains; `orrery shader verify --update` records anew.\n\
+             # module <name> <emitted WGSL> <HLSL, GLSL, MSL and SPIR-V together>\n",
+        );
+        let _ = writeln!(text, "naga {}", self.naga);
+        for (name, digest) in &self.fragments {
+            let _ = writeln!(text, "fragment {name} {digest}");
+        }
+        for (name, d) in &self.modules {
+            let _ = writeln!(text, "module {name} {} {}", d.wgsl, d.translations);
+        }
+        text
+    }
+
+    /// Reads the text form.
+    pub fn parse(text: &str) -> Result<Self, RecordError> {
+        let mut record = Self::default();
+        for (line, content) in (1..).zip(text.lines()) {
+            let words: Vec<&str> = content.split_whitespace().collect();
+            match words[..] {
+                [] => {}
+                [first, ..] if first.starts_with('#') => {}
+                ["naga", version] => version.clone_into(&mut record.naga),
+                ["fragment", name, digest] => drop(record.fragments.insert(name.into(), digest.into())),
+                ["module", name, wgsl, translations] => {
+                    record.modules.insert(name.into(), Digests { wgsl: wgsl.into(), translations: translations.into() });
+                }
+                _ => return Err(RecordError { line, text: content.to_owned() }),
+            }
+        }
+        Ok(record)
+    }
+
+    /// What changed from this record to `now`, with reasons. `source_map` gives the fragments of a module of `now`.
+    pub fn changes<'a>(&self, now: &Self, source_map: impl Fn(&str) -> Option<&'a SourceMap>) -> Vec<Change> {
+        let mut changes = Vec::new();
+        let mut push = |module: &str, what: String| changes.push(Change { module: module.to_owned(), what });
+        for (name, digests) in &now.modules {
+            let Some(old) = self.modules.get(name) else {
+                push(name, "is new: it was not reachable or not covered before".into());
+                continue;
+            };
+            if old.wgsl != digests.wgsl {
+                let used = source_map(name).map(|m| m.fragments.as_slice()).unwrap_or_default();
+                let changed: Vec<&str> =
+                    used.iter().filter(|f| self.fragments.get(*f) != now.fragments.get(*f)).map(String::as_str).collect();
+                push(
+                    name,
+                    if changed.is_empty() {
+                        "has another text though its fragments are as recorded: the emitter or the key's features changed".into()
+                    } else {
+                        format!("has another text: shaders/{} changed", changed.join(", shaders/"))
+                    },
+                );
+            } else if old.translations != digests.translations {
+                let why = if self.naga == now.naga {
+                    "naga's version is the same, so the options of the translation changed".to_owned()
+                } else {
+                    format!("naga went from {} to {}", self.naga, now.naga)
+                };
+                push(name, format!("translates otherwise with the same text: {why}"));
+            }
+        }
+        for name in self.modules.keys().filter(|n| !now.modules.contains_key(*n)) {
+            push(name, "is gone: no catalog entry and no covering set asks for it".into());
+        }
+        changes
+    }
+}
+
+/// The modules of these names, made on all cores; `done` is called after each. All failures, if there is any.
+pub fn build_all(
+    ids: &[ModuleId],
+    lowering: &Lowering,
+    done: impl Fn() + Sync,
+) -> Result<BTreeMap<String, ShaderModule>, Vec<ShaderError>> {
+    let made: Vec<_> = ids
+        .par_iter()
+        .map(|id| {
+            let module = ShaderModule::build(id, lowering);
+            done();
+            module
+        })
+        .collect();
+    let mut modules = BTreeMap::new();
+    let mut failures = Vec::new();
+    for result in made {
+        match result {
+            Ok(m) => drop(modules.insert(m.id.to_string(), m)),
+            Err(e) => failures.push(e),
+        }
+    }
+    if failures.is_empty() { Ok(modules) } else { Err(failures) }
+}
+
+/// Changes for a reader: one reason often covers many modules, so it is told once, with all of them.
+pub fn changes_text(changes: &[Change]) -> String {
+    let mut by_reason: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    changes.iter().for_each(|c| by_reason.entry(&c.what).or_default().push(&c.module));
+    let mut text = String::new();
+    for (what, names) in by_reason {
+        let _ = writeln!(text, "{} x {what}", names.len());
+        names.iter().for_each(|n| text.push_str(&format!("  {n}\n")));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(naga: &str, fragment: &str, wgsl: &str, translations: &str) -> Record {
+        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\nmodule k {wgsl} {translations}\n")).expect("reads")
+    }
+
+    #[test]
+    fn text_round_trips_and_bad_lines_are_named() {
+        let r = record("1.2.3", "f", "w", "t");
+        assert_eq!(Record::parse(&r.to_text()), Ok(r));
+        assert_eq!(Record::parse("naga 1\nmodule k w\n").expect_err("short").line, 2);
+    }
+
+    #[test]
+    fn each_kind_of_change_gets_its_reason() {
+        let map = SourceMap { fragments: vec!["a.wgsl".into()], ..SourceMap::default() };
+        let why = |old: &Record, new: &Record| {
+            old.changes(new, |_| Some(&map)).iter().map(|c| format!("{} {}", c.module, c.what)).collect::<Vec<_>>()
+        };
+        let old = record("1", "f", "w", "t");
+        assert!(why(&old, &old).is_empty());
+        assert!(why(&old, &record("1", "F", "W", "T"))[0].contains("k has another text: shaders/a.wgsl changed"));
+        assert!(why(&old, &record("1", "f", "W", "T"))[0].contains("the emitter"));
+        assert!(why(&old, &record("2", "f", "w", "T"))[0].contains("naga went from 1 to 2"));
+        assert!(why(&old, &Record::default())[0].contains("is gone"));
+        assert!(why(&Record::default(), &old)[0].contains("is new"));
+    }
+}
