@@ -3,5 +3,6 @@
 mod catalog;
 mod layering;
 mod library;
+mod plan;
 mod scene_silhouette;
 mod shader_keys;

@@ -174,3 +174,34 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
     }
     all.into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overrides_are_read_or_refused_by_name() {
+        let o = EffectOverrides::parse("+night, -normal,+NORMAL,-points").expect("known effects");
+        assert_eq!(o.asked(Effect::Night), Some(true));
+        assert_eq!(o.asked(Effect::Normal), Some(true));
+        assert_eq!(o.asked(Effect::Points), Some(false));
+        assert_eq!(o.asked(Effect::Albedo), None);
+        assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("+night"));
+        assert!(EffectOverrides::parse("+eclipse").unwrap_err().to_string().contains("planet-shine"));
+    }
+
+    #[test]
+    fn nothing_is_possible_that_the_body_does_not_have() {
+        let catalog = Catalog::embedded();
+        let all = possible_needs(&catalog);
+        let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
+        let everything = MapSet { albedo: true, normal: true, specular: true, night: true };
+        let needs = Chosen { ellipsoid: true, maps: everything, shine: 200 }.needs(sun, PixelView::Shaded);
+        assert_eq!((needs.surface, needs.lights, needs.maps.night), (Surface::Emissive, 0, false));
+        assert!(all.contains(&needs));
+        assert!(all.iter().all(|n| n.lights <= LIGHTS_AT_MOST && (n.surface == Surface::Emissive) == (n.lights == 0)));
+        assert!(!all.iter().any(|n| n.shape == Shape::Mesh));
+        let foreign = Needs { flags: Flags { two_sided: true, ..Flags::default() }, ..needs };
+        assert!(!all.contains(&foreign));
+    }
+}

@@ -18,6 +18,10 @@ pub(super) struct Frame<'a> {
     pub reflectors: &'a [Reflector<'a>],
 }
 
+/// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in
+/// VIIRS' day-night band (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860), times pi, over the 600 W/m2 of sunlight in that band.
+const NIGHT_MAP_WHITE_RADIANCE: f64 = 2.6e-5;
+
 /// What became of one body.
 pub(super) struct Seen {
     pub appearance: Appearance,
@@ -177,7 +181,7 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
         (diameter_px > GLINT_DIAMETER_PX, format!("{diameter_px:.1} px across against {GLINT_DIAMETER_PX} for the Sun's glint"))
     });
     chosen.maps.night = ledger.map(Effect::Night, body.maps.night.as_ref(), || {
-        let part = body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) / white;
+        let part = body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE / white;
         (part > VISIBLE_CHANGE, format!("brightest lamps {}", of_white(part)))
     });
     ledger.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
@@ -255,7 +259,7 @@ fn amounts(frame: &Frame<'_>, p: &Placed<'_>, rect: camera::ClipRect, maps: MapS
         limb_u1: camera::narrow(u1),
         limb_u2: camera::narrow(u2),
         map_latitude_stretch: camera::narrow_scalar(map_latitude_stretch),
-        night_radiance: camera::narrow(gain(&body.maps.night) * share),
+        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * share),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         specular_power: camera::narrow_scalar(GLINT_POWER),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),

@@ -7,7 +7,7 @@ use super::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding,
     SamplerState, TextureBinding, TextureSource, Vertices,
 };
-use crate::image::SharedTexture;
+use crate::image::{SharedTexture, TexelFormat};
 use crate::scene::Scene;
 use crate::scene::draw::{Amounts, Draw, Light, Point};
 use crate::shader::key::ShaderKey;
@@ -30,8 +30,8 @@ pub enum PlanError {
 /// What the plan asks of the outside: layouts of modules and decoded maps.
 pub trait Supplies {
     fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError>;
-    /// A map by its file name.
-    fn map(&self, file: &str) -> Result<SharedTexture, PlanError>;
+    /// A map by its file name, as colour or as plain numbers.
+    fn map(&self, file: &str, format: TexelFormat) -> Result<SharedTexture, PlanError>;
 }
 
 /// How finely the frame is drawn.
@@ -47,6 +47,14 @@ pub struct Fineness {
 const MAP_SAMPLER_BINDING: u32 = 8;
 /// The binding of the tone map's input.
 const HDR_BINDING: u32 = 1;
+
+/// Albedo and night maps hold colours, normal and water maps plain numbers.
+pub fn map_format(binding: u32) -> TexelFormat {
+    match binding {
+        2 | 3 => TexelFormat::Rgba8Unorm,
+        _ => TexelFormat::Rgba8Srgb,
+    }
+}
 
 /// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
 pub fn modules(scene: &Scene) -> Vec<ModuleName> {
@@ -151,7 +159,7 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
     let mut textures = Vec::new();
     for (binding, file) in draw.map_files.bindings() {
         if layout.textures.iter().any(|t| t.binding == binding) {
-            textures.push(TextureBinding { binding, source: TextureSource::Image(supplies.map(file)?) });
+            textures.push(TextureBinding { binding, source: TextureSource::Image(supplies.map(file, map_format(binding))?) });
         }
     }
     let state =

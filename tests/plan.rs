@@ -1,0 +1,89 @@
+//! The plan fills what the modules read: every structure that scene can ask for gets its uniform block from scene's amounts.
+
+use glam::{Vec2, Vec3, Vec4};
+use orrery::catalog::Catalog;
+use orrery::render::plan::uniforms_of;
+use orrery::scene::draw::{Amounts, Light, Needs};
+use orrery::scene::effects::possible_needs;
+use orrery::shader::key::{ShaderKey, keys_of};
+use orrery::shader::reflect::LayoutError;
+use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
+
+/// Amounts with a different number in every field, and as many lights as asked.
+fn amounts(lights: u8) -> Amounts {
+    let light = |k: f32| Light { direction_in_body: Vec3::new(k, k + 0.1, k + 0.2), irradiance: Vec3::splat(k + 0.5) };
+    Amounts {
+        rect_in_clip: Vec4::new(1.0, 2.0, 3.0, 4.0),
+        anchor_origin: Vec3::splat(5.0),
+        anchor_du: Vec3::splat(6.0),
+        anchor_dv: Vec3::splat(7.0),
+        ray_origin: Vec3::splat(8.0),
+        ray_du: Vec3::splat(9.0),
+        ray_dv: Vec3::splat(10.0),
+        anchor_excess: 11.0,
+        anchor_is_camera: 1.0,
+        depth_row: Vec4::splat(12.0),
+        axis_ratios: Vec3::splat(13.0),
+        albedo: Vec3::new(14.0, 15.0, 16.0),
+        lights: (0..lights).map(|k| light(100.0 + f32::from(k))).collect(),
+        photometric_parameter: 17.0,
+        limb_u1: Vec3::splat(18.0),
+        limb_u2: Vec3::splat(19.0),
+        map_latitude_stretch: 20.0,
+        night_radiance: Vec3::splat(21.0),
+        specular_strength: 22.0,
+        specular_power: 23.0,
+        normal_strength: 24.0,
+        camera_in_unit_sphere: Vec3::splat(25.0),
+        pixel_size: Vec2::splat(26.0),
+    }
+}
+
+fn layout(needs: &Needs) -> Layout {
+    let id = ModuleId::Planet(ShaderKey::for_draw(needs));
+    ShaderModule::build(&id, &Lowering::none()).expect("the module builds").layout
+}
+
+fn number(bytes: &[u8], offset: u32) -> f32 {
+    let at = offset as usize;
+    f32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
+}
+
+#[test]
+fn every_possible_structure_is_filled_by_name() {
+    let all = possible_needs(&Catalog::embedded());
+    // One structure of each key: what the canonical form leaves out must not be missed.
+    let keys = keys_of(all.iter().copied());
+    let mut failures = Vec::new();
+    for key in &keys {
+        let needs = *key.needs();
+        match uniforms_of(&layout(&needs), &amounts(needs.lights)) {
+            Ok(bytes) => assert!(!bytes.is_empty()),
+            Err(e) => failures.push(format!("{key}: {e}")),
+        }
+    }
+    println!("{} structures, {} keys", all.len(), keys.len());
+    assert!(keys.len() > 50, "{} keys", keys.len());
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn values_land_at_their_fields() {
+    let all = possible_needs(&Catalog::embedded());
+    let needs = all.iter().find(|n| n.lights == 2 && n.maps.night && n.maps.specular).expect("the Earth under the Moon");
+    let layout = layout(needs);
+    let bytes = uniforms_of(&layout, &amounts(2)).expect("filled");
+    let offset = |name: &str| layout.field(name).expect("a field").offset;
+    assert_eq!(number(&bytes, offset("rect_in_clip") + 8), 3.0);
+    assert_eq!(number(&bytes, offset("albedo") + 4), 15.0);
+    assert_eq!(number(&bytes, offset("specular_power")), 23.0);
+    assert_eq!(number(&bytes, offset("light_direction") + 16), 101.0);
+    assert_eq!(number(&bytes, offset("light_irradiance") + 16), 101.5);
+}
+
+#[test]
+fn a_wrong_number_of_lights_is_refused() {
+    let all = possible_needs(&Catalog::embedded());
+    let needs = all.iter().find(|n| n.lights == 2).expect("two lights");
+    assert!(matches!(uniforms_of(&layout(needs), &amounts(1)), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction"));
+}
