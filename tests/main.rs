@@ -6,3 +6,4 @@ mod library;
 mod plan;
 mod scene_silhouette;
 mod shader_keys;
+mod textures;

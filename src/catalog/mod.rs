@@ -172,6 +172,8 @@ pub struct Body {
     /// V-band geometric albedo (0 for the Sun).
     pub geometric_albedo: f64,
     pub bond_albedo: Option<f64>,
+    /// Geometric albedo of the ground alone where the map shows it without the clouds that the whole disc has.
+    pub clear_sky_albedo: Option<f64>,
     /// Linear sRGB of the mean disc, scaled to luminance 1: what an eye would see, without the brightness.
     pub colour: Vec3,
     pub photometry: Photometry,
@@ -182,6 +184,18 @@ pub struct Body {
     pub atmosphere: Option<Atmosphere>,
     /// Where the values come from, by topic (`radii`, `gm`, `albedo`, `colour`, ...).
     pub sources: BTreeMap<String, String>,
+}
+
+impl Body {
+    /// The mean linear RGB that the albedo map times its gain has over the sphere: the body's colour times its geometric albedo (the Sun: 1).
+    /// The Earth's map shows its ground without cloud and air, so its target is that of a clear sky: a luminance of 0.11, not 0.434.
+    pub fn map_target(&self) -> [f64; 3] {
+        let level = match self.kind {
+            Kind::Star => 1.0,
+            _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),
+        };
+        self.colour.to_array().map(|c| f64::from(c) * level)
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]

@@ -21,6 +21,7 @@ struct Draft {
     gm_km3_s2: Option<f64>,
     geometric_albedo: Option<f64>,
     bond_albedo: Option<f64>,
+    clear_sky_albedo: Option<f64>,
     colour: Option<[f64; 3]>,
     photometry: Option<Photometry>,
     maps: Maps,
@@ -198,6 +199,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
         gm_km3_s2: s.take("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
         geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
+        clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         colour: s
             .take("colour_linear_srgb", "three numbers from 0 to 100, not all 0", |v: &[f64; 3]| {
                 each(|x| (0.0..=100.0).contains(&x))(v) && v.iter().sum::<f64>() > 0.0
@@ -223,6 +225,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
         fresh.gm_km3_s2 = fresh.gm_km3_s2.or(older.gm_km3_s2);
         fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
         fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
+        fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
         fresh.colour = fresh.colour.or(older.colour);
         fresh.photometry = fresh.photometry.or(older.photometry);
         fresh.maps = older.maps;
@@ -390,6 +393,7 @@ fn assemble(
             gm_km3_s2: d.gm_km3_s2,
             geometric_albedo,
             bond_albedo: d.bond_albedo,
+            clear_sky_albedo: d.clear_sky_albedo,
             colour: Vec3::from_array(c.map(|x| (x / luminance) as f32)),
             photometry,
             maps: d.maps,

@@ -1,6 +1,17 @@
-//! Pictures in memory: textures with their mip chains, and finished frames as PNG and EXR.
+//! Pictures in memory: textures with their mip chains, and finished frames as PNG, EXR and y4m.
+//!
+//! In: encoded map files (embedded or from a folder), or plain rows of a frame. Out: [`Texture`]s with full mip chains made in linear light, or
+//! bytes written. A texture always has all levels down to 1x1. Nothing here knows what a picture shows.
 
 use std::sync::Arc;
+
+mod embedded;
+mod maps;
+mod mips;
+mod write;
+
+pub use maps::{MapOrigin, MapStore};
+pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
@@ -28,3 +39,56 @@ pub struct Texture {
 }
 
 pub type SharedTexture = Arc<Texture>;
+
+/// Why a picture could not be read or written: one line, with the name.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    #[error("no map named {name}: neither embedded{searched}; put it into a folder and name that with --textures")]
+    Missing { name: String, searched: String },
+    #[error("{name}: not a picture that can be read (JPEG or PNG): {reason}")]
+    Unreadable { name: String, reason: String },
+    #[error("{width}x{height} texels do not fit {given} bytes")]
+    Size { width: u32, height: u32, given: usize },
+    #[error("the picture could not be written: {0}")]
+    Write(String),
+}
+
+impl Texture {
+    /// A texture with its full mip chain from 8-bit RGBA rows, top first. `format` is one of the two 8-bit formats.
+    pub fn from_rgba8(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Result<Self, ImageError> {
+        let needed = u64::from(width) * u64::from(height) * 4;
+        if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
+            return Err(ImageError::Size { width, height, given: rgba.len() });
+        }
+        Ok(Self { format, levels: mips::chain(width, height, rgba, format) })
+    }
+
+    /// A texture from an encoded JPEG or PNG; `name` is for the error.
+    pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
+        let unreadable = |e: image::ImageError| ImageError::Unreadable { name: name.to_owned(), reason: e.to_string() };
+        let rgba = image::load_from_memory(encoded).map_err(unreadable)?.into_rgba8();
+        let (width, height) = rgba.dimensions();
+        Self::from_rgba8(width, height, rgba.into_raw(), format)
+    }
+
+    /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.
+    pub fn mean_over_sphere(&self) -> [f64; 3] {
+        let Some(level) = self.levels.first().filter(|_| self.format != TexelFormat::Rgba32Float) else { return [0.0; 3] };
+        let decode = mips::decode_table(self.format);
+        let (mut sum, mut weight) = ([0.0; 3], 0.0);
+        for (y, row) in level.bytes.chunks_exact(level.width as usize * 4).enumerate() {
+            let w = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
+            let mut of_row = [0.0_f64; 3];
+            for texel in row.chunks_exact(4) {
+                for c in 0..3 {
+                    of_row[c] += f64::from(decode[usize::from(texel[c])]);
+                }
+            }
+            for c in 0..3 {
+                sum[c] += w * of_row[c];
+            }
+            weight += w * f64::from(level.width);
+        }
+        sum.map(|s| s / weight)
+    }
+}

@@ -1,0 +1,279 @@
+//! Makes textures/ from a folder of source maps: `cargo run --release --example bake_textures -- SOURCE [OUT]`.
+//!
+//! In: SOURCE/textures and SOURCE/catalogs/nomenclature_usgs.csv, named and credited in textures/README.md. Out: the files of textures/, and on
+//! standard output each colour map's gain for the catalog. No randomness but a fixed hash: the same sources give the same files.
+
+use image::{Rgb, RgbImage, imageops::FilterType};
+use orrery::catalog::Catalog;
+use orrery::image::{TexelFormat, Texture};
+use std::error::Error;
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// (source under textures/, our name): taken over byte for byte.
+const COPIED: &[(&str, &str)] = &[
+    ("earth_day_4096.jpg", "earth_day.jpg"),
+    ("earth_citylights_2048.jpg", "earth_night.jpg"),
+    ("moon_4096.jpg", "moon.jpg"),
+    ("sss_mercurymap.jpg", "mercury.jpg"),
+    ("sss_marsmap2k.jpg", "mars.jpg"),
+    ("sss_jupitermap.jpg", "jupiter.jpg"),
+    ("sss_saturnmap.jpg", "saturn.jpg"),
+    ("sss_moonnormal2k.jpg", "moon_normal.jpg"),
+    ("sss_marsnormal2k.jpg", "mars_normal.jpg"),
+    ("sss_earthspec2k.jpg", "earth_water.jpg"),
+    ("moons/venus_512.jpg", "venus_clouds.jpg"),
+];
+
+/// Bodies whose 512-texel map is taken over.
+const SMALL: &[&str] = &[
+    "ariel",
+    "ceres",
+    "charon",
+    "deimos",
+    "dione",
+    "enceladus",
+    "epimetheus",
+    "europa",
+    "ganymede",
+    "hyperion",
+    "io",
+    "janus",
+    "mimas",
+    "miranda",
+    "oberon",
+    "pluto",
+    "rhea",
+    "tethys",
+    "titan",
+    "titania",
+    "umbriel",
+    "vesta",
+];
+
+/// Size of the maps made here.
+const WIDTH: u32 = 1024;
+const HEIGHT: u32 = 512;
+
+type Colour = [f64; 3];
+
+/// A feature of the gazetteer, degrees and kilometres.
+struct Feature {
+    lat: f64,
+    lon: f64,
+    diameter_km: f64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut words = std::env::args().skip(1);
+    let source = words.next().ok_or("usage: bake_textures SOURCE [OUT]")?;
+    let out = words.next().unwrap_or_else(|| "textures".into());
+    let (source, out) = (Path::new(&source), Path::new(&out));
+    std::fs::create_dir_all(out)?;
+    for (from, to) in COPIED {
+        std::fs::copy(source.join("textures").join(from), out.join(to))?;
+    }
+    for name in SMALL {
+        std::fs::copy(source.join(format!("textures/moons/{name}_512.jpg")), out.join(format!("{name}.jpg")))?;
+    }
+    let open = |name: &str| image::open(source.join("textures").join(name)).map(|i| i.into_rgb8());
+    // Stylised maps: only their brightness pattern is kept, at the contrast an eye would see, on a white that the catalog's gain colours.
+    for (from, to, contrast) in
+        [("sss_uranusmap.jpg", "uranus.jpg", 0.15), ("sss_neptunemap.jpg", "neptune.jpg", 0.15), ("sss_sunmap.jpg", "sun.jpg", 0.04)]
+    {
+        save(&flatten(&open(from)?, contrast), &out.join(to))?;
+    }
+    save(&normals_from_elevation(&open("earth_elevation_2048_u8.png")?, 25.0, 6_371_000.0, 12.0), &out.join("earth_normal.jpg"))?;
+    let gazetteer = std::fs::read_to_string(source.join("catalogs/nomenclature_usgs.csv"))?;
+    let craters = |body: &str| features(&gazetteer, body, "AA");
+    let rings = features(&gazetteer, "Callisto", "LG");
+    save(&callisto(&craters("Callisto"), &rings), &out.join("callisto.jpg"))?;
+    save(&iapetus(&craters("Iapetus")), &out.join("iapetus.jpg"))?;
+    save(&triton(), &out.join("triton.jpg"))?;
+    save(&phobos(&craters("Phobos")), &out.join("phobos.jpg"))?;
+    for body in Catalog::embedded().bodies() {
+        if let Some(map) = &body.maps.albedo {
+            let texture = Texture::decode(&map.file, &std::fs::read(out.join(&map.file))?, TexelFormat::Rgba8Srgb)?;
+            let mean = texture.mean_over_sphere();
+            let target = body.map_target();
+            let gain: Vec<String> = (0..3).map(|c| format!("{:.4}", target[c] / mean[c])).collect();
+            println!("{} gain = [{}]", map.file, gain.join(", "));
+        }
+    }
+    Ok(())
+}
+
+fn save(map: &RgbImage, path: &Path) -> Result<(), Box<dyn Error>> {
+    let mut bytes = Vec::new();
+    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 90).encode_image(map)?;
+    Ok(std::fs::write(path, bytes)?)
+}
+
+/// Features of one body and type; longitudes become -180..180.
+fn features(csv: &str, body: &str, kind: &str) -> Vec<Feature> {
+    csv.lines()
+        .filter_map(|line| {
+            let f: Vec<&str> = line.rsplitn(5, ',').collect();
+            let [diameter, lon, lat, of_kind, head] = f[..] else { return None };
+            if of_kind != kind || head.split(',').next() != Some(body) {
+                return None;
+            }
+            let lon: f64 = lon.parse().ok()?;
+            Some(Feature { lat: lat.parse().ok()?, lon: if lon > 180.0 { lon - 360.0 } else { lon }, diameter_km: diameter.parse().ok()? })
+        })
+        .collect()
+}
+
+fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
+    let grey = image::imageops::resize(&image::imageops::grayscale(map), WIDTH, HEIGHT, FilterType::Triangle);
+    let mean = grey.pixels().map(|p| f64::from(p[0])).sum::<f64>() / f64::from(WIDTH * HEIGHT);
+    RgbImage::from_fn(WIDTH, HEIGHT, |x, y| {
+        let v = 200.0 * (1.0 + contrast * (f64::from(grey.get_pixel(x, y)[0]) / mean - 1.0));
+        Rgb([v.clamp(0.0, 255.0).round() as u8; 3])
+    })
+}
+
+/// Tangent-space normals, red east, green north, blue out; heights are `metres` a unit, exaggerated.
+fn normals_from_elevation(map: &RgbImage, metres: f64, radius_m: f64, exaggeration: f64) -> RgbImage {
+    let (w, h) = (2048, 1024);
+    let map = image::imageops::resize(map, w, h, FilterType::Triangle);
+    let height =
+        |x: i64, y: i64| f64::from(map.get_pixel(x.rem_euclid(i64::from(w)) as u32, y.clamp(0, i64::from(h) - 1) as u32)[0]) * metres;
+    let cell = radius_m * PI / f64::from(h);
+    RgbImage::from_fn(w, h, |x, y| {
+        let cos_lat = ((f64::from(y) + 0.5) / f64::from(h) * PI).sin().max(0.02);
+        let (x, y) = (i64::from(x), i64::from(y));
+        let east = exaggeration * (height(x + 1, y) - height(x - 1, y)) / (2.0 * cell * cos_lat);
+        let north = exaggeration * (height(x, y - 1) - height(x, y + 1)) / (2.0 * cell);
+        let length = (east * east + north * north + 1.0).sqrt();
+        Rgb([-east / length, -north / length, 1.0 / length].map(|v| ((v * 0.5 + 0.5) * 255.0).round() as u8))
+    })
+}
+
+fn unit(lat: f64, lon: f64) -> [f64; 3] {
+    let (lat, lon) = (lat.to_radians(), lon.to_radians());
+    [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
+}
+
+/// Degrees between two unit vectors.
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let chord = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+    (2.0 * (chord / 2.0).min(1.0).asin()).to_degrees()
+}
+
+fn hash(x: i64, y: i64, z: i64) -> f64 {
+    let mut h = (x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B) ^ z.wrapping_mul(0xC2B2_AE35)) as u64;
+    h = (h ^ (h >> 31)).wrapping_mul(0x7FB5_D329_728E_A185);
+    h = (h ^ (h >> 27)).wrapping_mul(0x81DA_DEF4_BC2D_D44D);
+    ((h ^ (h >> 33)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Value noise on the sphere's surface, octaves summed: mean 0, about -1..1, without seam or poles.
+fn noise(p: [f64; 3], scale: f64, octaves: i32) -> f64 {
+    (0..octaves).map(|o| 0.5_f64.powi(o) * value_noise(p.map(|v| v * scale * 2_f64.powi(o) + 17.0 * f64::from(o + 1)))).sum()
+}
+
+fn value_noise(q: [f64; 3]) -> f64 {
+    let base = q.map(f64::floor);
+    let fade: Vec<f64> = (0..3).map(|i| q[i] - base[i]).map(|t| t * t * (3.0 - 2.0 * t)).collect();
+    let mut sum = 0.0;
+    for corner in 0..8_i64 {
+        let bit = |i: i64| (corner >> i) & 1;
+        let weight: f64 = (0..3).map(|i| if bit(i as i64) == 1 { fade[i] } else { 1.0 - fade[i] }).product();
+        sum += weight * hash(base[0] as i64 + bit(0), base[1] as i64 + bit(1), base[2] as i64 + bit(2));
+    }
+    2.0 * sum - 1.0
+}
+
+/// A map from a reflectance of each place; linear values go out sRGB-encoded.
+fn paint(reflectance: impl Fn([f64; 3], f64, f64) -> Colour) -> RgbImage {
+    RgbImage::from_fn(WIDTH, HEIGHT, |x, y| {
+        let lat = 90.0 - (f64::from(y) + 0.5) / f64::from(HEIGHT) * 180.0;
+        let lon = (f64::from(x) + 0.5) / f64::from(WIDTH) * 360.0 - 180.0;
+        Rgb(reflectance(unit(lat, lon), lat, lon).map(|v| {
+            let v = v.clamp(0.0, 1.0);
+            let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+            (encoded * 255.0).round() as u8
+        }))
+    })
+}
+
+/// Brightness of a crater at `d` times its radius: floor, rim, fading ejecta.
+fn crater(d: f64, floor: f64, rim: f64) -> f64 {
+    if d < 0.8 {
+        floor
+    } else if d < 1.05 {
+        rim
+    } else {
+        rim * 0.4 * (-(d - 1.05) * 2.5).exp()
+    }
+}
+
+fn crater_field(p: [f64; 3], list: &[Feature], radius_km: f64, floor: f64, rim: f64) -> f64 {
+    let degrees = |f: &Feature| (f.diameter_km / 2.0 / radius_km).to_degrees().max(0.3);
+    list.iter().map(|f| (apart(p, unit(f.lat, f.lon)) / degrees(f), f)).filter(|(d, _)| *d < 3.0).map(|(d, _)| crater(d, floor, rim)).sum()
+}
+
+/// Dark, speckled with bright craters; Valhalla and Asgard are bright centres among rings.
+fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
+    paint(|p, _, _| {
+        let mut v = 0.16 + 0.03 * noise(p, 4.0, 5);
+        // The gazetteer names few of the small bright craters: the rest are statistical.
+        v += 0.25 * (noise(p, 60.0, 2) - 0.75).max(0.0);
+        v += crater_field(p, craters, 2410.3, 0.05, 0.09);
+        for b in basins {
+            let (d, edge) = (apart(p, unit(b.lat, b.lon)), (b.diameter_km / 2.0 / 2410.3).to_degrees());
+            if d < edge {
+                let core = 0.16 * (1.0 - smooth(0.12 * edge, 0.24 * edge, d));
+                let ring = 0.025 * (d / edge * 2.0 * PI * 9.0 + 1.5 * noise(p, 9.0, 2)).sin() * (1.0 - d / edge);
+                v += core + ring;
+            }
+        }
+        [v * 1.04, v, v * 0.9]
+    })
+}
+
+/// Cassini Regio, albedo 0.05, covers the leading side about 90 W; the trailing side and the poles are bright ice, 0.5.
+fn iapetus(craters: &[Feature]) -> RgbImage {
+    paint(|p, lat, lon| {
+        let from_apex = apart(unit(0.0, lon), unit(0.0, -90.0));
+        // The dark oval: 65 degrees high, a little over a hemisphere wide at the equator (Spencer & Denk 2010).
+        let d = ((from_apex / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt() + 0.12 * noise(p, 5.0, 5);
+        let dark = 1.0 - smooth(0.9, 1.08, d);
+        let ice = 0.5 * (1.0 + 0.12 * noise(p, 6.0, 5)) + crater_field(p, craters, 734.5, -0.05, 0.04);
+        let cover = 0.05 * (1.0 + 0.15 * noise(p, 12.0, 4));
+        let v = ice.max(0.1) * (1.0 - dark) + cover * dark;
+        let red = 1.02 + 0.18 * dark;
+        [v * red, v, v * (0.97 - 0.2 * dark)]
+    })
+}
+
+/// The pinkish bright southern cap down to about 15 S with a ragged edge and dark plume streaks; the north darker, greyer cantaloupe terrain.
+fn triton() -> RgbImage {
+    paint(|p, lat, lon| {
+        let cap = 1.0 - smooth(-22.0, -8.0, lat + 9.0 * noise(p, 4.0, 4));
+        let cells = noise(p, 22.0, 3).abs();
+        let north = 0.58 + 0.06 * noise(p, 5.0, 4) - 0.08 * cells;
+        let streak = (noise([lon / 12.0, lat / 3.0, 1.0], 1.0, 2) - 0.55).max(0.0) * smooth(-75.0, -50.0, lat);
+        let south = 0.83 + 0.05 * noise(p, 6.0, 4) - 0.5 * streak;
+        let v = south * cap + north * (1.0 - cap);
+        [v * (1.02 + 0.05 * cap), v * (1.0 - 0.01 * cap), v * (0.97 - 0.08 * cap)]
+    })
+}
+
+/// Grey-brown, Stickney bluish and brighter at 1 N 49 W, the named craters, and speckle.
+fn phobos(craters: &[Feature]) -> RgbImage {
+    paint(|p, _, _| {
+        let blue = 1.0 - smooth(15.0, 70.0, apart(p, unit(1.0, -49.0)) + 12.0 * noise(p, 4.0, 3));
+        let v = 0.07 * (1.0 + 0.18 * noise(p, 8.0, 5) + 0.25 * blue)
+            + crater_field(p, craters, 11.1, -0.016, 0.012)
+            + 0.03 * (noise(p, 40.0, 2) - 0.8).max(0.0);
+        [v * (1.08 - 0.08 * blue), v, v * (0.9 + 0.08 * blue)]
+    })
+}
+
+/// 0 below `a`, 1 above `b`, smooth between.
+fn smooth(a: f64, b: f64, x: f64) -> f64 {
+    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

@@ -1,0 +1,76 @@
+//! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
+
+use super::embedded::EMBEDDED;
+use super::{ImageError, SharedTexture, TexelFormat, Texture};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Where a map of this name would come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MapOrigin {
+    Folder(PathBuf),
+    Embedded,
+    Missing,
+}
+
+/// All maps by file name.
+#[derive(Debug, Default)]
+pub struct MapStore {
+    folder: Option<PathBuf>,
+    decoded: Mutex<HashMap<(String, TexelFormat), SharedTexture>>,
+}
+
+impl MapStore {
+    /// Maps of `folder` come before the embedded ones of the same name.
+    pub fn new(folder: Option<PathBuf>) -> Self {
+        Self { folder, decoded: Mutex::default() }
+    }
+
+    /// Names and sizes in bytes of the maps inside the program.
+    pub fn embedded() -> impl Iterator<Item = (&'static str, usize)> {
+        EMBEDDED.iter().map(|(name, bytes)| (*name, bytes.len()))
+    }
+
+    /// Where `name` would be read from, without reading it.
+    pub fn origin(&self, name: &str) -> MapOrigin {
+        if let Some(path) = self.folder.as_ref().map(|f| f.join(name)).filter(|p| p.is_file()) {
+            return MapOrigin::Folder(path);
+        }
+        if EMBEDDED.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
+    }
+
+    /// The map with its mip chain. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and water maps [`TexelFormat::Rgba8Unorm`].
+    pub fn get(&self, name: &str, format: TexelFormat) -> Result<SharedTexture, ImageError> {
+        let key = (name.to_owned(), format);
+        if let Some(found) = self.decoded.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
+            return Ok(found.clone());
+        }
+        let texture = Arc::new(self.read(name, format)?);
+        Ok(self.decoded.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(texture).clone())
+    }
+
+    /// Several maps at once, decoded by all threads; answers in the order asked.
+    pub fn get_all(&self, wanted: &[(&str, TexelFormat)]) -> Vec<Result<SharedTexture, ImageError>> {
+        wanted.par_iter().map(|(name, format)| self.get(name, *format)).collect()
+    }
+
+    fn read(&self, name: &str, format: TexelFormat) -> Result<Texture, ImageError> {
+        match self.origin(name) {
+            MapOrigin::Folder(path) => {
+                let shown = path.display().to_string();
+                let bytes = std::fs::read(&path).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
+                Texture::decode(&shown, &bytes, format)
+            }
+            MapOrigin::Embedded => {
+                let bytes = EMBEDDED.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
+                Texture::decode(name, bytes, format)
+            }
+            MapOrigin::Missing => {
+                let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));
+                Err(ImageError::Missing { name: name.to_owned(), searched })
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Mip chains in linear light.
+//!
+//! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of the one above, rounded down and at least 1. Each level is the area
+//! mean of the one above in linear light, so an odd side takes three texels with partial weights. Means are kept as floats
+//! from level to level and rounded once, on encoding: no level's error reaches the next. The left and right edges are cell borders, so no mean crosses the seam.
+
+use super::{Level, TexelFormat};
+use rayon::prelude::*;
+use std::sync::LazyLock;
+
+/// The sRGB transfer function of IEC 61966-2-1, encoded value 0..1 to linear.
+fn srgb_to_linear(v: f64) -> f64 {
+    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Its inverse.
+fn linear_to_srgb(v: f64) -> f64 {
+    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
+static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
+static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
+
+/// Steps of the encoding table: the sRGB slope at black is 12.92, so a step is 0.05 of an 8-bit level at the most.
+const STEPS: usize = 65_536;
+static ENCODE: LazyLock<Vec<u8>> =
+    LazyLock::new(|| (0..=STEPS).map(|i| (linear_to_srgb(i as f64 / STEPS as f64) * 255.0).round() as u8).collect());
+
+/// Linear value of each byte of a colour channel.
+pub(super) fn decode_table(format: TexelFormat) -> &'static [f32; 256] {
+    if format == TexelFormat::Rgba8Srgb { &SRGB } else { &UNORM }
+}
+
+fn encode(v: f32, srgb: bool) -> u8 {
+    if srgb { ENCODE[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
+}
+
+/// For output cell `i` of `n`: the first source cell of `from`, and the weights of it and its two successors (sum 1).
+fn taps(i: usize, n: usize, from: usize) -> (usize, [f32; 3]) {
+    let (start, end) = (i as f64 * from as f64 / n as f64, (i + 1) as f64 * from as f64 / n as f64);
+    let first = start as usize;
+    let weight = |k: usize| ((end.min((first + k + 1) as f64) - start.max((first + k) as f64)).max(0.0) / (end - start)) as f32;
+    (first, [weight(0), weight(1), weight(2)])
+}
+
+/// One level down: the area mean of `linear` (RGBA floats).
+fn halve(width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 4] + Sync) -> (usize, usize, Vec<[f32; 4]>) {
+    let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+    let columns: Vec<_> = (0..w).map(|x| taps(x, w, width)).collect();
+    let mut out = vec![[0.0; 4]; w * h];
+    out.par_chunks_mut(w).enumerate().for_each(|(y, row)| {
+        let (y0, wy) = taps(y, h, height);
+        for (out, (x0, wx)) in row.iter_mut().zip(&columns) {
+            let mut sum = [0.0_f32; 4];
+            for (j, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                for (i, &wx) in wx.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                    let t = texel(x0 + i, y0 + j);
+                    for c in 0..4 {
+                        sum[c] += wx * wy * t[c];
+                    }
+                }
+            }
+            *out = sum;
+        }
+    });
+    (w, h, out)
+}
+
+/// All levels of an 8-bit image.
+pub(super) fn chain(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Vec<Level> {
+    let srgb = format == TexelFormat::Rgba8Srgb;
+    let (colour, alpha) = (decode_table(format), &*UNORM);
+    let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
+        let mut bytes = vec![0; w * h * 4];
+        bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).for_each(|(row, texels)| {
+            for (out, t) in row.chunks_exact_mut(4).zip(texels) {
+                out.copy_from_slice(&[encode(t[0], srgb), encode(t[1], srgb), encode(t[2], srgb), encode(t[3], false)]);
+            }
+        });
+        Level { width: w as u32, height: h as u32, bytes }
+    };
+    let (mut w, mut h) = (width as usize, height as usize);
+    let mut levels = Vec::new();
+    if w > 1 || h > 1 {
+        let top_width = w;
+        let (nw, nh, mut linear) = halve(w, h, |x, y| {
+            let t = &rgba[(y * top_width + x) * 4..][..4];
+            [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], alpha[usize::from(t[3])]]
+        });
+        (w, h) = (nw, nh);
+        levels.push(pack(w, h, &linear));
+        while w > 1 || h > 1 {
+            let row = w;
+            let (nw, nh, next) = halve(w, h, |x, y| linear[y * row + x]);
+            (w, h, linear) = (nw, nh, next);
+            levels.push(pack(w, h, &linear));
+        }
+    }
+    levels.insert(0, Level { width, height, bytes: rgba });
+    levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_survives_decoding_and_encoding() {
+        for i in 0..=255_u8 {
+            assert_eq!(encode(SRGB[usize::from(i)], true), i);
+            assert_eq!(encode(UNORM[usize::from(i)], false), i);
+        }
+    }
+
+    #[test]
+    fn a_checkerboard_averages_in_linear_light() {
+        let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
+        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb);
+        // IEC 61966-2-1: linear one half is 187.5 of 255; the mean of the encoded bytes would be 127.
+        assert_eq!(levels[1].bytes, [188, 188, 188, 255]);
+        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm)[1].bytes, [128, 128, 128, 255]);
+    }
+
+    #[test]
+    fn odd_sides_keep_the_mean() {
+        let (w, h) = (7_u32, 5_u32);
+        let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 256) as u8, 40, 255]).collect();
+        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm);
+        assert_eq!(levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>(), [(7, 5), (3, 2), (1, 1)]);
+        for c in 0..4 {
+            let mean = rgba.iter().skip(c).step_by(4).map(|&b| f64::from(b)).sum::<f64>() / f64::from(w * h);
+            assert!((f64::from(levels[2].bytes[c]) - mean).abs() <= 0.51, "channel {c}");
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Finished frames to bytes: PNG with text chunks, EXR with linear floats, y4m for a video encoder.
+//!
+//! In: plain rows, top first. The same input gives the same bytes: no clock, no program version unless the caller puts it into the text.
+
+use super::ImageError;
+use image::ExtendedColorType;
+use image::ImageEncoder;
+use std::io::{Seek, Write};
+
+fn failed(e: impl std::fmt::Display) -> ImageError {
+    ImageError::Write(e.to_string())
+}
+
+fn check(width: u32, height: u32, given: usize) -> Result<(), ImageError> {
+    if width == 0 || height == 0 || u64::from(width) * u64::from(height) != given as u64 {
+        return Err(ImageError::Size { width, height, given: given.saturating_mul(4) });
+    }
+    Ok(())
+}
+
+/// Writes sRGB display bytes as an RGBA PNG; `text` becomes iTXt chunks in the order given.
+pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], text: &[(&str, &str)]) -> Result<(), ImageError> {
+    check(width, height, display.len())?;
+    let mut encoder = png::Encoder::new(out, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    for (key, value) in text {
+        encoder.add_itxt_chunk((*key).to_owned(), (*value).to_owned()).map_err(failed)?;
+    }
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(bytemuck::cast_slice(display)).map_err(failed)?;
+    writer.finish().map_err(failed)
+}
+
+/// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR.
+pub fn write_exr(out: impl Write + Seek, width: u32, height: u32, hdr: &[[f32; 4]]) -> Result<(), ImageError> {
+    check(width, height, hdr.len())?;
+    image::codecs::openexr::OpenExrEncoder::new(out)
+        .write_image(bytemuck::cast_slice(hdr), width, height, ExtendedColorType::Rgba32F)
+        .map_err(failed)
+}
+
+/// Starts a YUV4MPEG2 stream: full-resolution chroma, `rate` frames a second.
+pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32) -> Result<(), ImageError> {
+    writeln!(out, "YUV4MPEG2 W{width} H{height} F{rate}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED").map_err(failed)
+}
+
+/// Adds one frame of display bytes: BT.709 luma and chroma, limited range (Y 16..235, C 16..240). Alpha is left out.
+pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), ImageError> {
+    let mut planes = vec![0_u8; display.len() * 3];
+    let (y, chroma) = planes.split_at_mut(display.len());
+    let (cb, cr) = chroma.split_at_mut(display.len());
+    for (i, p) in display.iter().enumerate() {
+        let [r, g, b] = [p[0], p[1], p[2]].map(|v| f32::from(v) / 255.0);
+        let luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        y[i] = (16.0 + 219.0 * luma + 0.5) as u8;
+        cb[i] = (128.0 + 224.0 * (b - luma) / 1.8556 + 0.5) as u8;
+        cr[i] = (128.0 + 224.0 * (r - luma) / 1.5748 + 0.5) as u8;
+    }
+    out.write_all(b"FRAME\n").and_then(|()| out.write_all(&planes)).map_err(failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_png_reads_back_and_is_the_same_twice() {
+        let pixels: Vec<[u8; 4]> = (0..15_u8).map(|i| [i, 255 - i, 3 * i, 255]).collect();
+        let write = || {
+            let mut bytes = Vec::new();
+            write_png(&mut bytes, 5, 3, &pixels, &[("Title", "Earth"), ("Time", "2024-04-08T18:17:16Z")]).unwrap();
+            bytes
+        };
+        let bytes = write();
+        assert_eq!(bytes, write());
+        let back = image::load_from_memory(&bytes).unwrap().into_rgba8();
+        assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, u8>(&pixels));
+        let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        assert_eq!(reader.info().utf8_text[0].keyword, "Title");
+        assert!(write_png(Vec::new(), 5, 4, &pixels, &[]).is_err());
+    }
+
+    #[test]
+    fn an_exr_reads_back_bit_for_bit() {
+        let pixels: Vec<[f32; 4]> = (0..6).map(|i| [i as f32 * 1e4, 1e-6, 0.1, 1.0]).collect();
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        write_exr(&mut bytes, 3, 2, &pixels).unwrap();
+        let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();
+        assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, f32>(&pixels));
+    }
+
+    #[test]
+    fn y4m_grey_has_no_chroma() {
+        let mut bytes = Vec::new();
+        write_y4m_header(&mut bytes, 2, 1, 25).unwrap();
+        let start = bytes.len() + b"FRAME\n".len();
+        write_y4m_frame(&mut bytes, &[[0, 0, 0, 255], [255, 255, 255, 255]]).unwrap();
+        assert_eq!(&bytes[start..], [16, 235, 128, 128, 128, 128]);
+    }
+}
