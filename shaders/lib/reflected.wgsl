@@ -38,8 +38,8 @@ struct Facet {
 
 //: if maps.normal
 // A slope behind the horizon gets no light, though it may face the light: 1 where the light is up, 0 where it is down, over
-// 6 degrees about the smooth horizon. That is how far beyond it the highest peaks of the Moon still see the Sun; shadows that
-// relief throws are left out.
+// 0.05 rad (2.9 degrees) to either side of the smooth horizon. That is the dip of the horizon seen from 2.2 km above the Moon; higher
+// peaks go dark too early, and shadows that relief throws are left out.
 fn above_horizon(cos_smooth: f32) -> f32 {
     return clamp(0.5 + cos_smooth * 10.0, 0.0, 1.0);
 }

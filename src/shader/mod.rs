@@ -1,6 +1,6 @@
 //! Keys, generated modules, and the library that keeps them.
 //!
-//! [`key`] says what to draw, [`emit`] writes the WGSL, [`module`] parses, validates, reflects and lowers it, [`library`] keeps the result.
+//! [`key`] says what to draw, [`mod@emit`] writes the WGSL, [`module`] parses, validates, reflects and lowers it, [`library`] keeps the result.
 
 pub mod compare;
 pub mod emit;
