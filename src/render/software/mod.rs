@@ -1,7 +1,5 @@
 //! The software renderer: executes the plan's modules on the CPU.
 //!
-//! naga IR → [`lower`] → [`program`], a tape of lane operations → [`exec`], vector kernels chosen at run time.
+//! module IR → [`lower`] → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
 
-pub mod math;
-pub mod op;
 pub mod program;
