@@ -1,6 +1,7 @@
 //! One test binary: one link. Each module below is one area; unit tests live beside the code.
 
 mod catalog;
+mod ephemeris;
 mod layering;
 mod library;
 mod plan;

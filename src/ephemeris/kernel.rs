@@ -1,0 +1,189 @@
+//! SPK kernels: the bytes of a file come in, states of bodies relative to their segment's centre go out.
+//!
+//! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
+//! doubles and summed by the recurrence below: anise's own call goes through an epoch of nanoseconds, which costs more than the sum.
+//! What always holds: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
+//! (Chebyshev positions) and 3 (positions and velocities) are read; other types are named and refused.
+
+use super::{EphemerisError, State};
+use anise::naif::SPK;
+use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2ChebyshevSet, datatypes::Type3ChebyshevSet};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// One stretch of Chebyshev records of equal length.
+#[derive(Debug)]
+pub struct Segment {
+    pub target: i32,
+    pub center: i32,
+    /// Covered span, TDB seconds past J2000.
+    pub start_s: f64,
+    pub end_s: f64,
+    first_s: f64,
+    length_s: f64,
+    /// Doubles in a record: midpoint, radius, then one row of coefficients per component.
+    record_len: usize,
+    components: usize,
+    data: Vec<f64>,
+}
+
+impl Segment {
+    fn covers(&self, tdb_s: f64) -> bool {
+        tdb_s >= self.start_s && tdb_s <= self.end_s
+    }
+
+    /// Position in km and velocity in km/s of the target relative to the centre, ICRF.
+    fn state(&self, tdb_s: f64) -> State {
+        let records = self.data.len() / self.record_len;
+        let at = (((tdb_s - self.first_s) / self.length_s).max(0.0) as usize).min(records - 1);
+        let record = &self.data[at * self.record_len..][..self.record_len];
+        let (radius_s, u) = (record[1], (tdb_s - record[0]) / record[1]);
+        let terms = (self.record_len - 2) / self.components;
+        let row = |k: usize| &record[2 + k * terms..][..terms];
+        let (x, y, z) = (chebyshev(row(0), u), chebyshev(row(1), u), chebyshev(row(2), u));
+        let vel_km_s = match self.components {
+            6 => DVec3::new(chebyshev(row(3), u).0, chebyshev(row(4), u).0, chebyshev(row(5), u).0),
+            _ => DVec3::new(x.1, y.1, z.1) / radius_s,
+        };
+        State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s }
+    }
+}
+
+/// Value and derivative at `u` in -1..=1 of the sum of `c[k] T_k(u)`, by Clenshaw's recurrence and its derivative.
+fn chebyshev(c: &[f64], u: f64) -> (f64, f64) {
+    let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
+    for &ck in c[1..].iter().rev() {
+        let d0 = 2.0 * b1 + 2.0 * u * d1 - d2;
+        let b0 = ck + 2.0 * u * b1 - b2;
+        (b2, b1, d2, d1) = (b1, b0, d1, d0);
+    }
+    (c[0] + u * b1 - b2, b1 + u * d1 - d2)
+}
+
+/// A kernel file in memory, indexed by target.
+#[derive(Debug)]
+pub struct Spk {
+    pub name: String,
+    by_target: HashMap<i32, Vec<Segment>>,
+}
+
+impl Spk {
+    /// Reads the bytes of an SPK file. `name` is used in errors alone.
+    pub fn parse(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
+        let wrong = |what: String| EphemerisError(format!("kernel {name}: {}", what.replace('\n', " ")));
+        if !bytes.starts_with(b"DAF/SPK") {
+            return Err(wrong("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
+        }
+        let spk = SPK::parse(bytes).map_err(|e| wrong(e.to_string()))?;
+        let mut by_target: HashMap<i32, Vec<Segment>> = HashMap::new();
+        let mut block = None;
+        loop {
+            for (index, summary) in spk.data_summaries(block).map_err(|e| wrong(e.to_string()))?.iter().enumerate() {
+                if summary.is_empty() {
+                    continue;
+                }
+                let (target, center, frame) = (summary.target_id, summary.center_id, summary.frame_id);
+                if frame != 1 {
+                    return Err(wrong(format!("segment of {target}: frame {frame}; only ICRF (1) is read")));
+                }
+                let read = |e: &dyn std::fmt::Display| wrong(format!("segment of {target}: {e}"));
+                let (record_len, components, data) = match summary.data_type().map_err(|e| read(&e))? {
+                    DafDataType::Type2ChebyshevTriplet => {
+                        let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
+                        (set.rsize, 3, &set.record_data[..set.rsize * set.num_records])
+                    }
+                    DafDataType::Type3ChebyshevSextuplet => {
+                        let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
+                        (set.rsize, 6, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
+                    }
+                    other => return Err(wrong(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
+                };
+                let segment = Segment {
+                    target,
+                    center,
+                    start_s: summary.start_epoch_et_s,
+                    end_s: summary.end_epoch_et_s,
+                    first_s: data.first().zip(data.get(1)).map_or(f64::NAN, |(midpoint, radius)| midpoint - radius),
+                    length_s: data.get(1).map_or(f64::NAN, |radius| 2.0 * radius),
+                    record_len,
+                    components,
+                    data: data.to_vec(),
+                };
+                let whole = record_len >= 2 + components && (record_len - 2).is_multiple_of(components) && data.len() >= record_len;
+                if !whole || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
+                    return Err(wrong(format!("segment of {target}: broken records; fetch the file again")));
+                }
+                // A later segment of a file goes before an earlier one (SPK Required Reading).
+                by_target.entry(target).or_default().insert(0, segment);
+            }
+            let summary = spk.daf_summary(block).map_err(|e| wrong(e.to_string()))?;
+            if summary.is_final_record() || summary.is_corrupt() {
+                break;
+            }
+            block = Some(summary.next_record());
+        }
+        if by_target.is_empty() {
+            return Err(wrong("no segments".into()));
+        }
+        Ok(Self { name: name.to_owned(), by_target })
+    }
+
+    /// State of `target` relative to the centre of the segment that covers the instant, with that centre.
+    pub fn step(&self, target: i32, tdb_s: f64) -> Option<(i32, State)> {
+        let segment = self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))?;
+        Some((segment.center, segment.state(tdb_s)))
+    }
+
+    /// State of `target` relative to `center` by this file alone; a centre is reached by going outward from both.
+    pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
+        let to_root = |mut id: i32| {
+            let mut path = vec![(id, State { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO })];
+            while let Some((next, step)) = self.step(id, tdb_s) {
+                let so_far = path[path.len() - 1].1;
+                path.push((next, State { pos_km: so_far.pos_km + step.pos_km, vel_km_s: so_far.vel_km_s + step.vel_km_s }));
+                id = next;
+                if path.len() > 16 {
+                    break;
+                }
+            }
+            path
+        };
+        let (from_target, from_center) = (to_root(target), to_root(center));
+        from_target.iter().find_map(|(id, a)| {
+            let (_, b) = from_center.iter().find(|(other, _)| other == id)?;
+            Some(State { pos_km: a.pos_km - b.pos_km, vel_km_s: a.vel_km_s - b.vel_km_s })
+        })
+    }
+
+    pub fn targets(&self) -> impl Iterator<Item = i32> + '_ {
+        self.by_target.keys().copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chebyshev_sums_and_their_slopes_agree_with_cosines() {
+        let c = [0.3, -1.2, 0.7, 0.05, -0.4];
+        for i in 0..=20 {
+            let theta = 0.01 + f64::from(i) / 20.0 * 3.1;
+            let value: f64 = c.iter().enumerate().map(|(k, c)| c * (k as f64 * theta).cos()).sum();
+            let slope: f64 = c.iter().enumerate().map(|(k, c)| c * k as f64 * (k as f64 * theta).sin() / theta.sin()).sum();
+            let got = chebyshev(&c, theta.cos());
+            assert!((got.0 - value).abs() < 1e-14 && (got.1 - slope).abs() < 1e-11, "{theta}: {got:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_kernel_is_refused() {
+        for bytes in [&b""[..], &b"PNG"[..], &b"DAF/SPK "[..], &[b'D'; 4096][..]] {
+            let error = Spk::parse("x.bsp", bytes).expect_err("not a kernel").to_string();
+            assert!(error.starts_with("kernel x.bsp: ") && !error.contains('\n'));
+        }
+        let mut cut = b"DAF/SPK ".to_vec();
+        cut.resize(3000, 0);
+        assert!(Spk::parse("x.bsp", &cut).is_err());
+    }
+}

@@ -1,0 +1,145 @@
+//! Positions against JPL DE440 (tests/data/ephemeris_public.json; km, km/s, ICRF, TDB).
+
+use glam::DVec3;
+use orrery::catalog::{Catalog, NaifId};
+use orrery::ephemeris::{Ephemeris, Source};
+use orrery::time::Instant;
+use serde_json::Value;
+
+const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
+
+const PLACES: &[(&str, i32)] = &[
+    ("mercury", 199),
+    ("venus", 299),
+    ("earth", 399),
+    ("moon", 301),
+    ("earth_moon_barycenter", 3),
+    ("mars_barycenter", 4),
+    ("jupiter_barycenter", 5),
+    ("saturn_barycenter", 6),
+    ("uranus_barycenter", 7),
+    ("neptune_barycenter", 8),
+    ("pluto_barycenter", 9),
+];
+
+struct Epoch {
+    t: Instant,
+    jd: f64,
+    heliocentric: Vec<(&'static str, NaifId, DVec3, DVec3)>,
+    moon_geocentric: DVec3,
+    sun_barycentric: DVec3,
+}
+
+fn vector(v: &Value) -> DVec3 {
+    let a = |i: usize| v[i].as_f64().expect("a number");
+    DVec3::new(a(0), a(1), a(2))
+}
+
+fn epochs() -> Vec<Epoch> {
+    let text = include_str!("data/ephemeris_public.json");
+    let table: Value = serde_json::from_str(text).expect("the reference is JSON");
+    let read = |e: &Value| {
+        let jd = e["jd_tdb"].as_f64().expect("jd_tdb");
+        let helio = |&(name, id): &(&'static str, i32)| {
+            let state = &e["heliocentric"][name];
+            (name, NaifId(id), vector(&state["pos_km"]), vector(&state["vel_km_s"]))
+        };
+        Epoch {
+            t: Instant::from_jd_tdb(jd),
+            jd,
+            heliocentric: PLACES.iter().map(helio).collect(),
+            moon_geocentric: vector(&e["moon_geocentric"]["pos_km"]),
+            sun_barycentric: vector(&e["barycentric"]["sun"]["pos_km"]),
+        }
+    };
+    table["epochs"].as_array().expect("epochs").iter().map(read).collect()
+}
+
+/// Angle between two directions in arcseconds, from the chord.
+fn arcsec(a: DVec3, b: DVec3) -> f64 {
+    2.0 * (0.5 * (a.normalize() - b.normalize()).length()).asin() / RAD_PER_ARCSEC
+}
+
+fn ephemeris() -> Ephemeris {
+    Ephemeris::embedded(&Catalog::embedded()).expect("the shipped kernel is whole")
+}
+
+#[test]
+fn kernel_keeps_its_figures_at_every_reference_epoch() {
+    let ephemeris = ephemeris();
+    let mut seen = 0;
+    for epoch in epochs().iter().filter(|e| (2_415_020.5..=2_488_069.5).contains(&e.jd)) {
+        seen += 1;
+        let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Kernel)).expect("Moon").state;
+        assert!(
+            (moon.pos_km - epoch.moon_geocentric).length() < 0.1,
+            "{}: Moon {}",
+            epoch.jd,
+            (moon.pos_km - epoch.moon_geocentric).length()
+        );
+        let sun = ephemeris.state(NaifId::SUN, NaifId(0), epoch.t, None).expect("Sun");
+        assert!((sun.state.pos_km - epoch.sun_barycentric).length() < sun.error_km);
+        for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
+            let answer = ephemeris.state(id, NaifId::SUN, epoch.t, None).expect(name);
+            let (off, angle) = ((answer.state.pos_km - pos_km).length(), arcsec(answer.state.pos_km, pos_km));
+            assert_eq!(answer.source, Source::Kernel);
+            assert!(angle < 0.02, "{} {name}: {angle} arcsec", epoch.jd);
+            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+            let speed_error = (answer.state.vel_km_s - vel_km_s).length();
+            assert!(speed_error < 1e-4, "{} {name}: velocity off by {speed_error} km/s", epoch.jd);
+        }
+    }
+    assert!(seen >= 10, "only {seen} reference epochs in the kernel's span");
+}
+
+#[test]
+fn the_comparison_notices_an_error() {
+    let ephemeris = ephemeris();
+    let all = epochs();
+    let epoch = all.iter().find(|e| (2_415_020.5..=2_488_069.5).contains(&e.jd)).expect("an epoch in the span");
+    // One second late moves the Moon by a kilometre, and a minute moves Neptune by 0.01 arcsec and Mercury by 10.
+    let late = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t.plus_seconds(1.0), None).expect("Moon").state;
+    assert!((late.pos_km - epoch.moon_geocentric).length() > 0.1);
+    let (_, id, pos_km, _) = epoch.heliocentric[0];
+    let late = ephemeris.state(id, NaifId::SUN, epoch.t.plus_seconds(60.0), None).expect("Mercury").state;
+    assert!(arcsec(late.pos_km, pos_km) > 0.02);
+}
+
+#[test]
+fn a_pair_is_the_difference_of_its_parts() {
+    let ephemeris = ephemeris();
+    let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    for (a, b) in [(301, 10), (399, 301), (5, 199), (0, 10), (3, 3), (599, 301)] {
+        let pair = ephemeris.state(NaifId(a), NaifId(b), t, None).expect("a pair").state;
+        let back = ephemeris.state(NaifId(b), NaifId(a), t, None).expect("a pair").state;
+        let to_zero = |id| ephemeris.state(NaifId(id), NaifId(0), t, None).expect("a place").state.pos_km;
+        assert!((pair.pos_km + back.pos_km).length() < 1e-6);
+        assert!((pair.pos_km - (to_zero(a) - to_zero(b))).length() < 1e-6);
+    }
+}
+
+#[test]
+fn velocities_are_slopes_of_positions() {
+    let ephemeris = ephemeris();
+    let t = Instant::parse("1969-07-20T20:17:40Z").expect("a time");
+    for id in [10, 199, 299, 399, 301, 4, 5, 9, 401, 501] {
+        let Ok(now) = ephemeris.state(NaifId(id), NaifId(0), t, None) else { continue };
+        let at = |s: f64| ephemeris.state(NaifId(id), NaifId(0), t.plus_seconds(s), None).expect("a place").state.pos_km;
+        let slope = (at(16.0) - at(-16.0)) / 32.0;
+        assert!((slope - now.state.vel_km_s).length() < 2e-4, "{id}: {slope} {}", now.state.vel_km_s);
+    }
+}
+
+#[test]
+fn light_arrives_after_its_time() {
+    let ephemeris = ephemeris();
+    let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    let earth = ephemeris.state(NaifId::EARTH, NaifId(0), t, None).expect("Earth").state.pos_km;
+    for id in [10, 301, 5, 9] {
+        let (pos_km, emitted) = ephemeris.light_time_position(NaifId(id), earth, t).expect("a place");
+        let travelled_km = (t.tdb_seconds_past_j2000() - emitted.tdb_seconds_past_j2000()) * 299_792.458;
+        assert!((travelled_km - (pos_km - earth).length()).abs() < 1.0, "{id}");
+        let there = ephemeris.state(NaifId(id), NaifId(0), emitted, None).expect("a place").state.pos_km;
+        assert!((there - pos_km).length() < 1e-3, "{id}");
+    }
+}
