@@ -11,6 +11,7 @@ pub mod ephemeris;
 pub mod image;
 pub mod render;
 pub mod scene;
+pub mod session;
 pub mod shader;
 pub mod time;
 pub mod units;

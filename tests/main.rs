@@ -5,6 +5,7 @@ mod ephemeris;
 mod layering;
 mod library;
 mod plan;
+mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
 mod textures;

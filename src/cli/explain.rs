@@ -1,9 +1,75 @@
-//! `orrery explain`.
+//! `orrery explain`: every body of a view, what its draw got and did not get, and why.
+use super::view_words::ViewWords;
 use super::{CliError, Common};
+use crate::scene::{BodyInView, Scene};
+use crate::session::Session;
+use crate::shader::key::ShaderKey;
+use serde_json::{Value, json};
+use std::io::Write;
 
 #[derive(clap::Args, Debug, Default)]
-pub struct ExplainArgs {}
+#[command(after_help = "Example:\n  orrery explain --target jupiter --from earth --time 2024-12-07T20:00:00Z")]
+pub struct ExplainArgs {
+    #[command(flatten)]
+    view: ViewWords,
+    /// One JSON value
+    #[arg(long)]
+    json: bool,
+    /// Bodies that are not in the picture too
+    #[arg(long)]
+    all: bool,
+}
 
-pub fn run(_common: &Common, _args: &ExplainArgs) -> Result<(), CliError> {
-    Err(CliError("not built yet".into()))
+pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
+    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+    let request = args.view.request(session.catalog())?;
+    let scene = session.scene(&request)?;
+    let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
+    let text = if args.json {
+        let value = json!({
+            "time": scene.time.to_utc_iso(),
+            "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
+            "bodies": bodies.iter().map(|b| as_json(b)).collect::<Vec<_>>(),
+        });
+        format!("{value:#}\n")
+    } else {
+        as_text(&scene, &bodies)
+    };
+    std::io::stdout().write_all(text.as_bytes()).map_err(|e| CliError(format!("standard output: {e}")))
+}
+
+fn key(body: &BodyInView) -> Option<String> {
+    body.needs.as_ref().map(|n| ShaderKey::for_draw(n).to_string())
+}
+
+fn as_json(b: &BodyInView) -> Value {
+    json!({
+        "id": b.id, "name": b.name, "appearance": b.appearance, "key": key(b),
+        "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,
+        "phase_angle_deg": b.phase_angle_deg, "magnitude": b.magnitude,
+        "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions,
+    })
+}
+
+fn as_text(scene: &Scene, bodies: &[&BodyInView]) -> String {
+    let mut text = format!("{}  exposure {:+.2} stops ({})\n", scene.time.to_utc_iso(), scene.exposure.stops, scene.exposure.reason);
+    for b in bodies {
+        let magnitude = b.magnitude.map_or("-".to_owned(), |m| format!("{m:.2}"));
+        text.push_str(&format!(
+            "\n{}: {:.6e} km away, {:.3} px across, phase angle {:.2} deg, magnitude {magnitude}\n",
+            b.name, b.distance_km, b.diameter_px, b.phase_angle_deg
+        ));
+        text.push_str(&format!("  sub-viewer {:.3} {:.3}", b.sub_viewer.latitude_deg, b.sub_viewer.longitude_deg));
+        if let Some(s) = b.sub_solar {
+            text.push_str(&format!(", sub-solar {:.3} {:.3}", s.latitude_deg, s.longitude_deg));
+        }
+        text.push_str(" (planetocentric latitude, east longitude)\n");
+        if let Some(key) = key(b) {
+            text.push_str(&format!("  key {key}\n"));
+        }
+        for d in &b.decisions {
+            text.push_str(&format!("  {} {:13} {}\n", if d.on { '+' } else { '-' }, d.feature, d.reason));
+        }
+    }
+    text
 }

@@ -3,6 +3,8 @@
 //! Exit status 0 done, 1 it could not be done (one clear line says why and what to do), 2 the words are wrong. A verb is one file
 //! with its arguments and a `run`; nothing here computes anything.
 
+use crate::render::plan::Fineness;
+use crate::session::{SessionError, Sources};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,6 +19,7 @@ mod output;
 mod render;
 mod shader;
 mod view;
+mod view_words;
 
 #[derive(Parser)]
 #[command(name = "orrery", version, about = "A solar-system viewer whose planets are drawn by generated shaders")]
@@ -94,6 +97,30 @@ pub struct Common {
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct CliError(pub String);
+
+impl Quality {
+    /// What the quality changes now: samples a pixel and taps of anisotropic filtering.
+    pub fn fineness(self) -> Fineness {
+        match self {
+            Self::Draft => Fineness { samples: 1, anisotropy: 1 },
+            Self::Standard => Fineness { samples: 4, anisotropy: 8 },
+            Self::Reference => Fineness { samples: 4, anisotropy: 16 },
+        }
+    }
+}
+
+impl Common {
+    /// The files and folders that the user named.
+    pub fn sources(&self) -> Sources {
+        Sources { catalogs: self.catalogs.clone(), textures: self.textures.clone(), kernel: self.kernel.clone(), cache: self.cache.clone() }
+    }
+}
+
+impl From<SessionError> for CliError {
+    fn from(e: SessionError) -> Self {
+        Self(e.to_string())
+    }
+}
 
 /// Runs the program for the process's arguments.
 pub fn run() -> ExitCode {

@@ -21,6 +21,7 @@ use crate::units::KM_PER_AU;
 use camera::{Camera, Placement};
 use draw::{Draw, Point};
 use effects::{Decision, VISIBLE_CHANGE};
+pub use features::disc_share;
 use features::{Frame, Seen};
 use glam::{DMat3, DVec3};
 use lights::Reflector;

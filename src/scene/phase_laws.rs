@@ -39,7 +39,7 @@ const MARS: PhaseLaw =
 /// The paper's law up to 12 degrees; beyond, its sum under the logarithm is nearly Lambert's, which the model carries on.
 const JUPITER: PhaseLaw = PhaseLaw { pieces: &[(12.0, &[-9.395, -3.7e-4, 6.16e-4])], range_deg: 12.0 };
 const SATURN: PhaseLaw =
-    PhaseLaw { pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.505e-6, 4.767e-9])], range_deg: 150.0 };
+    PhaseLaw { pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9])], range_deg: 150.0 };
 const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e-4])], range_deg: 154.0 };
 const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], range_deg: 133.0 };
 

@@ -1,0 +1,170 @@
+//! The words that say what to look at, shared by the verbs that show or explain a view.
+//!
+//! In: arguments. Out: a [`ViewRequest`]. The clock is read here (`--time now`) and nowhere below.
+
+use super::CliError;
+use crate::catalog::{Catalog, NaifId};
+use crate::scene::draw::PixelView;
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Position, ViewRequest, up_by_name};
+use crate::scene::viewpoint::ground_point_km;
+use crate::time::Instant;
+use std::path::PathBuf;
+
+/// What to look at, from where, when and how.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct ViewWords {
+    /// Body to look at
+    #[arg(long, value_name = "BODY")]
+    pub target: Option<String>,
+    /// Look from this body's centre (with --distance-radii: from its side; with --at: from its ground) [default: the Earth's side; for the Earth the Sun's]
+    #[arg(long, value_name = "BODY")]
+    pub from: Option<String>,
+    /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the height]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub distance_radii: Option<f64>,
+    /// A place, planetographic latitude and east longitude: to stand on with --from, else over the target, looking down
+    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true)]
+    pub at: Option<String>,
+    /// Height over the ground at --at in km [default: 0.0017, an eye's; over the target: by --distance-radii]
+    #[arg(long, value_name = "KM", allow_negative_numbers = true, requires = "at")]
+    pub height_km: Option<f64>,
+    /// A camera file; its fields are described below
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "distance_radii", "at"])]
+    pub camera_json: Option<PathBuf>,
+    /// ISO 8601 UTC, jd_tdb:DAY, or now
+    #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
+    pub time: String,
+    /// Vertical field of view in degrees [default: 20; with a distance or a place 45; from a body's centre what fits the target]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    pub fov: Option<f64>,
+    /// What is up: north (of the target), zenith, celestial or ecliptic
+    #[arg(long, value_name = "WHAT")]
+    pub up: Option<String>,
+    /// Pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024")]
+    pub size: String,
+    /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: what the target reflects
+    #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true)]
+    pub exposure: String,
+    /// Switch features by hand: ellipsoid, albedo, normal, specular, night, planet-shine, points
+    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
+    pub effects: Option<String>,
+    /// What each pixel shows: shaded, depth, normal, albedo, uv or sunlight
+    #[arg(long, value_name = "WHAT", default_value = "shaded")]
+    pub pixels: String,
+}
+
+/// `now` or anything that [`Instant::parse`] takes.
+pub fn instant(text: &str) -> Result<Instant, CliError> {
+    let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
+    let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
+    Instant::parse(&text).map_err(|e| CliError(format!("--time {text}: {e}")))
+}
+
+fn wrong(option: &str, value: &str, allowed: &str) -> CliError {
+    CliError(format!("{option} {value}: {allowed}"))
+}
+
+/// `1024x768`.
+pub fn size(text: &str) -> Result<(u32, u32), CliError> {
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
+    sides.ok_or_else(|| wrong("--size", text, "write width x height in pixels, as 1024x768"))
+}
+
+fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
+    let both = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    both.ok_or_else(|| wrong("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))
+}
+
+fn pixel_view(text: &str) -> Result<PixelView, CliError> {
+    let known = PixelView::ALL.into_iter().find(|v| format!("{v:?}").eq_ignore_ascii_case(text));
+    known.ok_or_else(|| wrong("--pixels", text, "one of shaded, depth, normal, albedo, uv, sunlight"))
+}
+
+impl ViewWords {
+    /// The request that the words make with this catalog.
+    pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
+        let place = |option: &str, name: &String| {
+            catalog
+                .find_place(name)
+                .ok_or_else(|| wrong(option, name, "no body or barycentre has this name (orrery doctor lists the catalog's)"))
+        };
+        let time = instant(&self.time)?;
+        let target = self.target.as_ref().map(|name| place("--target", name)).transpose()?;
+        let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
+        request.target = target;
+        if let Some(file) = &self.camera_json {
+            let shown = file.display().to_string();
+            let text = std::fs::read_to_string(file).map_err(|e| CliError(format!("{shown}: {e}")))?;
+            let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError(e.to_string()))?;
+            camera.resolve(catalog, &mut request).map_err(|e| CliError(e.to_string()))?;
+        } else {
+            let target = target.ok_or_else(|| CliError("name what to look at: --target BODY, or give --camera-json FILE".into()))?;
+            if catalog.body(target).is_none() {
+                let name = self.target.as_deref().unwrap_or("");
+                return Err(wrong("--target", name, "a centre of mass has nothing to look at: name a body"));
+            }
+            let from = self.from.as_ref().map(|name| place("--from", name)).transpose()?;
+            request.position = self.position(catalog, target, from)?;
+        }
+        if self.fov.is_some() {
+            request.fov_deg = self.fov;
+        }
+        if let Some(up) = &self.up {
+            request.up = up_by_name(up).map_err(|e| CliError(e.to_string()))?;
+        }
+        (request.width, request.height) = size(&self.size)?;
+        if !self.exposure.eq_ignore_ascii_case("auto") {
+            let stops = self.exposure.parse().map_err(|_| wrong("--exposure", &self.exposure, "a number of stops, or auto"))?;
+            request.exposure = ExposureRequest::Stops(stops);
+        }
+        if let Some(effects) = &self.effects {
+            request.effects = EffectOverrides::parse(effects).map_err(|e| CliError(e.to_string()))?;
+        }
+        request.pixel_view = pixel_view(&self.pixels)?;
+        request.check().map_err(|e| CliError(e.to_string()))?;
+        Ok(request)
+    }
+
+    fn position(&self, catalog: &Catalog, target: NaifId, from: Option<NaifId>) -> Result<Position, CliError> {
+        let ground = self.at.as_deref().map(place_on_ground).transpose()?;
+        Ok(match (ground, from) {
+            (Some((latitude_deg, longitude_deg)), Some(body)) => {
+                Position::Ground { body, latitude_deg, longitude_deg, height_km: self.height_km.unwrap_or(EYE_HEIGHT_KM) }
+            }
+            (Some((latitude_deg, longitude_deg)), None) => {
+                let radii_km = catalog.body(target).map_or(glam::DVec3::ONE, |b| b.radii_km);
+                let (surface, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                let height_km = match (self.height_km, self.distance_radii) {
+                    (Some(h), _) => h,
+                    (None, d) => (d.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
+                };
+                if height_km <= 0.0 {
+                    return Err(CliError(format!("a camera {height_km} km over the ground is inside {target:?}: give a greater height")));
+                }
+                let offset_km = surface + normal * height_km;
+                Position::Offset { body: target, offset_km, axes: crate::scene::request::Axes::BodyFixed }
+            }
+            (None, Some(from)) if self.distance_radii.is_none() => Position::Centre(from),
+            (None, towards) => Position::Over { towards, distance_radii: self.distance_radii },
+        })
+    }
+}
+
+/// Distance of a camera over a place of the target when none is given.
+const DEFAULT_DISTANCE_OVER_PLACE_RADII: f64 = 3.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_places_are_read_or_refused_by_name() {
+        assert_eq!(size("640x480").expect("a size"), (640, 480));
+        assert_eq!(place_on_ground("-33.9, 151.2").expect("a place"), (-33.9, 151.2));
+        assert!(size("640").unwrap_err().to_string().contains("--size 640"));
+        assert!(place_on_ground("north").unwrap_err().to_string().contains("--at north"));
+        assert!(pixel_view("colour").unwrap_err().to_string().contains("sunlight"));
+    }
+}

@@ -1,0 +1,191 @@
+//! One run's means: catalog, ephemeris, maps and shader library, strung together from a view request to a finished frame.
+//!
+//! In: [`Sources`] (folders and files the user named) and view requests. Out: scenes, plans, frames, and the time that each stage
+//! took. A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a map
+//! that is missing, a cache that cannot be written) goes to `say`, once each. It reads no clock but to measure.
+
+mod software;
+mod stages;
+
+pub use stages::{Stage, Stages};
+
+use crate::catalog::{Catalog, CatalogError};
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::image::{MapStore, SharedTexture, TexelFormat};
+use crate::render::frame::Frame;
+use crate::render::plan::{self, Fineness, ModuleName, Plan, PlanError, Supplies};
+use crate::scene::request::ViewRequest;
+use crate::scene::{Scene, SceneError};
+use crate::shader::library::{Library, Statistics};
+use crate::shader::{Layout, Lowering};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What the user named in place of what is built in.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    /// `*.toml` files that override or add bodies.
+    pub catalogs: Option<PathBuf>,
+    /// Maps that come before the embedded ones.
+    pub textures: Option<PathBuf>,
+    /// An SPK that comes before the embedded one.
+    pub kernel: Option<PathBuf>,
+    /// Where the shader library lives; `None`: the user's cache folder.
+    pub cache: Option<PathBuf>,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    #[error("{path}: {why}")]
+    File { path: String, why: String },
+    #[error(transparent)]
+    Catalog(#[from] CatalogError),
+    #[error(transparent)]
+    Ephemeris(#[from] EphemerisError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    #[error("the software renderer: {0}")]
+    Renderer(String),
+}
+
+/// A drawn frame with the scene it shows.
+pub struct Drawn {
+    pub scene: Scene,
+    pub frame: Frame,
+}
+
+pub struct Session {
+    catalog: Catalog,
+    ephemeris: Ephemeris,
+    maps: MapStore,
+    library: Library,
+    /// Map files that could not be read, said once.
+    missing: Mutex<BTreeSet<String>>,
+    say: Arc<dyn Fn(&str) + Send + Sync>,
+    stages: Mutex<Stages>,
+}
+
+fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
+    let Some(folder) = folder else { return Ok(Catalog::embedded()) };
+    let failed = |path: &Path, e: std::io::Error| SessionError::File { path: path.display().to_string(), why: e.to_string() };
+    let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
+    paths.sort();
+    let mut files = Vec::new();
+    for path in paths {
+        let text = std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?;
+        files.push((path.display().to_string(), text));
+    }
+    Ok(Catalog::with_files(&files)?)
+}
+
+fn open_library(cache: Option<PathBuf>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
+    let folder = cache.or_else(|| directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned()));
+    match folder {
+        Some(folder) => Library::open(&folder, lowering, move |line| say(line)),
+        None => Library::in_memory(lowering),
+    }
+}
+
+impl Session {
+    /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
+    pub fn open(sources: &Sources, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
+        let say: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(say);
+        let mut stages = Stages::default();
+        let catalog = stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?;
+        let ephemeris = stages.measure(Stage::Kernel, || -> Result<Ephemeris, SessionError> {
+            let embedded = Ephemeris::embedded(&catalog)?;
+            let Some(path) = &sources.kernel else { return Ok(embedded) };
+            let name = path.display().to_string();
+            let bytes = std::fs::read(path).map_err(|e| SessionError::File { path: name.clone(), why: e.to_string() })?;
+            Ok(embedded.with_kernel(&name, bytes)?)
+        })?;
+        let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
+        Ok(Self {
+            catalog,
+            ephemeris,
+            maps: MapStore::new(sources.textures.clone()),
+            library,
+            missing: Mutex::default(),
+            say,
+            stages: Mutex::new(stages),
+        })
+    }
+
+    pub fn catalog(&self) -> &Catalog {
+        &self.catalog
+    }
+    pub fn ephemeris(&self) -> &Ephemeris {
+        &self.ephemeris
+    }
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
+
+    /// Seconds by stage since the session was opened, and what the library did.
+    pub fn report(&self) -> (Stages, Statistics) {
+        (self.stages.lock().unwrap_or_else(PoisonError::into_inner).clone(), self.library.statistics())
+    }
+
+    fn measured<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
+        let start = std::time::Instant::now();
+        let done = work();
+        self.stages.lock().unwrap_or_else(PoisonError::into_inner).add(stage, start.elapsed());
+        done
+    }
+
+    /// The scene of a view. Maps already found missing are left out.
+    pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
+        let mut request = request.clone();
+        request.missing_maps.extend(self.missing.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());
+        Ok(self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?)
+    }
+
+    /// Scene and plan of a view. A map that cannot be read is said once, and its body is drawn without it.
+    pub fn plan(&self, request: &ViewRequest, fineness: Fineness) -> Result<(Scene, Plan), SessionError> {
+        loop {
+            let scene = self.scene(request)?;
+            self.fetch(&scene)?;
+            match self.measured(Stage::Plan, || plan::plan(&scene, self, fineness)) {
+                Ok(plan) => return Ok((scene, plan)),
+                Err(PlanError::Map { file, why }) => {
+                    let new = self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.clone());
+                    if !new {
+                        return Err(PlanError::Map { file, why }.into());
+                    }
+                    (self.say)(&format!("{why}; drawn in its mean colour"));
+                }
+                Err(e) => return Err(e.into()),
+            }
+        }
+    }
+
+    /// Brings in modules and maps by all threads, so that the plan finds them in memory. Failures come out of the plan.
+    fn fetch(&self, scene: &Scene) -> Result<(), SessionError> {
+        let modules = plan::modules(scene);
+        self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
+        let wanted: Vec<(&str, TexelFormat)> =
+            scene.draws.iter().flat_map(|d| d.map_files.bindings()).map(|(binding, file)| (file, plan::map_format(binding))).collect();
+        self.measured(Stage::Maps, || self.maps.get_all(&wanted));
+        Ok(())
+    }
+
+    /// Draws a view in software.
+    pub fn draw(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
+        let (scene, plan) = self.plan(request, fineness)?;
+        let frame = self.measured(Stage::Draw, || software::draw(&plan, &self.library, keep_hdr)).map_err(SessionError::Renderer)?;
+        Ok(Drawn { scene, frame })
+    }
+}
+
+impl Supplies for Session {
+    fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError> {
+        Ok(self.library.get(module).map_err(|e| PlanError::Module(e.to_string()))?.layout.clone())
+    }
+    fn map(&self, file: &str, format: TexelFormat) -> Result<SharedTexture, PlanError> {
+        self.maps.get(file, format).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    }
+}
