@@ -1,8 +1,12 @@
-//! The boundary between the tape (lowering, executor) and the rasteriser: what a lowered entry point reads and writes.
+//! The boundary between the tape (lowering, executor) and the rasteriser: what a lowered entry point reads, writes and runs.
 //!
-//! A program runs over batches of `LANES` lanes in structure-of-arrays form. Fragment lanes are laid out in 2x2 quads: lanes 4q..4q+3
-//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q, so dpdx is lane^1 and dpdy is lane^2.
+//! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are laid out in 2x2 quads: lanes 4q..4q+3
+//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q, so dpdx pairs lane with lane^1 and dpdy with lane^2.
+//!
+//! What always holds: every operand names a register or slot below the counts stored here ([`Program::check`] verifies it for bytes
+//! that come from a file), and no lane operation writes a slot that it reads.
 
+use super::tape::{Instr, Op, Operand};
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -11,7 +15,7 @@ pub enum Stage {
     Fragment,
 }
 
-/// One scalar per lane that the caller writes before a run.
+/// One scalar per lane that the caller writes before a run. Integers and booleans are bit-cast (see [`super::math::Real`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LaneInput {
     /// A component of `@location(index)`: an attribute (vertex) or a varying (fragment).
@@ -51,4 +55,79 @@ pub struct TextureUse {
     pub texture_binding: u32,
     /// None for textureLoad and textureDimensions.
     pub sampler_binding: Option<u32>,
+}
+
+/// A constant operand before it is narrowed to the element type that runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Constant {
+    Float(f64),
+    Int(u32),
+    Bool(bool),
+}
+
+/// One lowered entry point. Registers hold one value for all lanes (constants first, then per-draw values, then values that a loop
+/// changes); slots hold one value per lane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Program {
+    pub name: String,
+    pub stage: Stage,
+    /// Lane inputs in order; input k occupies slot k when the run starts, and the mask of active lanes the slot after them.
+    pub inputs: Vec<LaneInput>,
+    pub outputs: Vec<LaneOutput>,
+    /// Where each output is found after the run.
+    pub output_operands: Vec<Operand>,
+    pub textures: Vec<TextureUse>,
+    pub uses_discard: bool,
+    /// Lane mask of the lanes that discarded, when `uses_discard`.
+    pub discarded: Option<Operand>,
+    pub uses_derivatives: bool,
+    /// Bytes of the uniform block that the program may read.
+    pub uniform_size: u32,
+    pub constants: Vec<Constant>,
+    /// Straight-line tape that runs once per draw.
+    pub uniform_tape: Vec<Instr>,
+    /// Tape that runs per batch of lanes.
+    pub lane_tape: Vec<Instr>,
+    pub registers: u32,
+    pub slots: u32,
+}
+
+impl Program {
+    /// Lane operations by kind with their number on the tape (loops count once), most frequent first.
+    pub fn op_statistics(&self) -> Vec<(Op, usize)> {
+        let mut counts: Vec<(Op, usize)> = Vec::new();
+        for instr in &self.lane_tape {
+            if let Instr::Lane { op, .. } = instr {
+                match counts.iter_mut().find(|(o, _)| o == op) {
+                    Some((_, n)) => *n += 1,
+                    None => counts.push((*op, 1)),
+                }
+            }
+        }
+        counts.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| (a.0 as u32).cmp(&(b.0 as u32))));
+        counts
+    }
+
+    /// Verifies every index, so that a program read from a file cannot reach outside its registers, slots or tape.
+    pub fn check(&self) -> Result<(), String> {
+        let operand = |o: &Operand| match *o {
+            Operand::Slot(s) => u32::from(s) < self.slots,
+            Operand::Reg(r) => u32::from(r) < self.registers,
+        };
+        let inside = self.inputs.len() < self.slots as usize
+            && self.slots < 60_000
+            && self.registers < 60_000
+            && self.constants.len() <= self.registers as usize
+            && self.outputs.len() == self.output_operands.len()
+            && self.output_operands.iter().chain(&self.discarded).all(operand)
+            && self.uniform_tape.iter().all(|i| i.is_scalar())
+            && self.uniform_tape.iter().chain(&self.lane_tape).all(|i| {
+                i.operands().iter().all(operand)
+                    && i.written_slots().iter().all(|&s| u32::from(s) < self.slots && !i.operands().contains(&Operand::Slot(s)))
+                    && i.written_register().is_none_or(|r| u32::from(r) < self.registers)
+                    && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())
+                    && i.target().is_none_or(|t| t as usize <= self.lane_tape.len())
+            });
+        if inside { Ok(()) } else { Err(format!("program '{}': an operand lies outside its registers, slots or tape", self.name)) }
+    }
 }

@@ -1,0 +1,357 @@
+//! f64 functions. Coefficients: S. Moshier, Cephes (exp, atan, sinh, tanh); Sun Microsystems, fdlibm (log, sin, cos, asin, pow's splitting).
+
+use super::poly;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
+
+const MAGIC: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
+
+#[inline(always)]
+fn fma<const F: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if F { a.mul_add(b, c) } else { a * b + c }
+}
+
+#[inline(always)]
+fn power(n: i64) -> f64 {
+    f64::from_bits((n.wrapping_add(1023) as u64) << 52)
+}
+
+/// x * 2^n in three exact steps, so that only a result below the normal range rounds.
+#[inline(always)]
+pub fn scale(x: f64, n: i32) -> f64 {
+    let n = i64::from(n).clamp(-2200, 2200);
+    let third = n / 3;
+    x * power(third) * power(third) * power(n - 2 * third)
+}
+
+#[inline(always)]
+fn scale_pair(y: f64, n: i64) -> f64 {
+    let half = n >> 1;
+    y * power(half) * power(n.wrapping_sub(half))
+}
+
+#[inline(always)]
+fn exp_of_reduced<const F: bool>(r: f64) -> f64 {
+    let z = r * r;
+    let p = r * poly::<f64, F, 3>(z, [1.261_771_930_748_105_9e-4, 3.029_944_077_074_419_6e-2, 1.0]);
+    let q = poly::<f64, F, 4>(z, [3.001_985_051_386_644_6e-6, 2.524_483_403_496_841e-3, 2.272_655_482_081_550_3e-1, 2.0]);
+    1.0 + 2.0 * (p / (q - p))
+}
+
+#[inline(always)]
+fn nearest(t: f64) -> (f64, i64) {
+    let m = t + MAGIC;
+    (m - MAGIC, (m.to_bits() as i64).wrapping_sub(MAGIC.to_bits() as i64))
+}
+
+#[inline(always)]
+pub fn exp<const F: bool>(x: f64) -> f64 {
+    let c = if x > 711.0 { 711.0 } else { x };
+    let c = if c < -747.0 { -747.0 } else { c };
+    let (k, n) = nearest(c * LOG2_E);
+    let r = fma::<F>(k, -1.428_606_820_309_417_2e-6, fma::<F>(k, -6.931_457_519_531_25e-1, c));
+    scale_pair(exp_of_reduced::<F>(r), n)
+}
+
+#[inline(always)]
+pub fn exp2<const F: bool>(x: f64) -> f64 {
+    let c = if x > 1026.0 { 1026.0 } else { x };
+    let c = if c < -1077.0 { -1077.0 } else { c };
+    let (k, n) = nearest(c);
+    scale_pair(exp_of_reduced::<F>((c - k) * LN_2), n)
+}
+
+/// Mantissa less one, exponent, x^2/2, and s (x^2/2 + R(s^2)) with s = f/(2+f).
+#[inline(always)]
+fn log_parts<const F: bool>(x: f64) -> (f64, f64, f64, f64) {
+    let tiny = x < f64::MIN_POSITIVE;
+    let scaled = if tiny { x * 18_014_398_509_481_984.0 } else { x };
+    const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+    let bits = scaled.to_bits().wrapping_sub(ROOT_HALF);
+    // The exponent as a float without an integer conversion, which has no vector form below AVX-512.
+    let e = (bits >> 52) ^ 0x800;
+    let k = f64::from_bits(e | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
+    let k = if k > 1024.0 { k - 4096.0 } else { k };
+    let k = if tiny { k - 54.0 } else { k };
+    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(ROOT_HALF)) - 1.0;
+    let s = f / (2.0 + f);
+    let z = s * s;
+    let r = z * poly::<f64, F, 7>(
+        z,
+        [
+            1.479_819_860_511_658_6e-1,
+            1.531_383_769_920_937_3e-1,
+            1.818_357_216_161_805e-1,
+            2.222_219_843_214_978_4e-1,
+            2.857_142_874_366_239e-1,
+            3.999_999_999_940_942e-1,
+            6.666_666_666_666_735e-1,
+        ],
+    );
+    let half = 0.5 * f * f;
+    (f, k, half, s * (half + r))
+}
+
+#[inline(always)]
+fn log_edges(x: f64, y: f64) -> f64 {
+    let y = if x == f64::INFINITY { x } else { y };
+    let y = if x == 0.0 { f64::NEG_INFINITY } else { y };
+    if x >= 0.0 { y } else { f64::NAN }
+}
+
+#[inline(always)]
+pub fn log<const F: bool>(x: f64) -> f64 {
+    let (f, k, half, tail) = log_parts::<F>(x);
+    let low = fma::<F>(k, 1.908_214_929_270_587_7e-10, tail);
+    log_edges(x, fma::<F>(k, 6.931_471_803_691_238e-1, f - (half - low)))
+}
+
+/// log2 of a positive finite x as an unevaluated sum, to about 2^-65 relative.
+#[inline(always)]
+fn log2_pair<const F: bool>(x: f64) -> (f64, f64) {
+    let (f, k, half, tail) = log_parts::<F>(x);
+    let hi = high_bits(f - half);
+    let lo = ((f - hi) - half) + tail;
+    let a = hi * 1.442_695_040_721_446_3;
+    let b = fma::<F>(lo + hi, 1.675_171_316_488_651_2e-10, lo * 1.442_695_040_721_446_3);
+    let w = k + a;
+    (w, b + ((k - w) + a))
+}
+
+#[inline(always)]
+fn high_bits(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & 0xffff_ffff_f800_0000)
+}
+
+#[inline(always)]
+pub fn log2<const F: bool>(x: f64) -> f64 {
+    let (hi, lo) = log2_pair::<F>(x);
+    log_edges(x, hi + lo)
+}
+
+/// x reduced by quarter turns: the rest in [-pi/4, pi/4] and the count's low bits. Exact to 1e-16 relative for |x| <= 1.6e6 (pi/2 in
+/// three parts of which the first two have 33 bits); beyond, the rest is clamped into its range. inf and NaN give NaN.
+#[inline(always)]
+pub fn quarter_turns(x: f64) -> (f64, i64) {
+    let (k, n) = nearest(x * std::f64::consts::FRAC_2_PI);
+    let r = ((x - k * 1.570_796_326_734_125_6) - k * 6.077_100_506_303_966e-11) - k * 2.022_266_248_795_950_6e-21;
+    let r = if r > 0.786 { 0.786 } else { r };
+    let r = if r < -0.786 { -0.786 } else { r };
+    (if x.abs() == f64::INFINITY { f64::NAN } else { r }, n)
+}
+
+#[inline(always)]
+fn sin_and_cos<const F: bool>(r: f64) -> (f64, f64) {
+    let z = r * r;
+    let s = poly::<f64, F, 6>(
+        z,
+        [
+            1.589_690_995_211_550_1e-10,
+            -2.505_076_025_340_686_3e-8,
+            2.755_731_370_707_006_8e-6,
+            -1.984_126_982_985_795e-4,
+            8.333_333_333_322_49e-3,
+            -1.666_666_666_666_663_2e-1,
+        ],
+    );
+    let c = poly::<f64, F, 6>(
+        z,
+        [
+            -1.135_964_755_778_819_5e-11,
+            2.087_572_321_298_174_8e-9,
+            -2.755_731_435_139_066_3e-7,
+            2.480_158_728_947_673e-5,
+            -1.388_888_888_887_411e-3,
+            4.166_666_666_666_66e-2,
+        ],
+    );
+    let w = 1.0 - 0.5 * z;
+    (fma::<F>(s * z, r, r), w + (((1.0 - w) - 0.5 * z) + z * z * c))
+}
+
+#[inline(always)]
+pub fn sin_cos<const F: bool, const COS: bool>(x: f64) -> f64 {
+    let (r, n) = quarter_turns(x);
+    let quadrant = if COS { n.wrapping_add(1) } else { n };
+    let (s, c) = sin_and_cos::<F>(r);
+    let y = if quadrant & 1 != 0 { c } else { s };
+    f64::from_bits(y.to_bits() ^ (((quadrant & 2) as u64) << 62))
+}
+
+#[inline(always)]
+pub fn tan<const F: bool>(x: f64) -> f64 {
+    let (r, n) = quarter_turns(x);
+    let (s, c) = sin_and_cos::<F>(r);
+    if n & 1 != 0 { -c / s } else { s / c }
+}
+
+#[inline(always)]
+fn asin_core<const F: bool>(z: f64, s: f64) -> f64 {
+    let p = z * poly::<f64, F, 6>(
+        z,
+        [
+            3.479_331_075_960_212e-5,
+            7.915_349_942_898_145e-4,
+            -4.005_553_450_067_941e-2,
+            2.012_125_321_348_629_3e-1,
+            -3.255_658_186_224_009e-1,
+            1.666_666_666_666_666_6e-1,
+        ],
+    );
+    let q =
+        poly::<f64, F, 5>(z, [7.703_815_055_590_194e-2, -6.882_839_716_054_533e-1, 2.020_945_760_233_505_7, -2.403_394_911_734_414, 1.0]);
+    fma::<F>(p / q, s, s)
+}
+
+#[inline(always)]
+pub fn asin<const F: bool>(x: f64) -> f64 {
+    let a = x.abs();
+    let big = a > 0.5;
+    let half = 0.5 * (1.0 - a);
+    let root = half.sqrt();
+    let y = asin_core::<F>(if big { half } else { a * a }, if big { root } else { a });
+    (if big { FRAC_PI_2 - 2.0 * y } else { y }).copysign(x)
+}
+
+#[inline(always)]
+pub fn acos<const F: bool>(x: f64) -> f64 {
+    let a = x.abs();
+    let big = a > 0.5;
+    let half = 0.5 * (1.0 - a);
+    let root = half.sqrt();
+    let y = asin_core::<F>(if big { half } else { a * a }, if big { root } else { x });
+    let outer = if x < 0.0 { PI - 2.0 * y } else { 2.0 * y };
+    if big { outer } else { FRAC_PI_2 - (y - 6.123_233_995_736_766e-17) }
+}
+
+#[inline(always)]
+pub fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
+    let (ay, ax) = (y.abs(), x.abs());
+    let swap = ay > ax;
+    let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
+    let equal = small == large;
+    let far = small > 0.414_213_562_373_095 * large;
+    let (num, den) = if far { (small - large, small + large) } else { (small, large) };
+    let q = num / den;
+    let q = if equal { 0.0 } else { q };
+    let z = q * q;
+    let p = poly::<f64, F, 5>(
+        z,
+        [
+            -8.750_608_600_031_904e-1,
+            -1.615_753_718_733_365e1,
+            -7.500_855_792_314_705e1,
+            -1.228_866_684_490_136_2e2,
+            -6.485_021_904_942_025e1,
+        ],
+    );
+    let d = poly::<f64, F, 6>(
+        z,
+        [
+            1.0,
+            2.485_846_490_142_306_3e1,
+            1.650_270_098_316_988_5e2,
+            4.328_810_604_912_902_7e2,
+            4.853_903_996_359_137e2,
+            1.945_506_571_482_614e2,
+        ],
+    );
+    let t = fma::<F>(z * p / d, q, q);
+    let t = if far | (equal & (large > 0.0)) { FRAC_PI_4 + t } else { t };
+    let t = if swap { FRAC_PI_2 - t } else { t };
+    let t = if x.is_sign_negative() { PI - t } else { t };
+    let t = t.copysign(y);
+    if (x != x) | (y != y) { f64::NAN } else { t }
+}
+
+#[inline(always)]
+pub fn sinh<const F: bool>(x: f64) -> f64 {
+    let a = x.abs();
+    let z = a * a;
+    let p =
+        poly::<f64, F, 4>(z, [-7.894_744_439_635_37e-1, -1.637_258_575_259_838_3e2, -1.156_144_357_650_052_2e4, -3.517_549_648_081_514e5]);
+    let q = poly::<f64, F, 4>(z, [1.0, -2.777_110_814_206_028e2, 3.615_782_798_344_32e4, -2.110_529_788_848_908_4e6]);
+    let small = fma::<F>(a * z, p / q, a);
+    let e = exp::<F>(0.5 * a);
+    let large = (0.5 * e) * e - 0.5 / e / e;
+    (if a < 1.0 { small } else { large }).copysign(x)
+}
+
+#[inline(always)]
+pub fn cosh<const F: bool>(x: f64) -> f64 {
+    let e = exp::<F>(0.5 * x.abs());
+    (0.5 * e) * e + 0.5 / e / e
+}
+
+#[inline(always)]
+pub fn tanh<const F: bool>(x: f64) -> f64 {
+    let a = x.abs();
+    let z = a * a;
+    let p = poly::<f64, F, 3>(z, [-9.643_991_794_250_522e-1, -9.928_772_310_019_186e1, -1.614_687_684_417_084_5e3]);
+    let q = poly::<f64, F, 4>(z, [1.0, 1.128_116_784_916_329_3e2, 2.235_488_390_601_004_5e3, 4.844_063_053_251_255e3]);
+    let small = fma::<F>(a * z, p / q, a);
+    let large = 1.0 - 2.0 / (exp::<F>(2.0 * a) + 1.0);
+    (if a < 0.625 { small } else { large }).copysign(x)
+}
+
+/// log(1 + u), u > -1: the rounding of 1 + u is divided out again.
+#[inline(always)]
+fn log1p<const F: bool>(u: f64) -> f64 {
+    let w = 1.0 + u;
+    let y = log::<F>(w) * (u / (w - 1.0));
+    let y = if w == f64::INFINITY { w } else { y };
+    if w == 1.0 { u } else { y }
+}
+
+#[inline(always)]
+pub fn asinh<const F: bool>(x: f64) -> f64 {
+    let a = x.abs();
+    let huge = a > 1e150;
+    let near = log1p::<F>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
+    let far = log::<F>(a) + LN_2;
+    (if huge { far } else { near }).copysign(x)
+}
+
+#[inline(always)]
+pub fn acosh<const F: bool>(x: f64) -> f64 {
+    let t = x - 1.0;
+    let near = log1p::<F>(t + (2.0 * t + t * t).sqrt());
+    let far = log::<F>(x) + LN_2;
+    let y = if x > 1e150 { far } else { near };
+    if x < 1.0 { f64::NAN } else { y }
+}
+
+#[inline(always)]
+pub fn atanh<const F: bool>(x: f64) -> f64 {
+    let a = x.abs();
+    let y = 0.5 * log1p::<F>(2.0 * a / (1.0 - a));
+    let y = if a == 1.0 { f64::INFINITY } else { y };
+    (if a > 1.0 { f64::NAN } else { y }).copysign(x)
+}
+
+/// x^y for x >= 0 (WGSL leaves negative x open: NaN here). x^0 = 1, 1^y = 1.
+#[inline(always)]
+pub fn pow<const F: bool>(x: f64, y: f64) -> f64 {
+    let (w, low) = log2_pair::<F>(x);
+    // Beyond 1e20 every x but 1 over- or underflows; the bound keeps the products finite.
+    let b = if y > 1e20 { 1e20 } else { y };
+    let b = if b < -1e20 { -1e20 } else { b };
+    let (w1, b1) = (high_bits(w), high_bits(b));
+    let ph = w1 * b1;
+    let pl = (b - b1) * w1 + b * ((w - w1) + low);
+    let sum = ph + pl;
+    let (k, n) = nearest(if sum > 1026.0 {
+        1026.0
+    } else if sum < -1077.0 {
+        -1077.0
+    } else {
+        sum
+    });
+    let rest = ((ph - k) + pl) * LN_2;
+    let rest = if rest > 0.4 { 0.4 } else { rest };
+    let rest = if rest < -0.4 { -0.4 } else { rest };
+    let r = scale_pair(exp_of_reduced::<F>(rest), n);
+    let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };
+    let r = if x < 0.0 { f64::NAN } else { r };
+    let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
+    if (x != x) | (y != y) { f64::NAN } else { r }
+}

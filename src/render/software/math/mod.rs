@@ -1,0 +1,272 @@
+//! Elementary functions for lanes, branch-free so that the compiler turns a loop over lanes into vector code.
+//!
+//! Every function is generic over `F`: true uses fused multiply-add, false rounds product and sum apart. For one value of `F` the result
+//! is the same bit pattern on every kernel class, because only IEEE basic operations occur. Errors are measured in tests/software_math.rs.
+//!
+//! f32 `sin` and `cos` reduce in f64; the less frequent f32 functions (tan, pow, hyperbolic and inverse hyperbolic) are the f64 ones, rounded.
+
+pub mod double;
+pub mod single;
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks travel in the same slots, bit-cast:
+/// integers as the low 32 bits, masks as no bit or all bits.
+pub trait Real:
+    Copy
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    const ZERO: Self;
+    const ONE: Self;
+    /// An integer's bits as an element.
+    fn from_int(bits: u32) -> Self;
+    /// The low 32 bits.
+    fn int(self) -> u32;
+    fn from_mask(set: bool) -> Self;
+    fn mask(self) -> bool;
+    fn from_f64(x: f64) -> Self;
+    fn f64(self) -> f64;
+    /// Bitwise operations on the whole element, for masks and integers alike.
+    fn bit_and(self, b: Self) -> Self;
+    fn bit_or(self, b: Self) -> Self;
+    fn bit_xor(self, b: Self) -> Self;
+    fn bit_not(self) -> Self;
+    /// The value rounded to f32 as its bits, and back (WGSL `bitcast`).
+    fn f32_bits(self) -> u32;
+    fn from_f32_bits(bits: u32) -> Self;
+    /// Saturating conversions, NaN to 0.
+    fn to_i32(self) -> i32;
+    fn to_u32(self) -> u32;
+    fn from_i32(i: i32) -> Self;
+    fn from_u32(u: u32) -> Self;
+    fn fma<const F: bool>(self, b: Self, c: Self) -> Self;
+    fn abs(self) -> Self;
+    fn sqrt(self) -> Self;
+    /// Magnitude of self, sign of `s`.
+    fn with_sign(self, s: Self) -> Self;
+    /// Nearest integer, ties to even.
+    fn round(self) -> Self;
+    fn is_nan(self) -> bool;
+    fn is_inf(self) -> bool;
+    /// self times 2^n.
+    fn ldexp(self, n: i32) -> Self;
+    fn exp<const F: bool>(self) -> Self;
+    fn exp2<const F: bool>(self) -> Self;
+    fn log<const F: bool>(self) -> Self;
+    fn log2<const F: bool>(self) -> Self;
+    fn sin<const F: bool>(self) -> Self;
+    fn cos<const F: bool>(self) -> Self;
+    fn tan<const F: bool>(self) -> Self;
+    fn asin<const F: bool>(self) -> Self;
+    fn acos<const F: bool>(self) -> Self;
+    fn atan2<const F: bool>(self, x: Self) -> Self;
+    fn sinh<const F: bool>(self) -> Self;
+    fn cosh<const F: bool>(self) -> Self;
+    fn tanh<const F: bool>(self) -> Self;
+    fn asinh<const F: bool>(self) -> Self;
+    fn acosh<const F: bool>(self) -> Self;
+    fn atanh<const F: bool>(self) -> Self;
+    fn pow<const F: bool>(self, y: Self) -> Self;
+}
+
+macro_rules! common {
+    ($t:ty, $bits:ty, $module:ident, $magic:expr) => {
+        const ZERO: Self = 0.0;
+        const ONE: Self = 1.0;
+        #[inline(always)]
+        fn from_int(bits: u32) -> Self {
+            <$t>::from_bits(<$bits>::from(bits))
+        }
+        #[inline(always)]
+        fn int(self) -> u32 {
+            self.to_bits() as u32
+        }
+        #[inline(always)]
+        fn from_mask(set: bool) -> Self {
+            <$t>::from_bits((0 as $bits).wrapping_sub(<$bits>::from(set)))
+        }
+        #[inline(always)]
+        fn mask(self) -> bool {
+            self.to_bits() != 0
+        }
+        #[inline(always)]
+        fn from_f64(x: f64) -> Self {
+            x as $t
+        }
+        #[inline(always)]
+        fn f64(self) -> f64 {
+            f64::from(self)
+        }
+        #[inline(always)]
+        fn bit_and(self, b: Self) -> Self {
+            <$t>::from_bits(self.to_bits() & b.to_bits())
+        }
+        #[inline(always)]
+        fn bit_or(self, b: Self) -> Self {
+            <$t>::from_bits(self.to_bits() | b.to_bits())
+        }
+        #[inline(always)]
+        fn bit_xor(self, b: Self) -> Self {
+            <$t>::from_bits(self.to_bits() ^ b.to_bits())
+        }
+        #[inline(always)]
+        fn bit_not(self) -> Self {
+            <$t>::from_bits(!self.to_bits())
+        }
+        #[inline(always)]
+        fn f32_bits(self) -> u32 {
+            (self as f32).to_bits()
+        }
+        #[inline(always)]
+        fn from_f32_bits(bits: u32) -> Self {
+            <$t>::from(f32::from_bits(bits))
+        }
+        #[inline(always)]
+        fn to_i32(self) -> i32 {
+            self as i32
+        }
+        #[inline(always)]
+        fn to_u32(self) -> u32 {
+            self as u32
+        }
+        #[inline(always)]
+        fn from_i32(i: i32) -> Self {
+            i as $t
+        }
+        #[inline(always)]
+        fn from_u32(u: u32) -> Self {
+            u as $t
+        }
+        #[inline(always)]
+        fn fma<const F: bool>(self, b: Self, c: Self) -> Self {
+            if F { self.mul_add(b, c) } else { self * b + c }
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            <$t>::abs(self)
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            <$t>::sqrt(self)
+        }
+        #[inline(always)]
+        fn with_sign(self, s: Self) -> Self {
+            self.copysign(s)
+        }
+        #[inline(always)]
+        fn round(self) -> Self {
+            // Adding and taking away 2^(mantissa bits) rounds to nearest even; larger values are integers already.
+            let a = <$t>::abs(self);
+            let r = (a + $magic) - $magic;
+            (if a < $magic { r } else { a }).copysign(self)
+        }
+        #[inline(always)]
+        fn is_nan(self) -> bool {
+            self != self
+        }
+        #[inline(always)]
+        fn is_inf(self) -> bool {
+            <$t>::abs(self) == <$t>::INFINITY
+        }
+        #[inline(always)]
+        fn ldexp(self, n: i32) -> Self {
+            $module::scale(self, n)
+        }
+        #[inline(always)]
+        fn exp<const F: bool>(self) -> Self {
+            $module::exp::<F>(self)
+        }
+        #[inline(always)]
+        fn exp2<const F: bool>(self) -> Self {
+            $module::exp2::<F>(self)
+        }
+        #[inline(always)]
+        fn log<const F: bool>(self) -> Self {
+            $module::log::<F>(self)
+        }
+        #[inline(always)]
+        fn log2<const F: bool>(self) -> Self {
+            $module::log2::<F>(self)
+        }
+        #[inline(always)]
+        fn sin<const F: bool>(self) -> Self {
+            $module::sin_cos::<F, false>(self)
+        }
+        #[inline(always)]
+        fn cos<const F: bool>(self) -> Self {
+            $module::sin_cos::<F, true>(self)
+        }
+        #[inline(always)]
+        fn asin<const F: bool>(self) -> Self {
+            $module::asin::<F>(self)
+        }
+        #[inline(always)]
+        fn acos<const F: bool>(self) -> Self {
+            $module::acos::<F>(self)
+        }
+        #[inline(always)]
+        fn atan2<const F: bool>(self, x: Self) -> Self {
+            $module::atan2::<F>(self, x)
+        }
+        #[inline(always)]
+        fn tan<const F: bool>(self) -> Self {
+            double::tan::<F>(f64::from(self)) as $t
+        }
+        #[inline(always)]
+        fn sinh<const F: bool>(self) -> Self {
+            double::sinh::<F>(f64::from(self)) as $t
+        }
+        #[inline(always)]
+        fn cosh<const F: bool>(self) -> Self {
+            double::cosh::<F>(f64::from(self)) as $t
+        }
+        #[inline(always)]
+        fn tanh<const F: bool>(self) -> Self {
+            double::tanh::<F>(f64::from(self)) as $t
+        }
+        #[inline(always)]
+        fn asinh<const F: bool>(self) -> Self {
+            double::asinh::<F>(f64::from(self)) as $t
+        }
+        #[inline(always)]
+        fn acosh<const F: bool>(self) -> Self {
+            double::acosh::<F>(f64::from(self)) as $t
+        }
+        #[inline(always)]
+        fn atanh<const F: bool>(self) -> Self {
+            double::atanh::<F>(f64::from(self)) as $t
+        }
+        #[inline(always)]
+        fn pow<const F: bool>(self, y: Self) -> Self {
+            double::pow::<F>(f64::from(self), f64::from(y)) as $t
+        }
+    };
+}
+
+impl Real for f32 {
+    common!(f32, u32, single, 8_388_608.0);
+}
+
+impl Real for f64 {
+    common!(f64, u64, double, 4_503_599_627_370_496.0);
+}
+
+/// Horner's rule, highest coefficient first.
+#[inline(always)]
+pub(crate) fn poly<R: Real, const F: bool, const K: usize>(x: R, c: [R; K]) -> R {
+    let mut y = c[0];
+    let mut k = 1;
+    while k < K {
+        y = y.fma::<F>(x, c[k]);
+        k += 1;
+    }
+    y
+}

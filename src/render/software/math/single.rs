@@ -1,0 +1,174 @@
+//! f32 functions. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf).
+
+use super::{double, poly};
+
+const MAGIC: f32 = 12_582_912.0; // 1.5 * 2^23: adding it rounds to an integer that stands in the low bits
+
+#[inline(always)]
+fn fma<const F: bool>(a: f32, b: f32, c: f32) -> f32 {
+    if F { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// 2^n for -126 <= n <= 127.
+#[inline(always)]
+fn power(n: i32) -> f32 {
+    f32::from_bits((n.wrapping_add(127) as u32) << 23)
+}
+
+/// x * 2^n in three exact steps, so that only a result below the normal range rounds.
+#[inline(always)]
+pub fn scale(x: f32, n: i32) -> f32 {
+    let n = n.clamp(-300, 300);
+    let third = n / 3;
+    x * power(third) * power(third) * power(n - 2 * third)
+}
+
+#[inline(always)]
+fn exp_of_reduced<const F: bool>(r: f32) -> f32 {
+    let p = poly::<f32, F, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
+    fma::<F>(p, r * r, r) + 1.0
+}
+
+/// Two factors, because 2^n alone leaves the range where the result does not yet.
+#[inline(always)]
+fn scale_pair(y: f32, n: i32) -> f32 {
+    let half = n >> 1;
+    y * power(half) * power(n.wrapping_sub(half))
+}
+
+#[inline(always)]
+pub fn exp<const F: bool>(x: f32) -> f32 {
+    let c = if x > 90.0 { 90.0 } else { x };
+    let c = if c < -105.0 { -105.0 } else { c };
+    let t = c * std::f32::consts::LOG2_E + MAGIC;
+    let n = (t.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32);
+    let k = t - MAGIC;
+    let r = fma::<F>(k, 2.121_944_4e-4, fma::<F>(k, -0.693_359_375, c));
+    scale_pair(exp_of_reduced::<F>(r), n)
+}
+
+#[inline(always)]
+pub fn exp2<const F: bool>(x: f32) -> f32 {
+    let c = if x > 130.0 { 130.0 } else { x };
+    let c = if c < -152.0 { -152.0 } else { c };
+    let t = c + MAGIC;
+    let n = (t.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32);
+    let r = (c - (t - MAGIC)) * std::f32::consts::LN_2;
+    scale_pair(exp_of_reduced::<F>(r), n)
+}
+
+/// Mantissa less one in [-0.293, 0.414], exponent, and x^3 P(x) - x^2/2 of it.
+#[inline(always)]
+fn log_parts<const F: bool>(x: f32) -> (f32, f32, f32) {
+    let tiny = x < f32::MIN_POSITIVE;
+    let scaled = if tiny { x * 8_388_608.0 } else { x };
+    // Subtracting the bits of sqrt(1/2) makes the exponent field round at sqrt(2).
+    let bits = scaled.to_bits().wrapping_sub(0x3f35_04f3);
+    let k = ((bits as i32) >> 23) as f32 - if tiny { 23.0 } else { 0.0 };
+    let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(0x3f35_04f3)) - 1.0;
+    let p = poly::<f32, F, 9>(
+        f,
+        [
+            7.037_683_6e-2,
+            -1.151_461e-1,
+            1.167_699_9e-1,
+            -1.242_014_1e-1,
+            1.424_932_3e-1,
+            -1.666_805_8e-1,
+            2.000_071_5e-1,
+            -2.499_999_4e-1,
+            3.333_333e-1,
+        ],
+    );
+    let z = f * f;
+    (f, k, fma::<F>(-0.5, z, f * z * p))
+}
+
+/// 0 to -inf, negative to NaN, inf to inf.
+#[inline(always)]
+fn log_edges(x: f32, y: f32) -> f32 {
+    let y = if x == f32::INFINITY { x } else { y };
+    let y = if x == 0.0 { f32::NEG_INFINITY } else { y };
+    if x >= 0.0 { y } else { f32::NAN }
+}
+
+#[inline(always)]
+pub fn log<const F: bool>(x: f32) -> f32 {
+    let (f, k, rest) = log_parts::<F>(x);
+    let low = fma::<F>(k, -2.121_944_4e-4, rest);
+    log_edges(x, fma::<F>(k, 0.693_359_375, low + f))
+}
+
+#[inline(always)]
+pub fn log2<const F: bool>(x: f32) -> f32 {
+    let (f, k, rest) = log_parts::<F>(x);
+    // log2(e) = 1 + 0.4427: the large part is exact, so that the sum rounds once more only.
+    const REST: f32 = 0.442_695_04;
+    let small = fma::<F>(f, REST, rest * REST) + rest;
+    log_edges(x, (small + f) + k)
+}
+
+/// sin, or cos when `COS`. Relative error as stated for |x| <= 1.6e6; beyond, the result stays within [-1, 1].
+#[inline(always)]
+pub fn sin_cos<const F: bool, const COS: bool>(x: f32) -> f32 {
+    let (r, n) = double::quarter_turns(f64::from(x));
+    let r = r as f32;
+    let quadrant = if COS { n.wrapping_add(1) } else { n };
+    let z = r * r;
+    let s = fma::<F>(poly::<f32, F, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r);
+    let c = fma::<F>(poly::<f32, F, 3>(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]), z * z, fma::<F>(-0.5, z, 1.0));
+    let y = if quadrant & 1 != 0 { c } else { s };
+    f32::from_bits(y.to_bits() ^ (((quadrant & 2) as u32) << 30))
+}
+
+#[inline(always)]
+fn asin_core<const F: bool>(z: f32, s: f32) -> f32 {
+    let p = poly::<f32, F, 5>(z, [4.216_32e-2, 2.418_131_1e-2, 4.547_002_6e-2, 7.495_300_3e-2, 1.666_675_2e-1]);
+    fma::<F>(p * z, s, s)
+}
+
+#[inline(always)]
+pub fn asin<const F: bool>(x: f32) -> f32 {
+    let a = x.abs();
+    let big = a > 0.5;
+    let half = 0.5 * (1.0 - a);
+    let z = if big { half } else { a * a };
+    let root = half.sqrt();
+    let y = asin_core::<F>(z, if big { root } else { a });
+    let y = if big { std::f32::consts::FRAC_PI_2 - 2.0 * y } else { y };
+    y.copysign(x)
+}
+
+#[inline(always)]
+pub fn acos<const F: bool>(x: f32) -> f32 {
+    let a = x.abs();
+    let big = a > 0.5;
+    let half = 0.5 * (1.0 - a);
+    let z = if big { half } else { a * a };
+    let root = half.sqrt();
+    let y = asin_core::<F>(z, if big { root } else { x });
+    let outer = if x < 0.0 { std::f32::consts::PI - 2.0 * y } else { 2.0 * y };
+    if big { outer } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
+}
+
+/// All four quadrants; signed zeros and infinities as IEEE 754 recommends.
+#[inline(always)]
+pub fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
+    let (ay, ax) = (y.abs(), x.abs());
+    let swap = ay > ax;
+    let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
+    let equal = small == large;
+    // tan(pi/8): beyond it the angle is taken from the diagonal.
+    let far = small > 0.414_213_57 * large;
+    let (num, den) = if far { (small - large, small + large) } else { (small, large) };
+    let q = num / den;
+    let q = if equal { 0.0 } else { q };
+    let z = q * q;
+    let p = poly::<f32, F, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
+    let t = fma::<F>(p * z, q, q);
+    let t = if far | (equal & (large > 0.0)) { std::f32::consts::FRAC_PI_4 + t } else { t };
+    let t = if swap { std::f32::consts::FRAC_PI_2 - t } else { t };
+    let t = if x.is_sign_negative() { std::f32::consts::PI - t } else { t };
+    let t = t.copysign(y);
+    if (x != x) | (y != y) { f32::NAN } else { t }
+}

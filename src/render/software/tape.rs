@@ -1,0 +1,180 @@
+//! The tape: operations, operands and instructions. Plain values; what an operation computes is in [`super::kernels`].
+
+use serde::{Deserialize, Serialize};
+
+/// Where an operand lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Operand {
+    /// One value per lane.
+    Slot(u16),
+    /// One value for all lanes.
+    Reg(u16),
+}
+
+macro_rules! ops {
+    ($($name:ident $arity:literal,)*) => {
+        /// A scalar operation, applied lane by lane. F/I/U: on floats, signed, unsigned integers. Comparisons yield masks.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum Op { $($name,)* }
+        impl Op {
+            /// All operations, in declaration order.
+            pub const ALL: &[Op] = &[$(Op::$name,)*];
+            /// Number of operands, 1 to 3.
+            pub fn arity(self) -> usize { match self { $(Op::$name => $arity,)* } }
+        }
+    };
+}
+pub(crate) use ops_list::with_ops;
+mod ops_list {
+    macro_rules! with_ops {
+        ($m:ident) => {
+            $m! {
+                Copy 1, Neg 1, Abs 1, Sqrt 1, InverseSqrt 1, Floor 1, Ceil 1, Round 1, Trunc 1, Fract 1, Sign 1,
+                Exp 1, Exp2 1, Log 1, Log2 1, Sin 1, Cos 1, Tan 1, Asin 1, Acos 1, Atan 1,
+                Sinh 1, Cosh 1, Tanh 1, Asinh 1, Acosh 1, Atanh 1, QuantizeF16 1, F16FromF 1, FFromF16 1,
+                IsNan 1, IsInf 1, INeg 1, IAbs 1, ISign 1, INot 1, BNot 1,
+                CountOneBits 1, LeadingZeros 1, TrailingZeros 1, ReverseBits 1, FirstLeadingBitI 1, FirstLeadingBitU 1, FirstTrailingBit 1,
+                IFromF 1, UFromF 1, FFromI 1, FFromU 1, BitsFromF 1, FFromBits 1,
+                Dpdx 1, Dpdy 1,
+                Add 2, Sub 2, Mul 2, Div 2, Min 2, Max 2, FRem 2, Pow 2, Atan2 2, Ldexp 2,
+                FLt 2, FLe 2, FEq 2, FNe 2, ILt 2, ILe 2, ULt 2, ULe 2, IEq 2, INe 2,
+                IAdd 2, ISub 2, IMul 2, IDiv 2, UDiv 2, IRem 2, URem 2, Shl 2, ShrI 2, ShrU 2,
+                And 2, Or 2, Xor 2, IMin 2, IMax 2, UMin 2, UMax 2,
+                Fma 3, Fms 3, Fnma 3, Select 3,
+            }
+        };
+    }
+    pub(crate) use with_ops;
+}
+with_ops!(ops);
+
+/// What a uniform word holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum WordKind {
+    Float,
+    Int,
+}
+
+/// What a texture instruction asks for; the operands follow in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TextureOp {
+    /// u, v, du/dx, dv/dx, du/dy, dv/dy.
+    Gradients,
+    /// u, v, level.
+    Level,
+    /// x, y, level (integers).
+    Load,
+}
+
+/// One step. Jumps name the index of the instruction to go on with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Instr {
+    /// dst slot = op(args), lane by lane; at least one argument is a slot, or `op` is Copy.
+    Lane {
+        op: Op,
+        dst: u16,
+        args: Vec<Operand>,
+    },
+    /// dst register = op(args), once; arguments are registers.
+    Scalar {
+        op: Op,
+        dst: u16,
+        args: Vec<Operand>,
+    },
+    /// dst register = the uniform word at `offset + index * stride` bytes, index clamped to `count - 1`.
+    LoadUniform {
+        dst: u16,
+        kind: WordKind,
+        offset: u32,
+        index: Option<Operand>,
+        stride: u32,
+        count: u32,
+    },
+    /// The same per lane: the index is a slot.
+    GatherUniform {
+        dst: u16,
+        kind: WordKind,
+        offset: u32,
+        index: Operand,
+        stride: u32,
+        count: u32,
+    },
+    /// Four slots = texels of texture use `texture`.
+    Texture {
+        what: TextureOp,
+        texture: u16,
+        dst: [u16; 4],
+        args: Vec<Operand>,
+        mask: Operand,
+    },
+    /// dst register (an integer) = width (axis 0), height (axis 1) of a level, or the number of levels (axis 2).
+    TextureSize {
+        dst: u16,
+        texture: u16,
+        axis: u8,
+        level: Operand,
+    },
+    /// Goes to `target` when no lane of the mask is set.
+    SkipIfNone {
+        mask: Operand,
+        target: u32,
+    },
+    /// Goes to `target` when the register is not zero equals `when`.
+    JumpIf {
+        cond: Operand,
+        when: bool,
+        target: u32,
+    },
+    Jump {
+        target: u32,
+    },
+}
+
+impl Instr {
+    pub(crate) fn is_scalar(&self) -> bool {
+        matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
+    }
+
+    /// Everything read.
+    pub(crate) fn operands(&self) -> Vec<Operand> {
+        match self {
+            Self::Lane { args, .. } | Self::Scalar { args, .. } => args.clone(),
+            Self::LoadUniform { index, .. } => index.iter().copied().collect(),
+            Self::GatherUniform { index, .. } => vec![*index],
+            Self::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
+            Self::TextureSize { level, .. } => vec![*level],
+            Self::SkipIfNone { mask, .. } => vec![*mask],
+            Self::JumpIf { cond, .. } => vec![*cond],
+            Self::Jump { .. } => vec![],
+        }
+    }
+
+    pub(crate) fn written_slots(&self) -> Vec<u16> {
+        match self {
+            Self::Lane { dst, .. } | Self::GatherUniform { dst, .. } => vec![*dst],
+            Self::Texture { dst, .. } => dst.to_vec(),
+            _ => vec![],
+        }
+    }
+
+    pub(crate) fn written_register(&self) -> Option<u16> {
+        match self {
+            Self::Scalar { dst, .. } | Self::LoadUniform { dst, .. } | Self::TextureSize { dst, .. } => Some(*dst),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn texture(&self) -> Option<u16> {
+        match self {
+            Self::Texture { texture, .. } | Self::TextureSize { texture, .. } => Some(*texture),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn target(&self) -> Option<u32> {
+        match self {
+            Self::SkipIfNone { target, .. } | Self::JumpIf { target, .. } | Self::Jump { target } => Some(*target),
+            _ => None,
+        }
+    }
+}
