@@ -4,6 +4,7 @@ mod catalog;
 mod ephemeris;
 mod layering;
 mod library;
+mod orientation;
 mod plan;
 mod scene_magnitude;
 mod scene_silhouette;

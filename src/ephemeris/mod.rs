@@ -6,10 +6,11 @@
 
 pub mod kepler;
 pub mod kernel;
+pub mod orientation;
 
-use crate::catalog::{Catalog, Motion, NaifId};
+use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
-use crate::units::SPEED_OF_LIGHT_KM_S;
+use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
@@ -82,6 +83,8 @@ pub struct Ephemeris {
     /// The first that has a body goes before the others.
     kernels: Vec<kernel::Spk>,
     orbits: HashMap<NaifId, Orbit>,
+    rotations: HashMap<NaifId, Rotation>,
+    pck: orientation::Pck,
 }
 
 impl Ephemeris {
@@ -89,7 +92,9 @@ impl Ephemeris {
     pub fn embedded(catalog: &Catalog) -> Result<Self, EphemerisError> {
         let shipped = kernel::Spk::parse("orrery_1900_2100.bsp", SHIPPED_KERNEL)?;
         let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
-        Ok(Self { kernels: vec![shipped], orbits })
+        let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
+        let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError(e.to_string()))?;
+        Ok(Self { kernels: vec![shipped], orbits, rotations, pck })
     }
 
     /// Puts the user's SPK (bytes of the file) before the shipped kernel.
@@ -127,8 +132,25 @@ impl Ephemeris {
     }
 
     /// Rotation `body_from_icrf` (rows are the body's axes) at `t`.
-    pub fn body_from_icrf(&self, _body: NaifId, _t: Instant) -> Result<DMat3, EphemerisError> {
-        unimplemented!()
+    pub fn body_from_icrf(&self, body: NaifId, t: Instant) -> Result<DMat3, EphemerisError> {
+        let unknown = |why: &str| EphemerisError(format!("how body {} is turned is not known: {why}", body.0));
+        match self.rotations.get(&body).ok_or_else(|| unknown("the catalog has no such body"))? {
+            Rotation::EarthIau2006 => Ok(orientation::earth_itrs_from_gcrs(t)),
+            Rotation::Pck => {
+                let at = self.pck.pole_and_meridian(body, t.tdb_seconds_past_j2000());
+                Ok(at.ok_or_else(|| unknown("the PCK lacks it"))?.body_from_icrf())
+            }
+            Rotation::Synchronous => {
+                let parent = self.orbits.get(&body).map(|o| o.parent).ok_or_else(|| unknown("it has no parent"))?;
+                let state = self.state(body, parent, t, None)?.state;
+                orientation::synchronous(state.pos_km, state.vel_km_s).ok_or_else(|| unknown("its orbit is a line"))
+            }
+            Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day } => {
+                let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
+                let w_deg = (w0_deg + w_deg_day * days).rem_euclid(360.0);
+                Ok(orientation::PoleAndMeridian { pole_ra_deg: *pole_ra_deg, pole_dec_deg: *pole_dec_deg, w_deg }.body_from_icrf())
+            }
+        }
     }
 
     /// Where `body` is seen from `observer_pos_km` (barycentric ICRF) at `t`: barycentric position at the time the light left, and

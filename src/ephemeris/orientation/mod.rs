@@ -1,0 +1,98 @@
+//! How bodies are turned: `body_from_icrf` rotations.
+//!
+//! In: a body, an instant. Out: a rotation whose rows are the body's axes in ICRF (z the north pole, x the prime meridian). Sources: the IAU WGCCRE
+//! 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with UT1. Left out:
+//! polar motion (under 0.5 arcsec, 15 m on the ground) and the Moon's physical libration beyond the IAU series (0.01 degrees).
+
+mod pck;
+
+pub use pck::{Pck, PckError, PoleAndMeridian};
+
+use crate::time::Instant;
+use crate::units::JD_J2000;
+use glam::{DMat3, DVec3};
+
+/// The PCK that ships inside the program.
+pub const EMBEDDED_PCK: &str = include_str!("../../../catalogs/pck00011.tpc");
+
+/// Right-handed rotation of the axes by `angle_rad` about z: R3 of the literature.
+fn axes_turned_about_z(angle_rad: f64) -> DMat3 {
+    DMat3::from_rotation_z(-angle_rad)
+}
+
+fn axes_turned_about_x(angle_rad: f64) -> DMat3 {
+    DMat3::from_rotation_x(-angle_rad)
+}
+
+impl PoleAndMeridian {
+    /// R3(W) R1(90° - dec) R3(90° + ra), as WGCCRE defines it.
+    pub fn body_from_icrf(&self) -> DMat3 {
+        axes_turned_about_z(self.w_deg.to_radians())
+            * axes_turned_about_x((90.0 - self.pole_dec_deg).to_radians())
+            * axes_turned_about_z((90.0 + self.pole_ra_deg).to_radians())
+    }
+
+    /// The same three angles of a rotation, for display. At a pole along ICRF z, right ascension is 0.
+    pub fn of(body_from_icrf: &DMat3) -> Self {
+        let pole = body_from_icrf.row(2);
+        let node = DVec3::Z.cross(pole).try_normalize().unwrap_or(DVec3::Y);
+        let in_body = *body_from_icrf * node;
+        Self {
+            pole_ra_deg: (-node.x).atan2(node.y).to_degrees().rem_euclid(360.0),
+            pole_dec_deg: pole.z.atan2(pole.truncate().length()).to_degrees(),
+            w_deg: (-in_body.y).atan2(in_body.x).to_degrees().rem_euclid(360.0),
+        }
+    }
+}
+
+/// The Earth: GCRS to ITRS by IAU 2006/2000A and UT1, polar motion left out.
+pub fn earth_itrs_from_gcrs(t: Instant) -> DMat3 {
+    let rows = sofars::pnp::c2t06a(JD_J2000, t.jd_tt() - JD_J2000, JD_J2000, t.jd_ut1() - JD_J2000, 0.0, 0.0);
+    DMat3::from_cols_array_2d(&rows).transpose()
+}
+
+/// True equator and equinox of date from GCRS (bias, precession and nutation).
+pub fn true_of_date_from_gcrs(t: Instant) -> DMat3 {
+    let rows = sofars::pnp::pnm06a(JD_J2000, t.jd_tt() - JD_J2000);
+    DMat3::from_cols_array_2d(&rows).transpose()
+}
+
+/// A body that keeps one face to its parent: x towards the parent, z along the orbit's normal. `None` for a straight fall.
+pub fn synchronous(pos_km: DVec3, vel_km_s: DVec3) -> Option<DMat3> {
+    let x = (-pos_km).try_normalize()?;
+    let z = pos_km.cross(vel_km_s).try_normalize()?;
+    Some(DMat3::from_cols(x, z.cross(x), z).transpose())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::NaifId;
+
+    #[test]
+    fn the_embedded_kernel_reads_and_has_the_main_bodies() {
+        let pck = Pck::parse(EMBEDDED_PCK).expect("the shipped PCK reads");
+        for body in [10, 199, 299, 399, 301, 499, 401, 599, 501, 699, 606, 799, 899, 801, 999, 901, 2_000_001, 2_000_004] {
+            assert!(pck.pole_and_meridian(NaifId(body), 0.0).is_some(), "{body}");
+        }
+    }
+
+    #[test]
+    fn angles_and_matrix_round_trip() {
+        let at = PoleAndMeridian { pole_ra_deg: 317.7, pole_dec_deg: 52.9, w_deg: 176.6 };
+        let m = at.body_from_icrf();
+        assert!((m.determinant() - 1.0).abs() < 1e-12);
+        let back = PoleAndMeridian::of(&m);
+        assert!(
+            (back.pole_ra_deg - 317.7).abs() < 1e-9 && (back.pole_dec_deg - 52.9).abs() < 1e-9 && (back.w_deg - 176.6).abs() < 1e-9,
+            "{back:?}"
+        );
+    }
+
+    #[test]
+    fn a_locked_moon_shows_one_face() {
+        let m = synchronous(DVec3::new(4e5, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.2)).expect("an orbit");
+        assert!((m * DVec3::NEG_X - DVec3::X).length() < 1e-12);
+        assert!(synchronous(DVec3::X, DVec3::X).is_none());
+    }
+}

@@ -1,0 +1,187 @@
+//! Poles and prime meridians from a SPICE text kernel (PCK).
+//!
+//! In: the text of the kernel. Out: right ascension and declination of the north pole and the angle W of the prime meridian, by the models
+//! of Archinal et al. 2018 (IAU WGCCRE 2015), which the kernel transcribes. It reads `\begindata` blocks of numbers, with `=` and `+=`; strings
+//! and dates are passed over.
+
+use crate::catalog::NaifId;
+use crate::units::{DAYS_PER_JULIAN_CENTURY, SECONDS_PER_DAY};
+use std::collections::HashMap;
+
+/// A number that does not read, or a body whose rows do not fit together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PckError {
+    #[error("PCK line {line}: `{text}` is not a number")]
+    Number { line: usize, text: String },
+    #[error("PCK: body {body} uses {terms} angles, its system {system} has {angles}")]
+    Angles { body: i32, system: i32, terms: usize, angles: usize },
+}
+
+/// Pole and prime meridian of one body at one time, degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoleAndMeridian {
+    pub pole_ra_deg: f64,
+    pub pole_dec_deg: f64,
+    pub w_deg: f64,
+}
+
+/// One body's model: polynomials and the amplitudes of its system's angles.
+#[derive(Clone, Debug, Default)]
+struct Model {
+    pole_ra: Vec<f64>,
+    pole_dec: Vec<f64>,
+    /// In days; the others in Julian centuries.
+    w: Vec<f64>,
+    ra_terms: Vec<f64>,
+    dec_terms: Vec<f64>,
+    w_terms: Vec<f64>,
+}
+
+/// All models of a kernel.
+#[derive(Clone, Debug, Default)]
+pub struct Pck {
+    models: HashMap<i32, Model>,
+    /// By system: the polynomial of each angle in Julian centuries, degrees.
+    angles: HashMap<i32, Vec<Vec<f64>>>,
+}
+
+/// Name and numbers of each assignment in the data blocks.
+fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
+    let mut values: HashMap<&str, Vec<f64>> = HashMap::new();
+    let (mut in_data, mut name, mut quoted) = (false, "", false);
+    for (index, line) in text.lines().enumerate() {
+        match line.trim() {
+            "\\begindata" => in_data = true,
+            "\\begintext" => in_data = false,
+            _ => {}
+        }
+        if !in_data || line.trim().starts_with('\\') {
+            continue;
+        }
+        let mut rest = line;
+        if let Some((left, right)) = line.split_once('=') {
+            let added = left.trim_end().ends_with('+');
+            name = left.trim().trim_end_matches('+').trim();
+            if !added {
+                values.insert(name, Vec::new());
+            }
+            rest = right;
+        }
+        for word in rest.split(|c: char| c.is_whitespace() || matches!(c, '(' | ')' | ',')).filter(|w| !w.is_empty()) {
+            // Strings and @dates are nobody's orientation.
+            let quotes = word.matches('\'').count();
+            if quoted || quotes > 0 || word.starts_with('@') {
+                quoted ^= quotes % 2 == 1;
+                continue;
+            }
+            let number = word.replace(['D', 'd'], "e").parse().map_err(|_| PckError::Number { line: index + 1, text: word.into() })?;
+            values.entry(name).or_default().push(number);
+        }
+    }
+    Ok(values)
+}
+
+fn polynomial(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// The system whose angles a body's terms take: 4 for 499 and 401, 3 for the Moon.
+fn system_of(body: i32) -> i32 {
+    body / 100
+}
+
+impl Pck {
+    /// Reads a kernel's text.
+    pub fn parse(text: &str) -> Result<Self, PckError> {
+        let values = assignments(text)?;
+        let mut pck = Self::default();
+        for (name, numbers) in &values {
+            let Some((code, item)) = name.strip_prefix("BODY").and_then(|n| n.split_once('_')) else { continue };
+            let Ok(code) = code.parse::<i32>() else { continue };
+            if item == "NUT_PREC_ANGLES" {
+                let degree = values.get(format!("BODY{code}_MAX_PHASE_DEGREE").as_str()).and_then(|v| v.first()).map_or(1, |d| *d as usize);
+                pck.angles.insert(code, numbers.chunks(degree + 1).map(<[f64]>::to_vec).collect());
+                continue;
+            }
+            let field: fn(&mut Model) -> &mut Vec<f64> = match item {
+                "POLE_RA" => |m| &mut m.pole_ra,
+                "POLE_DEC" => |m| &mut m.pole_dec,
+                "PM" => |m| &mut m.w,
+                "NUT_PREC_RA" => |m| &mut m.ra_terms,
+                "NUT_PREC_DEC" => |m| &mut m.dec_terms,
+                "NUT_PREC_PM" => |m| &mut m.w_terms,
+                _ => continue,
+            };
+            *field(pck.models.entry(code).or_default()) = numbers.clone();
+        }
+        pck.models.retain(|_, m| !m.pole_ra.is_empty() && !m.pole_dec.is_empty() && !m.w.is_empty());
+        for (body, model) in &pck.models {
+            let terms = model.ra_terms.len().max(model.dec_terms.len()).max(model.w_terms.len());
+            let system = system_of(*body);
+            let angles = pck.angles.get(&system).map_or(0, Vec::len);
+            if terms > angles {
+                return Err(PckError::Angles { body: *body, system, terms, angles });
+            }
+        }
+        Ok(pck)
+    }
+
+    /// How many bodies have a model.
+    pub fn len(&self) -> usize {
+        self.models.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.models.is_empty()
+    }
+
+    /// Pole and prime meridian at TDB seconds past J2000; none when the kernel lacks the body. W is within 0..360.
+    pub fn pole_and_meridian(&self, body: NaifId, tdb_s: f64) -> Option<PoleAndMeridian> {
+        let model = self.models.get(&body.0)?;
+        let days = tdb_s / SECONDS_PER_DAY;
+        let centuries = days / DAYS_PER_JULIAN_CENTURY;
+        let mut at = PoleAndMeridian {
+            pole_ra_deg: polynomial(&model.pole_ra, centuries),
+            pole_dec_deg: polynomial(&model.pole_dec, centuries),
+            w_deg: polynomial(&model.w, days),
+        };
+        let none = Vec::new();
+        for (k, angle) in self.angles.get(&system_of(body.0)).unwrap_or(&none).iter().enumerate() {
+            let (sin, cos) = (polynomial(angle, centuries) % 360.0).to_radians().sin_cos();
+            let term = |terms: &[f64]| terms.get(k).copied().unwrap_or(0.0);
+            at.pole_ra_deg += term(&model.ra_terms) * sin;
+            at.pole_dec_deg += term(&model.dec_terms) * cos;
+            at.w_deg += term(&model.w_terms) * sin;
+        }
+        at.w_deg = at.w_deg.rem_euclid(360.0);
+        Some(at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &str = "text BODY499_PM = ( 9 )\n\\begindata\n BODY599_POLE_RA = ( 268.0 -0.01 0. )\n BODY599_POLE_DEC = ( 64.5 )\n\
+                         BODY599_PM = ( 284.95 870.536D0 )\n BODY599_LONG_NAME = ( 'a b' )\n BODY5_NUT_PREC_ANGLES = ( 90.0 0.0\n 0.0 36000.0 )\n\
+                         BODY599_NUT_PREC_RA = ( 2.0 )\n BODY599_NUT_PREC_RA += ( 1.0 )\n\\begintext\n";
+
+    #[test]
+    fn reads_data_blocks_alone() {
+        let pck = Pck::parse(SMALL).expect("reads");
+        assert_eq!(pck.len(), 1);
+        let at = pck.pole_and_meridian(NaifId(599), 0.0).expect("Jupiter");
+        assert!((at.pole_ra_deg - 270.0).abs() < 1e-12, "the first angle is 90 degrees: {at:?}");
+        let day = pck.pole_and_meridian(NaifId(599), SECONDS_PER_DAY).expect("Jupiter");
+        assert!((day.w_deg - (284.95 + 870.536_f64).rem_euclid(360.0)).abs() < 1e-9);
+        assert_eq!(pck.pole_and_meridian(NaifId(499), 0.0), None);
+    }
+
+    #[test]
+    fn a_broken_number_and_a_missing_angle_are_named() {
+        let broken = SMALL.replace("64.5", "64.x");
+        assert_eq!(Pck::parse(&broken).map(|_| ()).map_err(|e| e.to_string()), Err("PCK line 4: `64.x` is not a number".into()));
+        let missing = SMALL.replace("+= ( 1.0 )", "+= ( 1.0 1.0 )");
+        assert!(matches!(Pck::parse(&missing), Err(PckError::Angles { body: 599, terms: 3, angles: 2, .. })));
+    }
+}
