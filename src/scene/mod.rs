@@ -199,16 +199,17 @@ impl Scene {
 /// Puts a body where the viewer sees it: light time, and aberration for a viewer who moves.
 fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, request: &ViewRequest) -> Result<Placed<'a>, SceneError> {
     let camera = &viewer.camera;
-    let (position_km, seen_at) = if viewer.inside == Some(body.id) {
-        (camera.position_km, request.time)
-    } else {
-        ephemeris.light_time_position(body.id, camera.position_km, request.time)?
+    let stood_on = viewer.stands_on.filter(|(id, _)| *id == body.id);
+    let (position_km, seen_at) = match stood_on {
+        _ if viewer.inside == Some(body.id) => (camera.position_km, request.time),
+        Some((_, position_km)) => (position_km, request.time),
+        None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
     let resting_km = position_km - camera.position_km;
     let distance_km = resting_km.length();
     let body_from_icrf = ephemeris.body_from_icrf(body.id, seen_at)?;
     let mut placement = Placement { centre_km: resting_km, body_from_icrf, radii_km: body.radii_km };
-    if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 {
+    if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && stood_on.is_none() {
         let direction = resting_km / distance_km;
         let apparent = viewpoint::aberrated(direction, viewer.velocity_km_s);
         // The whole body turns with its apparent place: the viewer sees the face that the light left, moved on the sky.

@@ -21,6 +21,9 @@ pub struct Viewer {
     pub velocity_km_s: DVec3,
     /// The body whose centre the camera is at: not drawn.
     pub inside: Option<NaifId>,
+    /// The body whose ground the camera stands on, and its barycentric position. Viewer and body move together, so light time and
+    /// aberration cancel between them (to the square of v/c, 1e-8): it is where it is.
+    pub stands_on: Option<(NaifId, DVec3)>,
 }
 
 /// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
@@ -83,12 +86,13 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let mut fov_deg = request.fov_deg;
     let mut velocity_km_s = DVec3::ZERO;
     let mut inside = None;
+    let mut ground = None;
     let mut zenith = None;
-    let stands_on;
+    let near;
     let position_km = match request.position {
         Position::Over { towards, distance_radii } => {
             let target = places.body(needs_target()?)?;
-            stands_on = target.id;
+            near = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
             // A sphere's disc of angular radius a takes tan a / tan(fov / 2) of the half height.
             let fitted = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
@@ -105,23 +109,24 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             centre + side * distance_km
         }
         Position::Centre(body) => {
-            stands_on = body;
+            near = body;
             let (pos, vel) = places.state(body)?;
             velocity_km_s = vel;
             inside = Some(body);
             pos
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
-            stands_on = body;
+            near = body;
             let (point, normal) = ground_point_km(places.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
             let icrf_from_body = places.icrf_from(Axes::BodyFixed, body)?;
             let (pos, vel) = places.state(body)?;
             velocity_km_s = vel;
+            ground = Some((body, pos));
             zenith = Some(icrf_from_body * normal);
             pos + icrf_from_body * point
         }
         Position::Offset { body, offset_km, axes } => {
-            stands_on = body;
+            near = body;
             let offset = places.icrf_from(axes, body)? * offset_km;
             let seen_at = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
             zenith = offset.try_normalize();
@@ -129,10 +134,14 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
     };
     let forward = match request.look {
-        Look::Along { direction, axes } => places.icrf_from(axes, stands_on)? * direction.normalize(),
+        Look::Along { direction, axes } => places.icrf_from(axes, near)? * direction.normalize(),
         Look::Target => {
             let target = needs_target()?;
-            let (seen, _) = ephemeris.light_time_position(target, position_km, t)?;
+            let stood_on = ground.filter(|(body, _)| *body == target);
+            let seen = match stood_on {
+                Some((_, pos)) => pos,
+                None => ephemeris.light_time_position(target, position_km, t)?.0,
+            };
             let to_target = seen - position_km;
             if to_target.length() < 1e-6 || inside == Some(target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
@@ -144,22 +153,22 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
                 fov_deg = fitted;
             }
-            aberrated(to_target.normalize(), velocity_km_s)
+            if stood_on.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }
         }
     };
     let up_hint = match request.up {
-        Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(stands_on)) {
+        Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(near)) {
             Some(body) if catalog.body(body).is_some() => ephemeris.body_from_icrf(body, t)?.row(2),
             _ => DVec3::Z,
         },
         Up::Zenith => zenith.unwrap_or(DVec3::Z),
         Up::Celestial => DVec3::Z,
         Up::Ecliptic => DVec3::new(0.0, -OBLIQUITY_J2000.sin(), OBLIQUITY_J2000.cos()),
-        Up::Along { direction, axes } => places.icrf_from(axes, stands_on)? * direction,
+        Up::Along { direction, axes } => places.icrf_from(axes, near)? * direction,
     };
     let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
-    Ok(Viewer { camera, velocity_km_s, inside })
+    Ok(Viewer { camera, velocity_km_s, inside, stands_on: ground })
 }
 
 #[cfg(test)]
