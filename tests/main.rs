@@ -10,4 +10,5 @@ mod scene;
 mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
+mod software_raster;
 mod textures;

@@ -1,9 +1,27 @@
 //! The software renderer: executes the plan's modules on the CPU.
 //!
-//! module IR → [`lower`] → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
+//! module IR → `lower` → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
+//!
+//! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and spreads the tiles over the cores, [`shade`] fills batches of
+//! lanes and [`tiles`] keeps what comes out.
 
+pub mod blend;
+pub mod error;
 pub mod exec;
 pub mod kernels;
 pub mod math;
+pub mod pass;
 pub mod program;
+pub mod raster;
+pub mod shade;
+pub mod stage;
 pub mod tape;
+pub mod tiles;
+pub mod timings;
+pub mod vertex;
+
+pub use error::RenderError;
+use error::try_vec;
+
+/// Greatest width and height of a pass.
+pub const GREATEST_SIZE: u32 = 16384;

@@ -1,0 +1,65 @@
+//! What a fragment does to the colour that is there.
+
+use crate::render::plan::Blend;
+
+/// One pixel or sample: the new value of the target.
+#[inline(always)]
+pub fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
+    match blend {
+        Blend::Replace => source,
+        Blend::PremultipliedOver => {
+            let rest = 1.0 - source[3];
+            std::array::from_fn(|k| source[k] + target[k] * rest)
+        }
+        Blend::Add => std::array::from_fn(|k| source[k] + target[k]),
+    }
+}
+
+/// Whole lanes, component by component: the same arithmetic as [`blended`].
+pub fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]; 4]) {
+    let alpha = source[3];
+    for (from, to) in source.into_iter().zip(target) {
+        match blend {
+            Blend::Replace => to.copy_from_slice(from),
+            Blend::PremultipliedOver => {
+                for ((t, s), a) in to.iter_mut().zip(from).zip(alpha) {
+                    *t = s + *t * (1.0 - a);
+                }
+            }
+            Blend::Add => {
+                for (t, s) in to.iter_mut().zip(from) {
+                    *t += s;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: [f32; 4] = [0.25, 0.5, 0.125, 0.5];
+    const TARGET: [f32; 4] = [1.0, 0.5, 0.25, 0.75];
+
+    #[test]
+    fn the_equations() {
+        assert_eq!(blended(Blend::Replace, SOURCE, TARGET), SOURCE);
+        assert_eq!(blended(Blend::PremultipliedOver, SOURCE, TARGET), [0.75, 0.75, 0.25, 0.875]);
+        assert_eq!(blended(Blend::Add, SOURCE, TARGET), [1.25, 1.0, 0.375, 1.25]);
+    }
+
+    #[test]
+    fn lanes_blend_as_pixels_do() {
+        for blend in [Blend::Replace, Blend::PremultipliedOver, Blend::Add] {
+            let mut target = TARGET.map(|v| vec![v; 5]);
+            let source = SOURCE.map(|v| vec![v; 5]);
+            let [r, g, b, a] = &mut target;
+            blend_lanes(blend, [&source[0], &source[1], &source[2], &source[3]], [r, g, b, a]);
+            let expected = blended(blend, SOURCE, TARGET);
+            for k in 0..4 {
+                assert!(target[k].iter().all(|v| v.to_bits() == expected[k].to_bits()));
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Why a plan could not be executed.
+
+/// One line each: what, where, and what to do where that is known.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RenderError {
+    #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to 16384")]
+    Size { pass: String, width: u32, height: u32 },
+    #[error("pass {pass}: {samples} samples per pixel; 1 and 4 are possible")]
+    Samples { pass: String, samples: u8 },
+    #[error("not enough memory for {what} ({bytes} bytes): ask for a smaller picture")]
+    Memory { what: &'static str, bytes: u128 },
+    #[error("draw {draw}: the fragment stage reads location {location} (component {component}), which the vertex stage does not write")]
+    Varying { draw: String, location: u32, component: u32 },
+    #[error("draw {draw}: the vertex stage writes no position")]
+    NoPosition { draw: String },
+    #[error("draw {draw}: the vertex stage reads attribute {location}, which the draw does not bring")]
+    Attribute { draw: String, location: u32 },
+    #[error("draw {draw}: attribute {location} holds fewer values than the {count} instances need")]
+    Instances { draw: String, location: u32, count: u32 },
+    #[error("draw {draw}: index {index} is outside the mesh's {vertices} vertices")]
+    Index { draw: String, index: u32, vertices: usize },
+    #[error("draw {draw}: the module reads binding {binding}, which the draw does not bring")]
+    Binding { draw: String, binding: u32 },
+    #[error("draw {draw}: binding {binding} reads pass {pass}, which is not an earlier one")]
+    PassOrder { draw: String, binding: u32, pass: usize },
+    #[error("draw {draw}: the texture at binding {binding} is not whole: {what}")]
+    Texture { draw: String, binding: u32, what: String },
+    #[error("draw {draw}: {what}")]
+    Module { draw: String, what: String },
+    #[error("the plan has no pass")]
+    NoPass,
+    #[error("no threads for the renderer: {0}")]
+    Threads(String),
+}
+
+/// A vector of `count` values; an error, not an abort, when memory is short.
+pub fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<Vec<T>, RenderError> {
+    let mut vec = Vec::new();
+    if vec.try_reserve_exact(count).is_err() {
+        return Err(RenderError::Memory { what, bytes: count as u128 * size_of::<T>() as u128 });
+    }
+    vec.resize(count, value);
+    Ok(vec)
+}

@@ -1,0 +1,185 @@
+//! One pass: geometry of every draw, bins, tiles over all cores.
+//!
+//! Bins hold, per tile, the triangles in the order of the draws, so a tile's picture does not depend on which thread draws it or when:
+//! the same bits come from one thread and from many. Tiles write disjoint parts of the target.
+
+use super::RenderError;
+use super::math::Real;
+use super::raster::coverage::{TILE, TilePixels};
+use super::shade::{Batch, FragmentPlan, TileShader};
+use super::stage::{LaneProgram, LaneRun};
+use super::tiles::{TileTarget, unorm8};
+use super::timings::PassTimings;
+use super::vertex::{Geometry, assemble};
+use crate::render::plan::{Blend, ColourFormat, Pass, PlanDraw};
+use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// The stages of one draw, bound to its uniforms and textures.
+pub struct DrawStages<'a, R: Real> {
+    pub vertex: &'a dyn LaneProgram<R>,
+    pub fragment: &'a dyn LaneProgram<R>,
+}
+
+/// A draw ready for its tiles.
+pub struct DrawJob<'a, R: Real> {
+    pub geometry: Geometry,
+    pub fragment: &'a dyn LaneProgram<R>,
+    pub fragment_plan: FragmentPlan,
+    pub blend: Blend,
+}
+
+/// The resolved colour of a pass, rows top first.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PassImage {
+    Float(Vec<[f32; 4]>),
+    Unorm(Vec<[u8; 4]>),
+}
+
+/// A thread's buffers, handed from tile to tile.
+struct Worker<'a, R: Real> {
+    target: TileTarget,
+    batch: Batch,
+    /// By draw; started when first needed.
+    runs: Vec<Option<Box<dyn LaneRun<R> + Send + 'a>>>,
+    shading_seconds: f64,
+    resolve_seconds: f64,
+}
+
+/// Per tile, row by row: (draw, triangle) in draw order.
+struct Bins {
+    across: usize,
+    tiles: Vec<Vec<(u32, u32)>>,
+}
+
+impl Bins {
+    fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Self {
+        let (across, down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
+        let mut tiles = vec![Vec::new(); across * down];
+        for (d, job) in jobs.iter().enumerate() {
+            for (t, triangle) in job.geometry.triangles.iter().enumerate() {
+                let [x0, y0, x1, y1] = triangle.pixels;
+                for ty in y0 / TILE..y1.div_ceil(TILE) {
+                    for tx in x0 / TILE..x1.div_ceil(TILE) {
+                        tiles[ty as usize * across + tx as usize].push((d as u32, t as u32));
+                    }
+                }
+            }
+        }
+        Self { across, tiles }
+    }
+}
+
+/// Executes a pass whose draws' stages are given in order. Must be called inside the thread pool that shall do the work.
+pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(PassImage, PassTimings), RenderError> {
+    let whole = Instant::now();
+    check(pass)?;
+    let mut timings = PassTimings { name: pass.name.to_owned(), ..PassTimings::default() };
+    let mut jobs = Vec::with_capacity(pass.draws.len());
+    for (draw, stages) in pass.draws.iter().zip(stages) {
+        let job = prepare(pass, draw, stages)?;
+        timings.vertex_ms += 1e3 * job.geometry.vertex_seconds;
+        timings.setup_ms += 1e3 * job.geometry.setup_seconds;
+        timings.triangles += job.geometry.triangles.len();
+        jobs.push(job);
+    }
+    let start = Instant::now();
+    let bins = Bins::new(pass.width, pass.height, &jobs);
+    timings.binning_ms = 1e3 * start.elapsed().as_secs_f64();
+
+    let pixels = pass.width as usize * pass.height as usize;
+    let image = match pass.format {
+        ColourFormat::Rgba32Float => {
+            let mut image = super::try_vec(pixels, pass.clear, "a pass of f32 colour")?;
+            draw_tiles(pass, &jobs, &bins, &mut image, |c| c, &mut timings);
+            PassImage::Float(image)
+        }
+        ColourFormat::Rgba8Unorm => {
+            let mut image = super::try_vec(pixels, pass.clear.map(unorm8), "a pass of display bytes")?;
+            draw_tiles(pass, &jobs, &bins, &mut image, |c| c.map(unorm8), &mut timings);
+            PassImage::Unorm(image)
+        }
+    };
+    timings.wall_ms = 1e3 * whole.elapsed().as_secs_f64();
+    Ok((image, timings))
+}
+
+fn check(pass: &Pass) -> Result<(), RenderError> {
+    let most = super::GREATEST_SIZE;
+    if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
+        return Err(RenderError::Size { pass: pass.name.to_owned(), width: pass.width, height: pass.height });
+    }
+    if pass.samples != 1 && pass.samples != 4 {
+        return Err(RenderError::Samples { pass: pass.name.to_owned(), samples: pass.samples });
+    }
+    Ok(())
+}
+
+fn prepare<'a, R: Real>(pass: &Pass, draw: &PlanDraw, stages: &DrawStages<'a, R>) -> Result<DrawJob<'a, R>, RenderError> {
+    let fragment = stages.fragment;
+    let geometry = assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
+    let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
+    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend })
+}
+
+fn draw_tiles<R: Real, T: Send>(
+    pass: &Pass,
+    jobs: &[DrawJob<'_, R>],
+    bins: &Bins,
+    image: &mut [T],
+    convert: impl Fn([f32; 4]) -> T + Sync,
+    timings: &mut PassTimings,
+) {
+    let pixels = TilePixels::new();
+    let idle: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
+    let tile = TILE as usize;
+    image.par_chunks_mut(tile * pass.width as usize).zip(bins.tiles.par_chunks(bins.across)).enumerate().for_each(|(ty, (band, bins))| {
+        let mut tiles: Vec<Vec<&mut [T]>> = bins.iter().map(|b| Vec::with_capacity(if b.is_empty() { 0 } else { tile })).collect();
+        for row in band.chunks_mut(pass.width as usize) {
+            for (rows, part) in tiles.iter_mut().zip(row.chunks_mut(tile)) {
+                rows.push(part);
+            }
+        }
+        tiles.par_iter_mut().zip(bins).enumerate().filter(|(_, (_, bin))| !bin.is_empty()).for_each(|(tx, (rows, bin))| {
+            let free = idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+            let mut worker = free.unwrap_or_else(|| Worker::new(pass.samples, jobs.len()));
+            worker.draw_tile(pass, jobs, bin, [tx as u32 * TILE, ty as u32 * TILE], &pixels);
+            let start = Instant::now();
+            worker.target.resolve_to(rows, &convert);
+            worker.resolve_seconds += start.elapsed().as_secs_f64();
+            idle.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
+        });
+    });
+    for worker in idle.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        timings.shading_thread_ms += 1e3 * worker.shading_seconds;
+        timings.resolve_thread_ms += 1e3 * worker.resolve_seconds;
+    }
+}
+
+impl<'a, R: Real> Worker<'a, R> {
+    fn new(samples: u8, draws: usize) -> Self {
+        Self {
+            target: TileTarget::new(samples),
+            batch: Batch::new(),
+            runs: (0..draws).map(|_| None).collect(),
+            shading_seconds: 0.0,
+            resolve_seconds: 0.0,
+        }
+    }
+
+    fn draw_tile(&mut self, pass: &Pass, jobs: &[DrawJob<'a, R>], bin: &[(u32, u32)], tile: [u32; 2], pixels: &TilePixels) {
+        let start = Instant::now();
+        let depth = bin.iter().any(|(d, _)| jobs[*d as usize].fragment_plan.uses_depth());
+        self.target.clear(pass.clear, depth);
+        let mut shader = TileShader { target: &mut self.target, pixels, tile, samples: pass.samples };
+        for of_draw in bin.chunk_by(|a, b| a.0 == b.0) {
+            let d = of_draw[0].0 as usize;
+            let job = &jobs[d];
+            let run = self.runs[d].get_or_insert_with(|| job.fragment.start());
+            let triangles: Vec<u32> = of_draw.iter().map(|(_, t)| *t).collect();
+            shader.draw(job, &triangles, run.as_mut(), &mut self.batch);
+        }
+        self.shading_seconds += start.elapsed().as_secs_f64();
+    }
+}

@@ -1,0 +1,165 @@
+//! Clipping in homogeneous coordinates.
+//!
+//! In: three clip-space vertices with x and y already in pixels times w. Out: a convex polygon of at most eight corners whose w is
+//! positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes come
+//! from the whole triangle, so a cut edge needs no interpolated values.
+
+/// Corners further than this many pixels from the target's origin are cut; the largest target is 16384 wide.
+pub const GUARD_BAND_PX: f64 = 65536.0;
+/// Least w kept, relative to the triangle's greatest: what is nearer projects beyond the guard band anyway.
+const LEAST_W: f64 = 1.0e-12;
+
+/// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub w: f64,
+}
+
+impl Corner {
+    /// From clip space (y up) to pixels (y down).
+    pub fn from_clip(clip: [f64; 4], width: u32, height: u32) -> Self {
+        let [x, y, z, w] = clip;
+        Self { x: 0.5 * (x + w) * f64::from(width), y: 0.5 * (w - y) * f64::from(height), z, w }
+    }
+
+    fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.z.is_finite() && self.w.is_finite()
+    }
+
+    fn mix(&self, other: &Self, t: f64) -> Self {
+        let at = |a: f64, b: f64| a + t * (b - a);
+        Self { x: at(self.x, other.x), y: at(self.y, other.y), z: at(self.z, other.z), w: at(self.w, other.w) }
+    }
+}
+
+/// A convex polygon, corners in the triangle's own order.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    corners: [Corner; 12],
+    count: usize,
+    /// False when the polygon is the triangle itself.
+    pub cut: bool,
+}
+
+impl Polygon {
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners[..self.count]
+    }
+}
+
+/// Signed distances to the clip planes, positive inside.
+fn distances(c: &Corner, least_w: f64) -> [f64; 7] {
+    let guard = GUARD_BAND_PX * c.w;
+    [c.w - least_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]
+}
+
+/// The visible part of a triangle; None when nothing is left or a coordinate is not finite.
+pub fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
+    if !triangle.iter().all(Corner::is_finite) {
+        return None;
+    }
+    let greatest_w = triangle.iter().fold(0.0_f64, |m, c| m.max(c.w));
+    if greatest_w <= 0.0 {
+        return None;
+    }
+    let least_w = greatest_w * LEAST_W;
+    let all = triangle.map(|c| distances(&c, least_w));
+    let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, cut: false };
+    polygon.corners[..3].copy_from_slice(triangle);
+    for plane in 0..7 {
+        if all.iter().all(|d| d[plane] < 0.0) {
+            return None;
+        }
+        if all.iter().all(|d| d[plane] >= 0.0) {
+            continue;
+        }
+        polygon.cut = true;
+        let from = polygon.clone();
+        polygon.count = 0;
+        for i in 0..from.count {
+            let (a, b) = (from.corners[i], from.corners[(i + 1) % from.count]);
+            let (da, db) = (distances(&a, least_w)[plane], distances(&b, least_w)[plane]);
+            if da >= 0.0 {
+                polygon.push(a);
+            }
+            if (da >= 0.0) != (db >= 0.0) {
+                // From the inner corner to the outer one, so that two triangles that share the edge cut it at the same bits.
+                polygon.push(if da >= 0.0 { a.mix(&b, da / (da - db)) } else { b.mix(&a, db / (db - da)) });
+            }
+        }
+        if polygon.count < 3 {
+            return None;
+        }
+    }
+    Some(polygon)
+}
+
+impl Polygon {
+    fn push(&mut self, c: Corner) {
+        // Seven planes add one corner each at the most: ten in all.
+        if self.count < self.corners.len() {
+            self.corners[self.count] = c;
+            self.count += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corner(x: f64, y: f64, z: f64, w: f64) -> Corner {
+        Corner { x, y, z, w }
+    }
+
+    #[test]
+    fn a_triangle_in_view_is_untouched() {
+        let t = [corner(0.0, 0.0, 0.5, 1.0), corner(9.0, 0.0, 0.5, 1.0), corner(0.0, 9.0, 0.5, 1.0)];
+        let p = clip(&t).expect("visible");
+        assert!(!p.cut);
+        assert_eq!(p.corners(), &t);
+    }
+
+    #[test]
+    fn behind_the_camera_nothing_is_left() {
+        let t = [corner(0.0, 0.0, 0.5, -1.0), corner(9.0, 0.0, 0.5, -1.0), corner(0.0, 9.0, 0.5, -2.0)];
+        assert!(clip(&t).is_none());
+    }
+
+    #[test]
+    fn beyond_the_near_plane_nothing_is_left() {
+        // Reversed depth: nearer than the near plane is z > w.
+        let t = [corner(0.0, 0.0, 2.0, 1.0), corner(9.0, 0.0, 2.0, 1.0), corner(0.0, 9.0, 3.0, 1.0)];
+        assert!(clip(&t).is_none());
+    }
+
+    #[test]
+    fn crossing_the_near_plane_leaves_a_quadrilateral_at_depth_one() {
+        let t = [corner(0.0, 0.0, 1.0, 4.0), corner(40.0, 0.0, 1.0, 4.0), corner(0.0, 4.0, 1.0, 0.25)];
+        let p = clip(&t).expect("partly visible");
+        assert!(p.cut);
+        assert_eq!(p.corners().len(), 4);
+        let nearest = p.corners().iter().map(|c| c.z / c.w).fold(0.0, f64::max);
+        assert!((nearest - 1.0).abs() < 1e-12, "{nearest}");
+    }
+
+    #[test]
+    fn no_corner_leaves_the_guard_band_and_w_stays_positive() {
+        let t = [corner(-1.0e9, 5.0, 0.0, 1.0), corner(1.0e9, -1.0e8, 0.0, 1.0), corner(3.0, 1.0e12, 0.0, 0.5)];
+        let p = clip(&t).expect("huge but visible");
+        for c in p.corners() {
+            assert!(c.w > 0.0);
+            assert!((c.x / c.w).abs() <= GUARD_BAND_PX * (1.0 + 1e-9), "{c:?}");
+            assert!((c.y / c.w).abs() <= GUARD_BAND_PX * (1.0 + 1e-9), "{c:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_dropped() {
+        assert!(clip(&[corner(f64::NAN, 0.0, 0.0, 1.0), corner(1.0, 0.0, 0.0, 1.0), corner(0.0, 1.0, 0.0, 1.0)]).is_none());
+        assert!(clip(&[corner(0.0, 0.0, 0.0, f64::INFINITY), corner(1.0, 0.0, 0.0, 1.0), corner(0.0, 1.0, 0.0, 1.0)]).is_none());
+    }
+}

@@ -1,0 +1,351 @@
+//! Shading a tile: quads of one draw are gathered into batches, run, depth-tested and blended.
+//!
+//! A batch is 32 quads in the order in which they were covered. Quads of several triangles of one draw share a batch, so small triangles
+//! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. Without discard and written depth
+//! the depth test comes first and hidden quads are never shaded. Results leave a batch in quad order, so the order of triangles holds.
+
+use super::exec::LaneMask;
+use super::math::Real;
+use super::pass::DrawJob;
+use super::program::{LaneInput, LaneOutput};
+use super::raster::coverage::{TilePixels, sample_positions, walk_tile};
+use super::raster::setup::{Plane, SUBPIXEL, Surface};
+use super::stage::{LANES, LaneRun};
+use super::tiles::TileTarget;
+use crate::render::plan::DepthState;
+
+const QUADS: usize = LANES / 4;
+
+/// What a target stores of a lane.
+#[inline(always)]
+fn as_f32<R: Real>(value: R) -> f32 {
+    f32::from_bits(value.f32_bits())
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Quad {
+    /// Index inside the tile.
+    place: u16,
+    coverage: u16,
+    surface: u32,
+}
+
+/// What a fragment program reads, by lane input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Feed {
+    PixelX,
+    PixelY,
+    Depth,
+    InverseW,
+    Varying { index: usize, flat: bool },
+    FrontFacing,
+    Zero,
+}
+
+/// The fragment stage of one draw, prepared once per pass.
+#[derive(Clone, Debug)]
+pub struct FragmentPlan {
+    feeds: Vec<Feed>,
+    colour: [Option<usize>; 4],
+    depth_output: Option<usize>,
+    early: bool,
+    depth: DepthState,
+}
+
+impl FragmentPlan {
+    /// `has_depth`: the pass has a depth target.
+    pub fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
+        let mut varyings = 0;
+        let feeds = inputs
+            .iter()
+            .map(|input| match *input {
+                LaneInput::FragCoord { component: 0 } => Feed::PixelX,
+                LaneInput::FragCoord { component: 1 } => Feed::PixelY,
+                LaneInput::FragCoord { component: 2 } => Feed::Depth,
+                LaneInput::FragCoord { .. } => Feed::InverseW,
+                LaneInput::Location { flat, .. } => {
+                    varyings += 1;
+                    Feed::Varying { index: varyings - 1, flat }
+                }
+                LaneInput::FrontFacing => Feed::FrontFacing,
+                // One shading per pixel: the sample index is that of the first.
+                LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => Feed::Zero,
+            })
+            .collect();
+        let colour = [0, 1, 2, 3]
+            .map(|c| outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c)));
+        let depth_output = outputs.iter().position(|o| matches!(o, LaneOutput::FragDepth));
+        let depth = DepthState { test: depth.test && has_depth, write: depth.write && has_depth };
+        Self { feeds, colour, depth_output, early: !uses_discard && depth_output.is_none(), depth }
+    }
+
+    pub fn uses_depth(&self) -> bool {
+        self.depth.test || self.depth.write
+    }
+}
+
+/// One tile under work on one thread.
+pub struct TileShader<'a> {
+    pub target: &'a mut TileTarget,
+    pub pixels: &'a TilePixels,
+    pub tile: [u32; 2],
+    pub samples: u8,
+}
+
+/// Quads waiting for a full batch.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    quads: [Quad; QUADS],
+    count: usize,
+    /// Colour of the last run, as stored.
+    colour: [[f32; LANES]; 4],
+}
+
+impl Batch {
+    pub fn new() -> Self {
+        Self { quads: [Quad { place: 0, coverage: 0, surface: 0 }; QUADS], count: 0, colour: [[0.0; LANES]; 4] }
+    }
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl TileShader<'_> {
+    /// Draws the given triangles of one draw, in order.
+    pub fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        let plan = &job.fragment_plan;
+        for &t in triangles {
+            let triangle = &job.geometry.triangles[t as usize];
+            let surface = &job.geometry.surfaces[triangle.surface as usize];
+            let samples = self.samples;
+            let early = (plan.early && plan.uses_depth()).then(|| self.depth_at_samples(surface));
+            let [tile_x, tile_y] = self.tile;
+            walk_tile(triangle, tile_x, tile_y, samples, |place, mut coverage| {
+                if let Some(depth) = &early {
+                    coverage = self.test_quad(place, coverage, depth, plan.depth);
+                    if coverage == 0 {
+                        return;
+                    }
+                }
+                batch.quads[batch.count] = Quad { place: place as u16, coverage, surface: triangle.surface };
+                batch.count += 1;
+                if batch.count == QUADS {
+                    self.flush(job, run, batch);
+                }
+            });
+        }
+        self.flush(job, run, batch);
+    }
+
+    /// The depth plane at each sample: relative to the tile's corner, in f32, with one constant per sample.
+    fn depth_at_samples(&self, surface: &Surface) -> ([f32; 4], f32, f32) {
+        let corner = self.corner(surface);
+        let mut at = [0.0; 4];
+        for (value, [sx, sy]) in at.iter_mut().zip(sample_positions(self.samples)) {
+            // Pixel positions below are centres.
+            let (dx, dy) = (*sx as f64 / SUBPIXEL as f64 - 0.5, *sy as f64 / SUBPIXEL as f64 - 0.5);
+            *value = surface.depth.at(corner[0] + dx, corner[1] + dy) as f32;
+        }
+        (at, surface.depth.dx as f32, surface.depth.dy as f32)
+    }
+
+    fn corner(&self, surface: &Surface) -> [f64; 2] {
+        [f64::from(self.tile[0]) - surface.origin[0], f64::from(self.tile[1]) - surface.origin[1]]
+    }
+
+    fn test_quad(&mut self, place: usize, coverage: u16, depth: &([f32; 4], f32, f32), state: DepthState) -> u16 {
+        let (at, dx, dy) = depth;
+        let mut passed = 0;
+        for corner in 0..4 {
+            let covered = coverage >> (4 * corner) & 0xf;
+            if covered != 0 {
+                let pixel = place * 4 + corner;
+                let step = dx * self.pixels.x[pixel] + dy * self.pixels.y[pixel];
+                passed |= self.target.test_depth(pixel, covered, at.map(|v| v + step), state.test, state.write) << (4 * corner);
+            }
+        }
+        passed
+    }
+
+    fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        let count = std::mem::take(&mut batch.count);
+        if count == 0 {
+            return;
+        }
+        // Unused lanes repeat the last quad, inactive: their values stay tame.
+        let last = batch.quads[count - 1];
+        batch.quads[count..].fill(Quad { coverage: 0, ..last });
+        let quads = &batch.quads;
+        let active =
+            quads.iter().enumerate().fold(0, |mask: LaneMask, (q, quad)| if quad.coverage == 0 { mask } else { mask | 0xf << (4 * q) });
+        self.feed(job, run, quads);
+        let alive = run.run(active);
+        let plan = &job.fragment_plan;
+        for (k, output) in plan.colour.iter().enumerate() {
+            let lanes = &mut batch.colour[k];
+            match output.map(|o| run.output(o)) {
+                Some(values) => lanes.iter_mut().zip(values).for_each(|(to, from)| *to = as_f32(*from)),
+                None => lanes.fill(if k == 3 { 1.0 } else { 0.0 }),
+            }
+        }
+        if !plan.early {
+            let late = plan.depth_output.map(|o| run.output(o));
+            self.late(job, late, alive, &mut batch.quads[..count]);
+        }
+        self.store(job, &batch.quads[..count], &batch.colour);
+    }
+
+    /// Fills the lane inputs.
+    fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS]) {
+        let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
+        for (q, quad) in quads.iter().enumerate() {
+            let at = usize::from(quad.place) * 4;
+            for corner in 0..4 {
+                x[q * 4 + corner] = R::from_f64(self.pixels.x[at + corner].into());
+                y[q * 4 + corner] = R::from_f64(self.pixels.y[at + corner].into());
+            }
+        }
+        // Runs of quads with one surface.
+        let mut runs = [(0_usize, 0_usize, 0_u32); QUADS];
+        let mut run_count = 0;
+        for (q, quad) in quads.iter().enumerate() {
+            if run_count > 0 && runs[run_count - 1].2 == quad.surface {
+                runs[run_count - 1].1 = q + 1;
+            } else {
+                runs[run_count] = (q, q + 1, quad.surface);
+                run_count += 1;
+            }
+        }
+        let runs = &runs[..run_count];
+        let surfaces = &job.geometry.surfaces;
+        let evaluate = |lanes: &mut [R; LANES], from: usize, to: usize, plane: &Plane, surface: &Surface| {
+            let corner = self.corner(surface);
+            let at = R::from_f64(plane.at(corner[0], corner[1]));
+            if plane.dx == 0.0 && plane.dy == 0.0 {
+                lanes[from * 4..to * 4].fill(at);
+                return;
+            }
+            let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
+            for ((lane, x), y) in lanes[from * 4..to * 4].iter_mut().zip(&x[from * 4..to * 4]).zip(&y[from * 4..to * 4]) {
+                *lane = at + dx * *x + dy * *y;
+            }
+        };
+        let feeds = &job.fragment_plan.feeds;
+        let divides =
+            feeds.iter().any(|f| matches!(f, Feed::Varying { flat: false, .. })) && !runs.iter().all(|r| surfaces[r.2 as usize].affine);
+        let mut w = [R::ONE; LANES];
+        if divides {
+            for (from, to, s) in runs {
+                let surface = &surfaces[*s as usize];
+                if !surface.affine {
+                    evaluate(&mut w, *from, *to, &surface.inverse_w, surface);
+                    w[from * 4..to * 4].iter_mut().for_each(|v| *v = R::ONE / *v);
+                }
+            }
+        }
+        for (k, feed) in feeds.iter().enumerate() {
+            let lanes = run.input(k);
+            for (from, to, s) in runs {
+                let surface = &surfaces[*s as usize];
+                match feed {
+                    Feed::PixelX | Feed::PixelY => {
+                        let (axis, local) = if *feed == Feed::PixelX { (0, &x) } else { (1, &y) };
+                        let corner = R::from_f64(self.tile[axis].into());
+                        for (lane, v) in lanes[from * 4..to * 4].iter_mut().zip(&local[from * 4..to * 4]) {
+                            *lane = corner + *v;
+                        }
+                    }
+                    Feed::Depth => evaluate(lanes, *from, *to, &surface.depth, surface),
+                    Feed::InverseW => evaluate(lanes, *from, *to, &surface.inverse_w, surface),
+                    Feed::Varying { index, flat } => {
+                        evaluate(lanes, *from, *to, &surface.varyings[*index], surface);
+                        if !flat && !surface.affine {
+                            for (lane, w) in lanes[from * 4..to * 4].iter_mut().zip(&w[from * 4..to * 4]) {
+                                *lane = *lane * *w;
+                            }
+                        }
+                    }
+                    Feed::FrontFacing => lanes[from * 4..to * 4].fill(R::from_mask(surface.front)),
+                    Feed::Zero => lanes[from * 4..to * 4].fill(R::from_int(0)),
+                }
+            }
+        }
+    }
+
+    /// Drops dead lanes from the coverage and tests what is left.
+    fn late<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
+        let state = job.fragment_plan.depth;
+        let uses_depth = job.fragment_plan.uses_depth();
+        for (q, quad) in quads.iter_mut().enumerate() {
+            for corner in 0..4 {
+                if alive >> (q * 4 + corner) & 1 == 0 {
+                    quad.coverage &= !(0xf << (4 * corner));
+                }
+            }
+            if !uses_depth || quad.coverage == 0 {
+                continue;
+            }
+            match depth {
+                Some(values) => {
+                    let mut passed = 0;
+                    for corner in 0..4 {
+                        let covered = quad.coverage >> (4 * corner) & 0xf;
+                        if covered != 0 {
+                            let pixel = usize::from(quad.place) * 4 + corner;
+                            // clamp leaves NaN, which passes no test.
+                            let new = [as_f32(values[q * 4 + corner]).clamp(0.0, 1.0); 4];
+                            passed |= self.target.test_depth(pixel, covered, new, state.test, state.write) << (4 * corner);
+                        }
+                    }
+                    quad.coverage = passed;
+                }
+                None => {
+                    let surface = &job.geometry.surfaces[quad.surface as usize];
+                    let at = self.depth_at_samples(surface);
+                    quad.coverage = self.test_quad(quad.place.into(), quad.coverage, &at, state);
+                }
+            }
+        }
+    }
+
+    fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: &[[f32; LANES]; 4]) {
+        let blend = job.blend;
+        let full = super::raster::coverage::full_coverage(self.samples);
+        let mut q = 0;
+        while q < quads.len() {
+            // As many fully covered neighbours as there are go in one stroke.
+            let run = quads[q..]
+                .iter()
+                .enumerate()
+                .take_while(|(i, n)| n.coverage == full && usize::from(n.place) == usize::from(quads[q].place) + i)
+                .count();
+            if run > 0 {
+                let lanes = q * 4..(q + run) * 4;
+                let source = [0, 1, 2, 3].map(|k: usize| &colour[k][lanes.clone()]);
+                if self.target.store_lanes(usize::from(quads[q].place) * 4, blend, source) {
+                    q += run;
+                    continue;
+                }
+            }
+            for i in q..q + run.max(1) {
+                let quad = &quads[i];
+                for corner in 0..4 {
+                    let covered = quad.coverage >> (4 * corner) & 0xf;
+                    if covered != 0 {
+                        let lane = i * 4 + corner;
+                        self.target.store(
+                            usize::from(quad.place) * 4 + corner,
+                            covered,
+                            blend,
+                            [0, 1, 2, 3].map(|k: usize| colour[k][lane]),
+                        );
+                    }
+                }
+            }
+            q += run.max(1);
+        }
+    }
+}

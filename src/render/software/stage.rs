@@ -1,0 +1,89 @@
+//! What the rasteriser asks of a shader stage: lanes in, lanes out.
+//!
+//! The rasteriser knows no tape. A [`LaneProgram`] is one entry point bound to one draw's uniforms and textures; each thread takes its own
+//! [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. [`TapeStage`] is the real one; tests bring hand-written
+//! ones, so that coverage, interpolation and blending are checked without any shader compiler.
+
+use super::exec::{Executor, LaneMask, Prepared, TextureUnit};
+use super::kernels::KernelClass;
+use super::math::Real;
+use super::program::{LaneInput, LaneOutput, Program};
+
+pub use super::exec::LANES;
+
+/// One entry point with its uniforms and textures bound.
+pub trait LaneProgram<R: Real>: Sync {
+    fn inputs(&self) -> &[LaneInput];
+    fn outputs(&self) -> &[LaneOutput];
+    /// Lanes may end dead: depth is then tested after shading.
+    fn uses_discard(&self) -> bool;
+    /// A thread's own working state.
+    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_>;
+}
+
+/// The working state of one thread in one program.
+pub trait LaneRun<R: Real> {
+    /// The lanes of input `k`, to be filled before every run.
+    fn input(&mut self, k: usize) -> &mut [R; LANES];
+    /// Runs the batch; `active` holds whole quads. Returns the active lanes that did not discard.
+    fn run(&mut self, active: LaneMask) -> LaneMask;
+    /// The lanes of output `k` after a run; undefined in lanes that are not active.
+    fn output(&self, k: usize) -> &[R; LANES];
+}
+
+/// An entry point of a lowered module, bound to a draw.
+pub struct TapeStage<'a, R: Real> {
+    program: &'a Program,
+    prepared: Prepared<R>,
+    textures: Box<dyn TextureUnit<R> + Sync + 'a>,
+    class: KernelClass,
+}
+
+impl<'a, R: Real> TapeStage<'a, R> {
+    /// # Errors
+    /// A program that is not whole, or kernels that this machine lacks.
+    pub fn new(
+        program: &'a Program,
+        uniforms: &[u8],
+        textures: Box<dyn TextureUnit<R> + Sync + 'a>,
+        class: KernelClass,
+    ) -> Result<Self, String> {
+        Executor::<R, LANES>::with_class(program, class)?;
+        Ok(Self { program, prepared: program.prepare_for(uniforms, class), textures, class })
+    }
+}
+
+impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
+    fn inputs(&self) -> &[LaneInput] {
+        &self.program.inputs
+    }
+    fn outputs(&self) -> &[LaneOutput] {
+        &self.program.outputs
+    }
+    fn uses_discard(&self) -> bool {
+        self.program.uses_discard
+    }
+    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+        match Executor::with_class(self.program, self.class) {
+            Ok(executor) => Box::new(TapeRun { stage: self, executor }),
+            Err(what) => unreachable!("bound once already: {what}"),
+        }
+    }
+}
+
+struct TapeRun<'a, R: Real> {
+    stage: &'a TapeStage<'a, R>,
+    executor: Executor<R, LANES>,
+}
+
+impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
+    fn input(&mut self, k: usize) -> &mut [R; LANES] {
+        self.executor.input_mut(k)
+    }
+    fn run(&mut self, active: LaneMask) -> LaneMask {
+        self.executor.run(&self.stage.prepared, active, self.stage.textures.as_ref())
+    }
+    fn output(&self, k: usize) -> &[R; LANES] {
+        self.executor.output(k)
+    }
+}

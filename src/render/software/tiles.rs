@@ -1,0 +1,179 @@
+//! The samples of one tile while it is drawn: colour, depth, blending, resolve.
+//!
+//! A tile is drawn completely before the next one is begun, so multisampled data exists for one tile per thread only. A pixel whose samples
+//! all agree is stored once ("whole"); the first edge through it splits it into four. Colour is f32 whatever the lanes are: it is
+//! what the target stores.
+
+use super::blend::{blend_lanes, blended};
+use super::raster::coverage::{TILE, TILE_QUADS};
+use crate::render::plan::{Blend, ColourFormat};
+
+const PIXELS: usize = (TILE * TILE) as usize;
+const WHOLE: u16 = u16::MAX;
+
+/// Pixels in lane order (see [`super::raster::coverage`]).
+#[derive(Clone, Debug)]
+pub struct TileTarget {
+    samples: u8,
+    /// Whole pixels' colour, one array per component.
+    colour: [Vec<f32>; 4],
+    /// Index into `split_colour`, or [`WHOLE`].
+    split: Vec<u16>,
+    split_colour: Vec<[[f32; 4]; 4]>,
+    /// Reversed depth per sample; only the first of four with one sample a pixel.
+    depth: Vec<[f32; 4]>,
+}
+
+impl TileTarget {
+    pub fn new(samples: u8) -> Self {
+        let plane = || vec![0.0; PIXELS];
+        Self {
+            samples,
+            colour: [plane(), plane(), plane(), plane()],
+            split: vec![WHOLE; PIXELS],
+            split_colour: Vec::new(),
+            depth: Vec::new(),
+        }
+    }
+
+    /// Begins a tile. `depth`: it will be tested or written; cleared to infinitely far.
+    pub fn clear(&mut self, colour: [f32; 4], depth: bool) {
+        for (plane, value) in self.colour.iter_mut().zip(colour) {
+            plane.fill(value);
+        }
+        if !self.split_colour.is_empty() {
+            self.split.fill(WHOLE);
+            self.split_colour.clear();
+        }
+        if depth {
+            self.depth.clear();
+            self.depth.resize(PIXELS, [0.0; 4]);
+        }
+    }
+
+    /// Depth test of one pixel: the samples of `covered` (four bits) whose new depth is greater, which are written if asked.
+    #[inline(always)]
+    pub fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
+        let stored = &mut self.depth[pixel];
+        let mut passed = 0;
+        for s in 0..4 {
+            if covered >> s & 1 == 1 && (!test || new[s] > stored[s]) {
+                passed |= 1 << s;
+                if write {
+                    stored[s] = new[s];
+                }
+            }
+        }
+        passed
+    }
+
+    /// Blends `source` into the samples of `covered`.
+    #[inline(always)]
+    pub fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
+        let all = if self.samples == 4 { 0xf } else { 1 };
+        if self.split[pixel] == WHOLE {
+            let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
+            let new = blended(blend, source, target);
+            if covered == all {
+                for (plane, value) in self.colour.iter_mut().zip(new) {
+                    plane[pixel] = value;
+                }
+            } else if covered != 0 {
+                self.split[pixel] = self.split_colour.len() as u16;
+                self.split_colour.push(std::array::from_fn(|s| if covered >> s & 1 == 1 { new } else { target }));
+            }
+            return;
+        }
+        let samples = &mut self.split_colour[usize::from(self.split[pixel])];
+        for (s, target) in samples.iter_mut().enumerate() {
+            if covered >> s & 1 == 1 {
+                *target = blended(blend, source, *target);
+            }
+        }
+    }
+
+    /// Blends whole lanes from `pixel` on; false (and nothing done) if one of them is split.
+    pub fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) -> bool {
+        let range = pixel..pixel + source[0].len();
+        if self.split[range.clone()].iter().any(|s| *s != WHOLE) {
+            return false;
+        }
+        let [r, g, b, a] = &mut self.colour;
+        blend_lanes(blend, source, [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]]);
+        true
+    }
+
+    /// The pixel's colour: the mean of its samples.
+    #[inline(always)]
+    pub fn resolved(&self, pixel: usize) -> [f32; 4] {
+        match self.split[pixel] {
+            WHOLE => std::array::from_fn(|k| self.colour[k][pixel]),
+            at => {
+                let s = &self.split_colour[usize::from(at)];
+                std::array::from_fn(|k| 0.25 * ((s[0][k] + s[1][k]) + (s[2][k] + s[3][k])))
+            }
+        }
+    }
+
+    /// Writes the tile's rows; `rows[y]` holds the pixels of the tile that lie inside the target.
+    pub fn resolve_to<T>(&self, rows: &mut [&mut [T]], convert: impl Fn([f32; 4]) -> T) {
+        for quad in 0..TILE_QUADS {
+            let [x, y] = super::raster::coverage::quad_place(quad);
+            for corner in 0..4 {
+                let (px, py) = (x as usize + (corner & 1), y as usize + (corner >> 1));
+                if let Some(pixel) = rows.get_mut(py).and_then(|row| row.get_mut(px)) {
+                    *pixel = convert(self.resolved(quad * 4 + corner));
+                }
+            }
+        }
+    }
+}
+
+/// Value 0..=1 to a byte, round to nearest; NaN is 0.
+#[inline(always)]
+pub fn unorm8(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+}
+
+/// Bytes of one pixel of a target.
+pub fn bytes_per_pixel(format: ColourFormat) -> usize {
+    match format {
+        ColourFormat::Rgba32Float => 16,
+        ColourFormat::Rgba8Unorm => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_splits_at_an_edge_and_resolves_to_the_mean() {
+        let mut t = TileTarget::new(4);
+        t.clear([0.0, 0.0, 0.0, 1.0], false);
+        t.store(7, 0b0101, Blend::Replace, [1.0, 2.0, 4.0, 1.0]);
+        assert_eq!(t.resolved(7), [0.5, 1.0, 2.0, 1.0]);
+        t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(t.resolved(7), [1.5, 1.0, 2.0, 1.0]);
+        assert!(!t.store_lanes(4, Blend::Replace, [&[0.0; 4]; 4]));
+        assert!(t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]));
+        assert_eq!(t.resolved(11), [3.0; 4]);
+        t.clear([0.25; 4], false);
+        assert_eq!(t.resolved(7), [0.25; 4]);
+    }
+
+    #[test]
+    fn greater_depth_is_nearer() {
+        let mut t = TileTarget::new(4);
+        t.clear([0.0; 4], true);
+        assert_eq!(t.test_depth(3, 0b1111, [0.5; 4], true, true), 0b1111);
+        assert_eq!(t.test_depth(3, 0b1111, [0.25, 0.75, 0.5, 0.6], true, true), 0b1010);
+        assert_eq!(t.test_depth(3, 0b0001, [0.1; 4], false, false), 0b0001);
+    }
+
+    #[test]
+    fn bytes_round_to_nearest() {
+        assert_eq!([0.0, 1.0, 0.5, 2.0, -1.0, f32::NAN].map(unorm8), [0, 255, 128, 255, 0, 0]);
+        assert_eq!(unorm8(100.4 / 255.0), 100);
+    }
+}

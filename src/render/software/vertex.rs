@@ -1,0 +1,169 @@
+//! The vertex stage: attributes to lanes, lanes to triangles.
+//!
+//! In: a draw's vertices and instances and its vertex program. Out: the draw's raster triangles in order, with the surfaces they are parts
+//! of. Each vertex of each instance is run once, however many triangles share it.
+
+use super::RenderError;
+use super::math::Real;
+use super::program::{LaneInput, LaneOutput};
+use super::raster::setup::{Bounds, Interpolation, RasterTriangle, Surface, set_up};
+use super::stage::{LANES, LaneProgram};
+use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// The triangles of one draw.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    pub triangles: Vec<RasterTriangle>,
+    pub surfaces: Vec<Surface>,
+    /// Wall time of the vertex program, and of clipping and set-up.
+    pub vertex_seconds: f64,
+    pub setup_seconds: f64,
+}
+
+/// Where a fragment program's varying comes from.
+#[derive(Clone, Copy, Debug)]
+struct Varying {
+    vertex_output: usize,
+    interpolation: Interpolation,
+}
+
+/// The varyings that the fragment program reads, in the order of its location inputs.
+fn link(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInput]) -> Result<Vec<Varying>, RenderError> {
+    let mut varyings = Vec::new();
+    for input in fragment_inputs {
+        let LaneInput::Location { index, component, flat } = *input else { continue };
+        let found =
+            outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: i, component: c, .. } if (i, c) == (index, component)));
+        let vertex_output = found.ok_or_else(|| RenderError::Varying { draw: label.to_owned(), location: index, component })?;
+        varyings.push(Varying { vertex_output, interpolation: if flat { Interpolation::Flat } else { Interpolation::Perspective } });
+    }
+    Ok(varyings)
+}
+
+/// One lane input of the vertex program.
+enum Source<'a> {
+    VertexIndex,
+    InstanceIndex,
+    Attribute { values: &'a [f32], stride: usize, component: usize, per_instance: bool },
+    Constant(f64),
+}
+
+fn source<'a>(draw: &'a PlanDraw, vertex_attributes: &'a [Attribute], input: &LaneInput) -> Result<Source<'a>, RenderError> {
+    Ok(match *input {
+        LaneInput::VertexIndex => Source::VertexIndex,
+        LaneInput::InstanceIndex => Source::InstanceIndex,
+        LaneInput::Location { index, component, .. } => {
+            let k = index as usize;
+            let (attribute, per_instance) = match vertex_attributes.get(k) {
+                Some(a) => (Some(a), false),
+                None => (draw.instances.attributes.get(k - vertex_attributes.len()), true),
+            };
+            let attribute = attribute.ok_or_else(|| RenderError::Attribute { draw: draw.label.clone(), location: index })?;
+            if component < attribute.components {
+                let (stride, component) = (attribute.components as usize, component as usize);
+                Source::Attribute { values: &attribute.values, stride, component, per_instance }
+            } else {
+                // Missing components read as (0, 0, 0, 1), as on a GPU.
+                Source::Constant(if component == 3 { 1.0 } else { 0.0 })
+            }
+        }
+        LaneInput::FragCoord { .. } | LaneInput::FrontFacing | LaneInput::SampleIndex => Source::Constant(0.0),
+    })
+}
+
+/// Vertices that an attribute array holds.
+fn length(attribute: &Attribute) -> usize {
+    attribute.values.len() / (attribute.components as usize).max(1)
+}
+
+/// Runs the vertex program and sets up the draw's triangles for a target of the given size.
+pub fn assemble<R: Real>(
+    draw: &PlanDraw,
+    vertex: &dyn LaneProgram<R>,
+    fragment_inputs: &[LaneInput],
+    width: u32,
+    height: u32,
+) -> Result<Geometry, RenderError> {
+    let varyings = link(&draw.label, vertex.outputs(), fragment_inputs)?;
+    let position =
+        [0, 1, 2, 3].map(|k| vertex.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
+    let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
+        return Err(RenderError::NoPosition { draw: draw.label.clone() });
+    };
+    let (vertex_attributes, indices, vertex_count) = match &draw.vertices {
+        Vertices::Count(n) => (&[][..], None, *n as usize),
+        Vertices::Mesh { attributes, indices } => {
+            let count = attributes.iter().map(length).min().unwrap_or(0);
+            if let Some(index) = indices.iter().find(|i| **i as usize >= count) {
+                return Err(RenderError::Index { draw: draw.label.clone(), index: *index, vertices: count });
+            }
+            (attributes.as_slice(), Some(indices.as_slice()), count)
+        }
+    };
+    let instances = draw.instances.count as usize;
+    if let Some(k) = draw.instances.attributes.iter().position(|a| length(a) < instances) {
+        let location = (vertex_attributes.len() + k) as u32;
+        return Err(RenderError::Instances { draw: draw.label.clone(), location, count: draw.instances.count });
+    }
+    let sources = vertex.inputs().iter().map(|i| source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
+
+    let start = Instant::now();
+    let total = vertex_count * instances;
+    let scalars = 4 + varyings.len();
+    // Per vertex: clip position, then the varyings.
+    let mut shaded = super::try_vec(total * scalars, 0.0_f64, "the vertices")?;
+    shaded.par_chunks_mut(LANES * scalars).enumerate().for_each_init(
+        || vertex.start(),
+        |run, (batch, out)| {
+            let first = batch * LANES;
+            let count = out.len() / scalars;
+            for (k, source) in sources.iter().enumerate() {
+                let lanes = run.input(k);
+                for (lane, value) in lanes.iter_mut().enumerate() {
+                    // Lanes past the end repeat the last vertex.
+                    let at = first + lane.min(count - 1);
+                    let (instance, vertex) = (at / vertex_count, at % vertex_count);
+                    *value = match source {
+                        Source::VertexIndex => R::from_int(vertex as u32),
+                        Source::InstanceIndex => R::from_int(instance as u32),
+                        Source::Attribute { values, stride, component, per_instance } => {
+                            let row = if *per_instance { instance } else { vertex };
+                            R::from_f64(values[row * stride + component].into())
+                        }
+                        Source::Constant(value) => R::from_f64(*value),
+                    };
+                }
+            }
+            run.run(u128::MAX);
+            for (k, output) in [px, py, pz, pw].into_iter().chain(varyings.iter().map(|v| v.vertex_output)).enumerate() {
+                let values = run.output(output);
+                for lane in 0..count {
+                    out[lane * scalars + k] = values[lane].f64();
+                }
+            }
+        },
+    );
+    let vertex_seconds = start.elapsed().as_secs_f64();
+
+    let start = Instant::now();
+    let [x0, y0, x1, y1] = draw.scissor;
+    let bounds = Bounds { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
+    let corners = indices.map_or(vertex_count, <[u32]>::len);
+    let per_instance = corners / 3;
+    let mut geometry = Geometry { vertex_seconds, ..Geometry::default() };
+    for triangle in 0..per_instance * instances {
+        let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
+        let rows = [first, first + 1, first + 2].map(|c| {
+            let vertex = indices.map_or(c, |i| i[c] as usize);
+            let at = (instance * vertex_count + vertex) * scalars;
+            &shaded[at..at + scalars]
+        });
+        let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
+        let carried = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
+        set_up(positions, carried, &bounds, &mut geometry.triangles, &mut geometry.surfaces);
+    }
+    geometry.setup_seconds = start.elapsed().as_secs_f64();
+    Ok(geometry)
+}
