@@ -6,8 +6,10 @@
 
 mod software;
 mod stages;
+mod standard_scenes;
 
 pub use stages::{Stage, Stages};
+pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Catalog, CatalogError};
 use crate::ephemeris::{Ephemeris, EphemerisError};

@@ -46,7 +46,7 @@ const MOVING_SCALE: u32 = 2;
 
 /// Opens the window and runs until it is closed.
 pub fn run(controls: Controls, painter: &mut dyn Painter) -> Result<(), WindowError> {
-    let event_loop = EventLoop::new().map_err(|e| WindowError::NoDisplay(e.to_string()))?;
+    let event_loop = EventLoop::new().map_err(|e| WindowError::NoDisplay(plain(&e.to_string())))?;
     let mut app = App {
         controls,
         painter,
@@ -61,6 +61,12 @@ pub fn run(controls: Controls, painter: &mut dyn Painter) -> Result<(), WindowEr
     };
     event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()))?;
     app.failure.map_or(Ok(()), Err)
+}
+
+/// winit puts its own source line before the reason: the reason alone is for people.
+fn plain(message: &str) -> String {
+    let after_place = message.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, reason)| reason);
+    after_place.trim_end_matches('.').to_owned()
 }
 
 struct Shown {
@@ -255,6 +261,12 @@ mod tests {
         enlarge(&picture, 5, 3, &mut out);
         assert_eq!(&out[..5], &[0xff0000, 0xff0000, 0xff0000, 0x0000ff, 0x0000ff]);
         assert_eq!(&out[10..], &out[..5]);
+    }
+
+    #[test]
+    fn a_reason_loses_its_source_line() {
+        assert_eq!(plain("os error at /a/winit/src/linux/mod.rs:765: neither A nor B is set."), "neither A nor B is set");
+        assert_eq!(plain("no such thing"), "no such thing");
     }
 
     #[test]

@@ -1,0 +1,41 @@
+//! The scenes that benchmarks draw, one list for the command line and criterion.
+
+use crate::catalog::NaifId;
+use crate::scene::request::{Look, Position, ViewRequest};
+use crate::time::Instant;
+
+/// A named view of a fixed moment.
+#[derive(Clone, Debug)]
+pub struct StandardScene {
+    pub name: &'static str,
+    pub request: ViewRequest,
+}
+
+/// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
+const JD_TDB: f64 = 2_460_409.262_789_4;
+
+fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
+    let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
+    ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
+}
+
+/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, and the planets from above the Sun.
+pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
+    let time = Instant::from_jd_tdb(JD_TDB);
+    let limb = ViewRequest {
+        position: Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 40.0, height_km: 400.0 },
+        look: Look::Along { direction: glam::DVec3::new(0.75, -0.6, 0.1), axes: crate::scene::request::Axes::BodyFixed },
+        target: None,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(NaifId::MOON, time)
+    };
+    let system = ViewRequest { fov_deg: Some(60.0), ..over(10, 12_000.0, time) };
+    let named = [
+        ("earth-3-radii", over(399, 3.0, time)),
+        ("saturn", over(699, 5.0, time)),
+        ("moon-limb", limb),
+        ("jupiter-four-moons", ViewRequest { fov_deg: Some(45.0), ..over(599, 60.0, time) }),
+        ("whole-system", system),
+    ];
+    named.into_iter().map(|(name, request)| StandardScene { name, request: ViewRequest { width, height, ..request } }).collect()
+}
