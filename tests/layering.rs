@@ -14,6 +14,12 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("shader", &["scene::draw", "shader"], &["winit", "softbuffer", "rayon::spawn"]),
     ("render/plan", &["scene", "shader", "image", "render::plan"], &["winit", "softbuffer", "std::fs"]),
     ("render/frame", &["image", "render::frame"], &["naga", "winit", "softbuffer", "std::fs"]),
+    (
+        "session",
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session"],
+        &["naga", "winit", "softbuffer"],
+    ),
+    ("view", &["catalog::NaifId", "time", "view"], &["naga", "rayon"]),
     ("render/software", &["shader", "image", "render::plan", "render::frame", "render::software"], &["winit", "softbuffer", "std::fs"]),
 ];
 
