@@ -10,5 +10,6 @@ mod scene;
 mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
+mod software_lower;
 mod software_raster;
 mod textures;

@@ -1,6 +1,6 @@
 //! The software renderer: executes the plan's modules on the CPU.
 //!
-//! module IR → `lower` → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
+//! module IR → [`lower`] → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and spreads the tiles over the cores, [`shade`] fills batches of
 //! lanes and [`tiles`] keeps what comes out.
@@ -9,6 +9,7 @@ pub mod blend;
 pub mod error;
 pub mod exec;
 pub mod kernels;
+pub mod lower;
 pub mod math;
 pub mod pass;
 pub mod program;
@@ -22,6 +23,7 @@ pub mod vertex;
 
 pub use error::RenderError;
 use error::try_vec;
+pub use lower::lowering;
 
 /// Greatest width and height of a pass.
 pub const GREATEST_SIZE: u32 = 16384;

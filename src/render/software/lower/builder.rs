@@ -1,0 +1,370 @@
+//! Builds the tape in SSA form: folds, simplifies, numbers values and picks each value's rate.
+//!
+//! Rates: a constant; one value per draw (computed once on the uniform tape); one value for all lanes that changes in a loop (computed in
+//! line, once); one value per lane. An operation runs at the slowest rate that its operands allow.
+
+use crate::render::software::kernels;
+use crate::render::software::program::Constant;
+use crate::render::software::tape::{Op, TextureOp, WordKind};
+use std::collections::HashMap;
+
+/// A scalar value during lowering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Val {
+    /// Index into the constants.
+    Const(u32),
+    /// Computed once per draw.
+    Draw(u32),
+    /// One value for all lanes, computed in line.
+    Once(u32),
+    Lane(u32),
+}
+
+pub type Label = u32;
+
+/// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others draw or once ids.
+#[derive(Clone, Debug)]
+pub enum Step {
+    Op {
+        dst: Val,
+        op: Op,
+        args: Vec<Val>,
+    },
+    /// A loop variable takes its next value: the one step that writes a value twice.
+    Assign {
+        dst: Val,
+        from: Val,
+    },
+    Uniform {
+        dst: Val,
+        kind: WordKind,
+        offset: u32,
+        index: Option<Val>,
+        stride: u32,
+        count: u32,
+    },
+    Texture {
+        what: TextureOp,
+        texture: u16,
+        dst: [Val; 4],
+        args: Vec<Val>,
+        mask: Val,
+    },
+    TextureSize {
+        dst: Val,
+        texture: u16,
+        axis: u8,
+        level: Val,
+    },
+    SkipIfNone {
+        mask: Val,
+        label: Label,
+    },
+    JumpIf {
+        cond: Val,
+        when: bool,
+        label: Label,
+    },
+    Jump {
+        label: Label,
+    },
+    Label(Label),
+    LoopStart,
+    LoopEnd,
+}
+
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Key {
+    Op(Op, Vec<Val>),
+    Uniform(u32, u32, bool, Option<Val>),
+    Size(u16, u8, Val),
+}
+
+#[derive(Default)]
+pub struct Builder {
+    pub constants: Vec<Constant>,
+    constant_index: HashMap<(u8, u64), u32>,
+    pub draw: Vec<Step>,
+    pub code: Vec<Step>,
+    next: u32,
+    labels: Label,
+    draw_known: HashMap<Key, Val>,
+    /// Values known per open region, innermost last: what a skipped region computes must not be used outside it.
+    known: Vec<HashMap<Key, Val>>,
+}
+
+impl Builder {
+    pub fn new() -> Self {
+        Self { known: vec![HashMap::new()], ..Self::default() }
+    }
+
+    pub fn constant(&mut self, c: Constant) -> Val {
+        let key = match c {
+            Constant::Float(x) => (0, x.to_bits()),
+            Constant::Int(i) => (1, u64::from(i)),
+            Constant::Bool(b) => (2, u64::from(b)),
+        };
+        let at = *self.constant_index.entry(key).or_insert_with(|| {
+            self.constants.push(c);
+            self.constants.len() as u32 - 1
+        });
+        Val::Const(at)
+    }
+
+    pub fn float(&mut self, x: f64) -> Val {
+        self.constant(Constant::Float(x))
+    }
+    pub fn int(&mut self, i: u32) -> Val {
+        self.constant(Constant::Int(i))
+    }
+    pub fn bool(&mut self, b: bool) -> Val {
+        self.constant(Constant::Bool(b))
+    }
+
+    pub fn known_constant(&self, v: Val) -> Option<Constant> {
+        match v {
+            Val::Const(i) => Some(self.constants[i as usize]),
+            _ => None,
+        }
+    }
+    pub fn known_bool(&self, v: Val) -> Option<bool> {
+        match self.known_constant(v) {
+            Some(Constant::Bool(b)) => Some(b),
+            _ => None,
+        }
+    }
+    pub fn known_int(&self, v: Val) -> Option<u32> {
+        match self.known_constant(v) {
+            Some(Constant::Int(i)) => Some(i),
+            _ => None,
+        }
+    }
+
+    pub fn fresh_lane(&mut self) -> Val {
+        self.next += 1;
+        Val::Lane(self.next)
+    }
+    pub fn fresh_once(&mut self) -> Val {
+        self.next += 1;
+        Val::Once(self.next)
+    }
+    pub fn label(&mut self) -> Label {
+        self.labels += 1;
+        self.labels
+    }
+
+    pub fn open_region(&mut self) {
+        self.known.push(HashMap::new());
+    }
+    pub fn close_region(&mut self) {
+        self.known.pop();
+    }
+
+    fn find(&self, key: &Key) -> Option<Val> {
+        self.draw_known.get(key).or_else(|| self.known.iter().rev().find_map(|k| k.get(key))).copied()
+    }
+
+    /// A value at the slowest rate of its operands, and whether it goes to the draw tape.
+    fn fresh_for(&mut self, args: &[Val]) -> Val {
+        self.next += 1;
+        if args.iter().any(|a| matches!(a, Val::Lane(_))) {
+            Val::Lane(self.next)
+        } else if args.iter().any(|a| matches!(a, Val::Once(_))) {
+            Val::Once(self.next)
+        } else {
+            Val::Draw(self.next)
+        }
+    }
+
+    fn emit(&mut self, dst: Val, key: Option<Key>, step: Step) -> Val {
+        if matches!(dst, Val::Draw(_)) {
+            self.draw.push(step);
+            if let Some(k) = key {
+                self.draw_known.insert(k, dst);
+            }
+        } else {
+            self.code.push(step);
+            if let (Some(k), Some(known)) = (key, self.known.last_mut()) {
+                known.insert(k, dst);
+            }
+        }
+        dst
+    }
+
+    pub fn op(&mut self, op: Op, args: &[Val]) -> Val {
+        if let Some(folded) = self.fold(op, args) {
+            return folded;
+        }
+        if let Some(simple) = self.simplify(op, args) {
+            return simple;
+        }
+        let mut args = args.to_vec();
+        if matches!(op, Op::Add | Op::Mul | Op::FEq | Op::FNe | Op::IAdd | Op::IMul | Op::IEq | Op::INe | Op::And | Op::Or | Op::Xor) {
+            args.sort();
+        }
+        let key = Key::Op(op, args.clone());
+        if let Some(v) = self.find(&key) {
+            return v;
+        }
+        let dst = self.fresh_for(&args);
+        self.emit(dst, Some(key), Step::Op { dst, op, args })
+    }
+
+    pub fn un(&mut self, op: Op, a: Val) -> Val {
+        self.op(op, &[a])
+    }
+    pub fn bin(&mut self, op: Op, a: Val, b: Val) -> Val {
+        self.op(op, &[a, b])
+    }
+    pub fn select(&mut self, cond: Val, yes: Val, no: Val) -> Val {
+        self.op(Op::Select, &[cond, yes, no])
+    }
+    pub fn not(&mut self, a: Val) -> Val {
+        self.op(Op::BNot, &[a])
+    }
+
+    fn fold(&mut self, op: Op, args: &[Val]) -> Option<Val> {
+        if matches!(op, Op::Copy) {
+            return None;
+        }
+        let mut raw = [0.0f64; 3];
+        for (r, a) in raw.iter_mut().zip(args) {
+            *r = match self.known_constant(*a)? {
+                Constant::Float(x) => x,
+                Constant::Int(i) => f64::from_bits(u64::from(i)),
+                Constant::Bool(b) => f64::from_bits(if b { u64::MAX } else { 0 }),
+            };
+        }
+        if op == Op::Select {
+            return Some(if self.known_bool(args[0])? { args[1] } else { args[2] });
+        }
+        let y = kernels::eval::<f64>(op, false, raw[0], raw[1], raw[2]);
+        let kind = match result_kind(op) {
+            Kind::Same => match self.known_constant(args[0])? {
+                Constant::Float(_) => Kind::Float,
+                Constant::Int(_) => Kind::Int,
+                Constant::Bool(_) => Kind::Bool,
+            },
+            k => k,
+        };
+        Some(match kind {
+            Kind::Int => self.int(y.to_bits() as u32),
+            Kind::Bool => self.bool(y.to_bits() != 0),
+            _ => self.float(y),
+        })
+    }
+
+    fn simplify(&mut self, op: Op, args: &[Val]) -> Option<Val> {
+        let is = |b: &Self, v: Val, c: Constant| b.known_constant(v) == Some(c);
+        let (one, zero) = (Constant::Float(1.0), Constant::Float(0.0));
+        match (op, args) {
+            (Op::Mul, &[a, b]) if is(self, b, one) => Some(a),
+            (Op::Mul, &[a, b]) if is(self, a, one) => Some(b),
+            (Op::Div, &[a, b]) if is(self, b, one) => Some(a),
+            (Op::Add, &[a, b]) if is(self, b, zero) => Some(a),
+            (Op::Add, &[a, b]) if is(self, a, zero) => Some(b),
+            (Op::Sub, &[a, b]) if is(self, b, zero) => Some(a),
+            (Op::IAdd, &[a, b]) if is(self, b, Constant::Int(0)) => Some(a),
+            (Op::IAdd, &[a, b]) if is(self, a, Constant::Int(0)) => Some(b),
+            (Op::IMul, &[a, b]) if is(self, b, Constant::Int(1)) => Some(a),
+            (Op::IMul, &[a, b]) if is(self, a, Constant::Int(1)) => Some(b),
+            (Op::And | Op::Or, &[a, b]) if a == b => Some(a),
+            (Op::And | Op::Or, &[a, b]) => {
+                let (known, other) = if let Some(k) = self.known_bool(a) { (k, b) } else { (self.known_bool(b)?, a) };
+                Some(match (op, known) {
+                    (Op::And, true) | (Op::Or, false) => other,
+                    (Op::And, _) => self.bool(false),
+                    _ => self.bool(true),
+                })
+            }
+            (Op::Select, &[c, a, b]) => {
+                if let Some(k) = self.known_bool(c) {
+                    return Some(if k { a } else { b });
+                }
+                if a == b {
+                    return Some(a);
+                }
+                // Masks are all ones or none, so a choice with a known side is plain logic.
+                match (self.known_bool(a), self.known_bool(b)) {
+                    (Some(true), Some(false)) => Some(c),
+                    (Some(false), Some(true)) => Some(self.not(c)),
+                    (Some(true), None) => Some(self.bin(Op::Or, c, b)),
+                    (None, Some(false)) => Some(self.bin(Op::And, c, a)),
+                    (Some(false), None) => {
+                        let n = self.not(c);
+                        Some(self.bin(Op::And, n, b))
+                    }
+                    (None, Some(true)) => {
+                        let n = self.not(c);
+                        Some(self.bin(Op::Or, n, a))
+                    }
+                    _ => None,
+                }
+            }
+            (Op::BNot, &[a]) => {
+                let inner = |s: &Step| match s {
+                    Step::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
+                    _ => None,
+                };
+                // A loop variable may have changed since, so only values that are written once count; they all are but Assign's.
+                self.code.iter().rev().take(64).chain(self.draw.iter().rev().take(64)).find_map(inner)
+            }
+            _ => None,
+        }
+    }
+
+    pub fn uniform(&mut self, kind: WordKind, offset: u32, index: Option<(Val, u32)>) -> Val {
+        let (index, count) = match index {
+            Some((i, n)) => match self.known_int(i) {
+                Some(k) => return self.uniform(kind, offset + 4 * k.min(n.max(1) - 1), None),
+                None => (Some(i), n),
+            },
+            None => (None, 1),
+        };
+        let key = Key::Uniform(offset, count, kind == WordKind::Int, index);
+        if let Some(v) = self.find(&key) {
+            return v;
+        }
+        let dst = self.fresh_for(index.as_slice());
+        self.emit(dst, Some(key), Step::Uniform { dst, kind, offset, index, stride: 4, count })
+    }
+
+    pub fn texture(&mut self, what: TextureOp, texture: u16, args: Vec<Val>, mask: Val) -> [Val; 4] {
+        let dst = [(); 4].map(|()| self.fresh_lane());
+        self.code.push(Step::Texture { what, texture, dst, args, mask });
+        dst
+    }
+
+    /// None when the level differs from lane to lane.
+    pub fn texture_size(&mut self, texture: u16, axis: u8, level: Val) -> Option<Val> {
+        if matches!(level, Val::Lane(_)) {
+            return None;
+        }
+        let key = Key::Size(texture, axis, level);
+        if let Some(v) = self.find(&key) {
+            return Some(v);
+        }
+        let dst = self.fresh_once();
+        Some(self.emit(dst, Some(key), Step::TextureSize { dst, texture, axis, level }))
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Float,
+    Int,
+    Bool,
+    Same,
+}
+
+fn result_kind(op: Op) -> Kind {
+    use Op::*;
+    match op {
+        FLt | FLe | FEq | FNe | ILt | ILe | ULt | ULe | IEq | INe | IsNan | IsInf | BNot => Kind::Bool,
+        F16FromF | INeg | IAbs | ISign | INot | CountOneBits | LeadingZeros | TrailingZeros | ReverseBits | FirstLeadingBitI
+        | FirstLeadingBitU | FirstTrailingBit | IFromF | UFromF | BitsFromF | IAdd | ISub | IMul | IDiv | UDiv | IRem | URem | Shl
+        | ShrI | ShrU | IMin | IMax | UMin | UMax => Kind::Int,
+        And | Or | Xor | Copy | Select => Kind::Same,
+        _ => Kind::Float,
+    }
+}

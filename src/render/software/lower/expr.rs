@@ -1,0 +1,439 @@
+//! Expressions.
+
+use super::Result;
+use super::builder::Val;
+use super::flow::Lowerer;
+use super::place::{Place, Value, scalar_kind_of, supported};
+use crate::render::software::program::{Constant, TextureUse};
+use crate::render::software::tape::{Op, TextureOp};
+use naga::{
+    BinaryOperator, DerivativeAxis, Expression, Handle, ImageClass, ImageDimension, ImageQuery, Literal, RelationalFunction, SampleLevel,
+    ScalarKind, TypeInner, UnaryOperator,
+};
+
+impl<'m> Lowerer<'m> {
+    pub fn type_of(&self, handle: Handle<Expression>) -> &'m TypeInner {
+        let module: &'m naga::Module = self.module;
+        self.frame().info[handle].ty.inner_with(&module.types)
+    }
+
+    pub fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
+        match self.frame().values.get(&handle) {
+            Some(v) => Ok(v.clone()),
+            None => self.evaluate(handle),
+        }
+    }
+
+    pub fn words_of(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
+        match self.value_of(handle)? {
+            Value::Words(w) => Ok(w),
+            _ => Err(self.refuse("a value is needed here".into())),
+        }
+    }
+
+    pub fn word_of(&mut self, handle: Handle<Expression>) -> Result<Val> {
+        let words = self.words_of(handle)?;
+        words.first().copied().ok_or_else(|| self.refuse("a scalar is needed here".into()))
+    }
+
+    pub fn place_of(&mut self, handle: Handle<Expression>) -> Result<Place> {
+        match self.value_of(handle)? {
+            Value::Place(p) => Ok(p),
+            _ => Err(self.refuse("a pointer is needed here".into())),
+        }
+    }
+
+    fn literal(&mut self, literal: Literal) -> Result<Val> {
+        Ok(match literal {
+            Literal::F32(x) => self.builder.float(f64::from(x)),
+            Literal::AbstractFloat(x) => self.builder.float(x),
+            Literal::U32(u) => self.builder.int(u),
+            Literal::I32(i) => self.builder.int(i as u32),
+            Literal::AbstractInt(i) => self.builder.int(i as u32),
+            Literal::Bool(b) => self.builder.constant(Constant::Bool(b)),
+            other => return Err(self.refuse(format!("literal {other:?} is not supported"))),
+        })
+    }
+
+    /// A constant expression of the module.
+    pub fn global_expression(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
+        let module: &'m naga::Module = self.module;
+        match &module.global_expressions[handle] {
+            Expression::Literal(l) => Ok(vec![self.literal(*l)?]),
+            Expression::Constant(c) => self.global_expression(module.constants[*c].init),
+            Expression::ZeroValue(ty) => self.zeros(&module.types[*ty].inner),
+            Expression::Compose { components, .. } => {
+                let mut all = Vec::new();
+                for c in components {
+                    all.extend(self.global_expression(*c)?);
+                }
+                Ok(all)
+            }
+            Expression::Splat { size, value } => {
+                let v = self.global_expression(*value)?;
+                Ok(vec![v[0]; *size as usize])
+            }
+            other => Err(self.refuse(format!("constant expression {other:?} is not supported"))),
+        }
+    }
+
+    pub fn evaluate(&mut self, handle: Handle<Expression>) -> Result<Value> {
+        let function = self.frame().function;
+        let span = function.expressions.get_span(handle);
+        if span.is_defined() {
+            self.span = span;
+        }
+        let module: &'m naga::Module = self.module;
+        let words = match &function.expressions[handle] {
+            Expression::Literal(l) => vec![self.literal(*l)?],
+            Expression::Constant(c) => self.global_expression(module.constants[*c].init)?,
+            Expression::ZeroValue(ty) => self.zeros(&module.types[*ty].inner)?,
+            Expression::Compose { components, .. } => {
+                let mut all = Vec::new();
+                for c in components {
+                    all.extend(self.words_of(*c)?);
+                }
+                all
+            }
+            Expression::Splat { size, value } => vec![self.word_of(*value)?; *size as usize],
+            Expression::Swizzle { size, vector, pattern } => {
+                let v = self.words_of(*vector)?;
+                pattern[..*size as usize].iter().map(|c| v[*c as usize]).collect()
+            }
+            Expression::FunctionArgument(i) => return Ok(self.frame().arguments[*i as usize].clone()),
+            Expression::GlobalVariable(g) => return Ok(self.globals[g].clone()),
+            Expression::LocalVariable(l) => {
+                let inner = module.types[function.local_variables[*l].ty].inner.clone();
+                return Ok(Value::Place(Place::Local { base: self.frame().locals[l], indices: Vec::new(), inner }));
+            }
+            Expression::Load { pointer } => {
+                let place = self.place_of(*pointer)?;
+                self.load(&place)?
+            }
+            Expression::AccessIndex { base, index } => match self.value_of(*base)? {
+                Value::Place(p) => return Ok(Value::Place(self.place_child(&p, *index)?)),
+                Value::Words(w) => {
+                    let (child, at, _) = self.child(self.type_of(*base), *index)?;
+                    let n = self.words(&child)?;
+                    w[at..at + n].to_vec()
+                }
+                Value::Resource(_) => return Err(self.refuse("arrays of textures are not supported".into())),
+            },
+            Expression::Access { base, index } => {
+                let k = self.word_of(*index)?;
+                match self.value_of(*base)? {
+                    Value::Place(p) => return Ok(Value::Place(self.place_indexed(&p, k)?)),
+                    Value::Words(w) => self.pick(self.type_of(*base), &w, k)?,
+                    Value::Resource(_) => return Err(self.refuse("arrays of textures are not supported".into())),
+                }
+            }
+            Expression::Unary { op, expr } => {
+                let float = self.kind_of_any(*expr)? == ScalarKind::Float;
+                let op = match op {
+                    UnaryOperator::Negate if float => Op::Neg,
+                    UnaryOperator::Negate => Op::INeg,
+                    UnaryOperator::LogicalNot => Op::BNot,
+                    UnaryOperator::BitwiseNot => Op::INot,
+                };
+                self.each(*expr, op)?
+            }
+            Expression::Binary { op, left, right } => self.binary(*op, *left, *right)?,
+            Expression::Select { condition, accept, reject } => {
+                let (c, a, r) = (self.words_of(*condition)?, self.words_of(*accept)?, self.words_of(*reject)?);
+                (0..a.len()).map(|i| self.builder.select(if c.len() == 1 { c[0] } else { c[i] }, a[i], r[i])).collect()
+            }
+            Expression::Derivative { axis, expr, .. } => {
+                let v = self.words_of(*expr)?;
+                v.into_iter().map(|x| self.derivative(*axis, x)).collect()
+            }
+            Expression::Relational { fun, argument } => match fun {
+                RelationalFunction::IsNan => self.each(*argument, Op::IsNan)?,
+                RelationalFunction::IsInf => self.each(*argument, Op::IsInf)?,
+                RelationalFunction::All => vec![self.fold_words(*argument, Op::And)?],
+                RelationalFunction::Any => vec![self.fold_words(*argument, Op::Or)?],
+            },
+            Expression::Math { fun, arg, arg1, arg2, arg3 } => self.math(*fun, *arg, [*arg1, *arg2, *arg3])?,
+            Expression::As { expr, kind, convert } => self.convert(*expr, *kind, *convert)?,
+            Expression::ImageSample { image, sampler, gather, coordinate, array_index, offset, level, depth_ref, clamp_to_edge } => {
+                for (used, what) in [
+                    (gather.is_some(), "textureGather"),
+                    (array_index.is_some(), "a texture array"),
+                    (offset.is_some(), "a texel offset"),
+                    (depth_ref.is_some(), "a depth comparison"),
+                    (*clamp_to_edge, "textureSampleBaseClampToEdge"),
+                ] {
+                    if used {
+                        return Err(self.refuse(format!("{what} is not supported")));
+                    }
+                }
+                self.sample(*image, *sampler, *coordinate, *level)?
+            }
+            Expression::ImageLoad { image, coordinate, array_index: None, sample: None, level } => {
+                let texture = self.texture_use(*image, None)?;
+                let c = self.words_of(*coordinate)?;
+                let level = match level {
+                    Some(l) => self.word_of(*l)?,
+                    None => self.builder.int(0),
+                };
+                self.builder.texture(TextureOp::Load, texture, vec![c[0], c[1], level], self.path).to_vec()
+            }
+            Expression::ImageQuery { image, query } => {
+                let texture = self.texture_use(*image, None)?;
+                let (axes, level): (&[u8], _) = match query {
+                    ImageQuery::Size { level } => (&[0, 1], *level),
+                    ImageQuery::NumLevels => (&[2], None),
+                    _ => return Err(self.refuse("this texture query is not supported".into())),
+                };
+                let level = match level {
+                    Some(l) => self.word_of(l)?,
+                    None => self.builder.int(0),
+                };
+                let mut all = Vec::new();
+                for axis in axes {
+                    let size = self.builder.texture_size(texture, *axis, level);
+                    all.push(size.ok_or_else(|| self.refuse("textureDimensions needs a level that is the same for all pixels".into()))?);
+                }
+                all
+            }
+            other => {
+                let name = format!("{other:?}");
+                let name = name.split([' ', '(', '{']).next().unwrap_or_default().to_owned();
+                return Err(self.refuse(format!("expression {name} is not supported")));
+            }
+        };
+        Ok(Value::Words(words))
+    }
+
+    /// One operation on every word.
+    pub fn each(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
+        let v = self.words_of(expr)?;
+        Ok(v.into_iter().map(|x| self.builder.un(op, x)).collect())
+    }
+
+    fn fold_words(&mut self, expr: Handle<Expression>, op: Op) -> Result<Val> {
+        let v = self.words_of(expr)?;
+        v.into_iter().reduce(|a, b| self.builder.bin(op, a, b)).ok_or_else(|| self.refuse("an empty vector".into()))
+    }
+
+    pub fn derivative(&mut self, axis: DerivativeAxis, x: Val) -> Val {
+        if !matches!(x, Val::Lane(_)) {
+            return self.builder.float(0.0);
+        }
+        match axis {
+            DerivativeAxis::X => self.builder.un(Op::Dpdx, x),
+            DerivativeAxis::Y => self.builder.un(Op::Dpdy, x),
+            DerivativeAxis::Width => {
+                let (dx, dy) = (self.builder.un(Op::Dpdx, x), self.builder.un(Op::Dpdy, x));
+                let (dx, dy) = (self.builder.un(Op::Abs, dx), self.builder.un(Op::Abs, dy));
+                self.builder.bin(Op::Add, dx, dy)
+            }
+        }
+    }
+
+    /// Scalar kind, matrices included.
+    pub fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
+        match self.type_of(handle) {
+            TypeInner::Matrix { scalar, .. } => supported(*scalar, self.span),
+            other => scalar_kind_of(other, self.span),
+        }
+    }
+
+    /// Element of a value by an index that may differ between lanes.
+    fn pick(&mut self, inner: &TypeInner, words: &[Val], index: Val) -> Result<Vec<Val>> {
+        let count = self.children(inner)? as usize;
+        let n = words.len() / count;
+        if let Some(k) = self.builder.known_int(index) {
+            let k = (k as usize).min(count - 1);
+            return Ok(words[k * n..(k + 1) * n].to_vec());
+        }
+        let mut found = words[(count - 1) * n..].to_vec();
+        for k in (0..count - 1).rev() {
+            let number = self.builder.int(k as u32);
+            let is = self.builder.bin(Op::IEq, index, number);
+            for (f, w) in found.iter_mut().zip(&words[k * n..]) {
+                *f = self.builder.select(is, *w, *f);
+            }
+        }
+        Ok(found)
+    }
+
+    pub fn dot(&mut self, a: &[Val], b: &[Val], float: bool) -> Val {
+        let (mul, add) = if float { (Op::Mul, Op::Add) } else { (Op::IMul, Op::IAdd) };
+        let mut sum = self.builder.bin(mul, a[0], b[0]);
+        for (x, y) in a.iter().zip(b).skip(1) {
+            let p = self.builder.bin(mul, *x, *y);
+            sum = self.builder.bin(add, p, sum);
+        }
+        sum
+    }
+
+    fn binary(&mut self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Result<Vec<Val>> {
+        let (lt, rt) = (self.type_of(left), self.type_of(right));
+        let kind = self.kind_of_any(left)?;
+        let (a, b) = (self.words_of(left)?, self.words_of(right)?);
+        if op == BinaryOperator::Multiply {
+            match (lt, rt) {
+                (TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }) => return Ok(self.matrix_times(&a, &b, *rows as usize)),
+                (TypeInner::Vector { .. }, TypeInner::Matrix { rows, .. }) => {
+                    return Ok(b.chunks(*rows as usize).map(|column| self.dot(&a, column, true)).collect());
+                }
+                (TypeInner::Matrix { rows, .. }, TypeInner::Matrix { rows: inner, .. }) => {
+                    return Ok(b.chunks(*inner as usize).flat_map(|column| self.matrix_times(&a, column, *rows as usize)).collect());
+                }
+                _ => {}
+            }
+        }
+        let n = a.len().max(b.len());
+        let of = |v: &[Val], i: usize| if v.len() == 1 { v[0] } else { v[i] };
+        Ok((0..n).map(|i| self.binary_word(op, kind, of(&a, i), of(&b, i))).collect())
+    }
+
+    fn matrix_times(&mut self, m: &[Val], v: &[Val], rows: usize) -> Vec<Val> {
+        (0..rows)
+            .map(|r| {
+                let row: Vec<Val> = m.chunks(rows).map(|column| column[r]).collect();
+                self.dot(&row, v, true)
+            })
+            .collect()
+    }
+
+    fn binary_word(&mut self, op: BinaryOperator, kind: ScalarKind, a: Val, b: Val) -> Val {
+        use BinaryOperator as B;
+        let pick = |float: Op, signed: Op, unsigned: Op| match kind {
+            ScalarKind::Float => float,
+            ScalarKind::Sint => signed,
+            _ => unsigned,
+        };
+        let bool_operands = kind == ScalarKind::Bool;
+        let (op, swap) = match op {
+            B::Add => (pick(Op::Add, Op::IAdd, Op::IAdd), false),
+            B::Subtract => (pick(Op::Sub, Op::ISub, Op::ISub), false),
+            B::Multiply => (pick(Op::Mul, Op::IMul, Op::IMul), false),
+            B::Divide => (pick(Op::Div, Op::IDiv, Op::UDiv), false),
+            B::Modulo => (pick(Op::FRem, Op::IRem, Op::URem), false),
+            B::Equal if bool_operands => {
+                let x = self.builder.bin(Op::Xor, a, b);
+                return self.builder.not(x);
+            }
+            B::NotEqual if bool_operands => (Op::Xor, false),
+            B::Equal => (pick(Op::FEq, Op::IEq, Op::IEq), false),
+            B::NotEqual => (pick(Op::FNe, Op::INe, Op::INe), false),
+            B::Less => (pick(Op::FLt, Op::ILt, Op::ULt), false),
+            B::LessEqual => (pick(Op::FLe, Op::ILe, Op::ULe), false),
+            B::Greater => (pick(Op::FLt, Op::ILt, Op::ULt), true),
+            B::GreaterEqual => (pick(Op::FLe, Op::ILe, Op::ULe), true),
+            B::And | B::LogicalAnd => (Op::And, false),
+            B::InclusiveOr | B::LogicalOr => (Op::Or, false),
+            B::ExclusiveOr => (Op::Xor, false),
+            B::ShiftLeft => (Op::Shl, false),
+            B::ShiftRight => (pick(Op::ShrU, Op::ShrI, Op::ShrU), false),
+        };
+        if swap { self.builder.bin(op, b, a) } else { self.builder.bin(op, a, b) }
+    }
+
+    fn convert(&mut self, expr: Handle<Expression>, kind: ScalarKind, width: Option<u8>) -> Result<Vec<Val>> {
+        use ScalarKind as K;
+        let from = self.kind_of_any(expr)?;
+        let v = self.words_of(expr)?;
+        if let Some(w) = width {
+            supported(naga::Scalar { kind, width: w }, self.span)?;
+        }
+        let (zero_f, one_f) = (self.builder.float(0.0), self.builder.float(1.0));
+        let (zero_i, one_i) = (self.builder.int(0), self.builder.int(1));
+        let mut out = Vec::with_capacity(v.len());
+        for x in v {
+            let b = &mut self.builder;
+            out.push(match (from, kind, width.is_some()) {
+                (K::Float, K::Float, _) | (K::Sint | K::Uint, K::Sint | K::Uint, _) | (K::Bool, K::Bool, _) => x,
+                (K::Float, _, false) => b.un(Op::BitsFromF, x),
+                (_, K::Float, false) => b.un(Op::FFromBits, x),
+                (K::Float, K::Sint, true) => b.un(Op::IFromF, x),
+                (K::Float, K::Uint, true) => b.un(Op::UFromF, x),
+                (K::Sint, K::Float, true) => b.un(Op::FFromI, x),
+                (K::Uint, K::Float, true) => b.un(Op::FFromU, x),
+                (K::Bool, K::Float, true) => b.select(x, one_f, zero_f),
+                (K::Bool, K::Sint | K::Uint, true) => b.select(x, one_i, zero_i),
+                (K::Float, K::Bool, true) => b.bin(Op::FNe, x, zero_f),
+                (K::Sint | K::Uint, K::Bool, true) => b.bin(Op::INe, x, zero_i),
+                _ => return Err(self.refuse(format!("conversion from {from:?} to {kind:?} is not supported"))),
+            });
+        }
+        Ok(out)
+    }
+
+    fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
+        let inner = self.type_of(image);
+        let sampled = matches!(
+            inner,
+            TypeInner::Image {
+                dim: ImageDimension::D2,
+                arrayed: false,
+                class: ImageClass::Sampled { kind: ScalarKind::Float, multi: false },
+            }
+        );
+        if !sampled {
+            return Err(self.refuse(format!("only texture_2d<f32> is supported, not {inner:?}")));
+        }
+        let texture_binding = self.binding(image)?;
+        let sampler_binding = sampler.map(|s| self.binding(s)).transpose()?;
+        let wanted = TextureUse { texture_binding, sampler_binding };
+        let at = self.textures.iter().position(|t| *t == wanted).unwrap_or_else(|| {
+            self.textures.push(wanted);
+            self.textures.len() - 1
+        });
+        Ok(at as u16)
+    }
+
+    fn binding(&mut self, handle: Handle<Expression>) -> Result<u32> {
+        let Value::Resource(global) = self.value_of(handle)? else {
+            return Err(self.refuse("a texture or sampler variable is needed here".into()));
+        };
+        match &self.module.global_variables[global].binding {
+            Some(b) if b.group == 0 => Ok(b.binding),
+            _ => Err(self.refuse("textures and samplers must be in @group(0)".into())),
+        }
+    }
+
+    fn sample(
+        &mut self,
+        image: Handle<Expression>,
+        sampler: Handle<Expression>,
+        coordinate: Handle<Expression>,
+        level: SampleLevel,
+    ) -> Result<Vec<Val>> {
+        let texture = self.texture_use(image, Some(sampler))?;
+        let uv = self.words_of(coordinate)?;
+        let (u, v) = (uv[0], uv[1]);
+        let gradients = match level {
+            SampleLevel::Zero => {
+                let zero = self.builder.float(0.0);
+                return Ok(self.builder.texture(TextureOp::Level, texture, vec![u, v, zero], self.path).to_vec());
+            }
+            SampleLevel::Exact(l) => {
+                let l = self.word_of(l)?;
+                return Ok(self.builder.texture(TextureOp::Level, texture, vec![u, v, l], self.path).to_vec());
+            }
+            SampleLevel::Gradient { x, y } => {
+                let (x, y) = (self.words_of(x)?, self.words_of(y)?);
+                [x[0], x[1], y[0], y[1]]
+            }
+            SampleLevel::Auto | SampleLevel::Bias(_) => {
+                let mut g = [
+                    self.derivative(DerivativeAxis::X, u),
+                    self.derivative(DerivativeAxis::X, v),
+                    self.derivative(DerivativeAxis::Y, u),
+                    self.derivative(DerivativeAxis::Y, v),
+                ];
+                if let SampleLevel::Bias(b) = level {
+                    // A bias of b levels is a footprint 2^b times as large.
+                    let b = self.word_of(b)?;
+                    let factor = self.builder.un(Op::Exp2, b);
+                    g = g.map(|d| self.builder.bin(Op::Mul, d, factor));
+                }
+                g
+            }
+        };
+        let args = [u, v].into_iter().chain(gradients).collect();
+        Ok(self.builder.texture(TextureOp::Gradients, texture, args, self.path).to_vec())
+    }
+}

@@ -1,0 +1,295 @@
+//! From SSA steps to the stored program: dead code, fused multiply-add, then slots and registers by lifetime.
+//!
+//! A lane value lives from its first write to its last use; a value from before a loop that the loop uses lives to the loop's end. Slots are
+//! reused last in, first out, and a result never shares the slot of an operand, which lets kernels assume that nothing overlaps.
+
+use super::LowerError;
+use super::builder::{Builder, Label, Step, Val};
+use crate::render::software::tape::{Instr, Op, Operand};
+use std::collections::{HashMap, HashSet};
+
+pub struct Finished {
+    pub uniform_tape: Vec<Instr>,
+    pub lane_tape: Vec<Instr>,
+    pub outputs: Vec<Operand>,
+    pub registers: u32,
+    pub slots: u32,
+}
+
+fn reads(step: &Step) -> Vec<Val> {
+    match step {
+        Step::Op { args, .. } => args.clone(),
+        Step::Assign { from, .. } => vec![*from],
+        Step::Uniform { index, .. } => index.iter().copied().collect(),
+        Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
+        Step::TextureSize { level, .. } => vec![*level],
+        Step::SkipIfNone { mask, .. } => vec![*mask],
+        Step::JumpIf { cond, .. } => vec![*cond],
+        Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => vec![],
+    }
+}
+
+fn writes(step: &Step) -> Vec<Val> {
+    match step {
+        Step::Op { dst, .. } | Step::Assign { dst, .. } | Step::Uniform { dst, .. } | Step::TextureSize { dst, .. } => vec![*dst],
+        Step::Texture { dst, .. } => dst.to_vec(),
+        _ => vec![],
+    }
+}
+
+/// Keeps what a jump, a kept assignment or an output needs. Iterates, because a loop variable's use may come before its assignment.
+fn drop_dead(b: &mut Builder, outputs: &[Val]) {
+    let mut live: HashSet<Val> = outputs.iter().copied().collect();
+    loop {
+        let before = live.len();
+        for step in b.code.iter().rev().chain(b.draw.iter().rev()) {
+            let written = writes(step);
+            if written.is_empty() || written.iter().any(|v| live.contains(v)) {
+                live.extend(reads(step));
+            }
+        }
+        if live.len() == before {
+            break;
+        }
+    }
+    let keep = |s: &Step| {
+        let written = writes(s);
+        written.is_empty() || written.iter().any(|v| live.contains(v))
+    };
+    b.code.retain(keep);
+    b.draw.retain(keep);
+    // A skip over nothing.
+    loop {
+        let empty = b.code.windows(2).position(|w| {
+            matches!((&w[0], &w[1]), (Step::SkipIfNone { label: a, .. } | Step::JumpIf { label: a, .. } | Step::Jump { label: a }, Step::Label(t)) if a == t)
+        });
+        match empty {
+            Some(i) => {
+                b.code.remove(i);
+            }
+            None => break,
+        }
+    }
+}
+
+/// a*b+c, a*b-c, c-a*b where the product has no other use and stands in the same region.
+fn fuse(b: &mut Builder) {
+    let mut uses: HashMap<Val, u32> = HashMap::new();
+    for v in b.code.iter().flat_map(reads) {
+        *uses.entry(v).or_default() += 1;
+    }
+    let mut products: HashMap<Val, (usize, u32, Val, Val)> = HashMap::new();
+    let mut gone = HashSet::new();
+    // A new number at every label and jump target: operands that a loop reassigns must not be read later than the product was.
+    let mut region = 0u32;
+    let mut open: Vec<(u32, Label)> = Vec::new();
+    let mut fresh = 0u32;
+    for i in 0..b.code.len() {
+        match &b.code[i] {
+            Step::SkipIfNone { label, .. } | Step::JumpIf { label, .. } => {
+                open.push((region, *label));
+                fresh += 1;
+                region = fresh;
+            }
+            Step::Label(l) => {
+                while let Some(at) = open.iter().rposition(|(_, x)| x == l) {
+                    region = open[at].0;
+                    open.truncate(at);
+                }
+            }
+            Step::LoopStart | Step::LoopEnd | Step::Jump { .. } => {
+                fresh += 1;
+                region = fresh;
+            }
+            Step::Op { dst: dst @ Val::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
+                products.insert(*dst, (i, region, args[0], args[1]));
+            }
+            Step::Op { dst: dst @ Val::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
+                let product = |v: Val| products.get(&v).filter(|p| p.1 == region).copied();
+                let (p, op, c) = match (op, product(args[0]), product(args[1])) {
+                    (Op::Add, Some(p), _) => (p, Op::Fma, args[1]),
+                    (Op::Add, None, Some(p)) => (p, Op::Fma, args[0]),
+                    (Op::Sub, Some(p), _) => (p, Op::Fms, args[1]),
+                    (Op::Sub, None, Some(p)) => (p, Op::Fnma, args[0]),
+                    _ => continue,
+                };
+                let dst = *dst;
+                gone.insert(p.0);
+                b.code[i] = Step::Op { dst, op, args: vec![p.2, p.3, c] };
+            }
+            _ => {}
+        }
+    }
+    let mut i = 0;
+    b.code.retain(|_| {
+        i += 1;
+        !gone.contains(&(i - 1))
+    });
+}
+
+/// First and last position of every lane and once value, loops taken into account.
+fn lifetimes(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
+    // Inputs are there from the start, wherever they are first read.
+    let mut life: HashMap<Val, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
+    let mut loops: Vec<(usize, usize)> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for (i, step) in code.iter().enumerate() {
+        match step {
+            Step::LoopStart => open.push(i),
+            Step::LoopEnd => loops.extend(open.pop().map(|s| (s, i))),
+            _ => {}
+        }
+        for v in reads(step).into_iter().chain(writes(step)) {
+            life.entry(v).or_insert((i, i)).1 = i;
+        }
+    }
+    for v in outputs {
+        life.entry(*v).or_insert((0, 0)).1 = code.len();
+    }
+    // Inner loops come first in `loops`, so that an extension reaches outward.
+    for (start, end) in loops {
+        for (first, last) in life.values_mut() {
+            if *first <= start && *last > start && *last < end {
+                *last = end;
+            }
+        }
+    }
+    life
+}
+
+struct Pool {
+    free: Vec<u16>,
+    count: u32,
+}
+
+impl Pool {
+    fn take(&mut self) -> Result<u16, LowerError> {
+        if let Some(s) = self.free.pop() {
+            return Ok(s);
+        }
+        self.count += 1;
+        if self.count >= 60_000 {
+            return Err(LowerError::new("more than 60000 values at one time".into(), naga::Span::UNDEFINED));
+        }
+        Ok((self.count - 1) as u16)
+    }
+}
+
+/// `inputs`: lane values that hold slots 0.. from the start. `outputs` must be lane values.
+pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val]) -> Result<Finished, LowerError> {
+    drop_dead(&mut b, outputs);
+    fuse(&mut b);
+    drop_dead(&mut b, outputs);
+    let life = lifetimes(&b.code, inputs, outputs);
+    let mut place: HashMap<Val, Operand> = HashMap::new();
+    let mut registers = Pool { free: Vec::new(), count: b.constants.len() as u32 };
+    let mut slots = Pool { free: Vec::new(), count: inputs.len() as u32 };
+    for i in 0..b.constants.len() {
+        place.insert(Val::Const(i as u32), Operand::Reg(i as u16));
+    }
+    let mut expiring: Vec<Vec<u16>> = vec![Vec::new(); b.code.len() + 1];
+    for (k, v) in inputs.iter().enumerate() {
+        place.insert(*v, Operand::Slot(k as u16));
+        let last = life.get(v).map_or(0, |l| l.1);
+        expiring[last].push(k as u16);
+    }
+    for step in &b.draw {
+        for v in writes(step) {
+            place.insert(v, Operand::Reg(registers.take()?));
+        }
+    }
+    let of = |place: &HashMap<Val, Operand>, v: Val| place.get(&v).copied().unwrap_or(Operand::Reg(0));
+    let index = |o: Operand| match o {
+        Operand::Slot(k) | Operand::Reg(k) => k,
+    };
+    let mut uniform_tape = Vec::new();
+    for step in &b.draw {
+        uniform_tape.push(scalar_instr(step, &|v| of(&place, v), &index));
+    }
+    let mut lane_tape: Vec<Instr> = Vec::new();
+    let mut label_at: HashMap<Label, u32> = HashMap::new();
+    for (i, step) in b.code.iter().enumerate() {
+        for v in writes(step) {
+            if place.contains_key(&v) {
+                continue;
+            }
+            match v {
+                Val::Lane(_) => {
+                    let s = slots.take()?;
+                    place.insert(v, Operand::Slot(s));
+                    expiring[life.get(&v).map_or(i, |l| l.1)].push(s);
+                }
+                _ => {
+                    place.insert(v, Operand::Reg(registers.take()?));
+                }
+            }
+        }
+        let at = |v: Val| of(&place, v);
+        let all = |vs: &[Val]| vs.iter().map(|v| at(*v)).collect::<Vec<_>>();
+        match step {
+            Step::Op { dst: dst @ Val::Lane(_), op, args } => {
+                lane_tape.push(Instr::Lane { op: *op, dst: index(at(*dst)), args: all(args) })
+            }
+            Step::Assign { dst: dst @ Val::Lane(_), from } => {
+                if dst != from {
+                    lane_tape.push(Instr::Lane { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] });
+                }
+            }
+            Step::Uniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
+                lane_tape.push(Instr::GatherUniform {
+                    dst: index(at(*dst)),
+                    kind: *kind,
+                    offset: *offset,
+                    index: at(*k),
+                    stride: *stride,
+                    count: *count,
+                })
+            }
+            Step::Op { .. } | Step::Assign { .. } | Step::Uniform { .. } | Step::TextureSize { .. } => {
+                lane_tape.push(scalar_instr(step, &at, &index));
+            }
+            Step::Texture { what, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
+                what: *what,
+                texture: *texture,
+                dst: dst.map(|d| index(at(d))),
+                args: all(args),
+                mask: at(*mask),
+            }),
+            Step::SkipIfNone { mask, label } => lane_tape.push(Instr::SkipIfNone { mask: at(*mask), target: *label }),
+            Step::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: at(*cond), when: *when, target: *label }),
+            Step::Jump { label } => lane_tape.push(Instr::Jump { target: *label }),
+            Step::Label(l) => {
+                label_at.insert(*l, lane_tape.len() as u32);
+            }
+            Step::LoopStart | Step::LoopEnd => {}
+        }
+        let ended = std::mem::take(&mut expiring[i]);
+        slots.free.extend(ended);
+    }
+    for instr in &mut lane_tape {
+        if let Instr::SkipIfNone { target, .. } | Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
+            *target = label_at.get(target).copied().unwrap_or(u32::MAX);
+        }
+    }
+    Ok(Finished {
+        uniform_tape,
+        lane_tape,
+        outputs: outputs.iter().map(|v| of(&place, *v)).collect(),
+        registers: registers.count.max(1),
+        slots: slots.count.max(1),
+    })
+}
+
+fn scalar_instr(step: &Step, at: &dyn Fn(Val) -> Operand, index: &dyn Fn(Operand) -> u16) -> Instr {
+    match step {
+        Step::Op { dst, op, args } => Instr::Scalar { op: *op, dst: index(at(*dst)), args: args.iter().map(|v| at(*v)).collect() },
+        Step::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] },
+        Step::Uniform { dst, kind, offset, index: k, stride, count } => {
+            Instr::LoadUniform { dst: index(at(*dst)), kind: *kind, offset: *offset, index: k.map(at), stride: *stride, count: *count }
+        }
+        Step::TextureSize { dst, texture, axis, level } => {
+            Instr::TextureSize { dst: index(at(*dst)), texture: *texture, axis: *axis, level: at(*level) }
+        }
+        _ => Instr::Jump { target: u32::MAX },
+    }
+}

@@ -1,0 +1,215 @@
+//! Lowering: a validated naga module to one [`Program`] per entry point.
+//!
+//! Everything is scalarised: vectors, matrices, structs and arrays are lists of scalar values. Local variables are no memory but an
+//! environment from variable words to values; where control flow joins, words that differ become `select`. Calls are inlined, pointers are
+//! static places. Both sides of a branch on a lane value run, each behind a skip for when no lane needs it; loops stay loops.
+//! What is not supported is refused here, with the place in the source.
+
+mod builder;
+mod expr;
+mod finish;
+mod flow;
+mod functions;
+mod place;
+mod stored;
+
+pub use stored::lowering;
+
+use super::program::{LaneInput, LaneOutput, Program, Stage};
+use builder::{Builder, Val};
+use flow::Lowerer;
+use naga::valid::ModuleInfo;
+use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
+
+/// Why a module cannot run in software.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{}{what}", .line.map(|l| format!("line {l}: ")).unwrap_or_default())]
+pub struct LowerError {
+    pub what: String,
+    /// Where in the WGSL; undefined for a module read back from the library.
+    pub span: Span,
+    /// 1-based, once [`LowerError::with_source`] has seen the text.
+    pub line: Option<u32>,
+}
+
+impl LowerError {
+    pub(crate) fn new(what: String, span: Span) -> Self {
+        Self { what, span, line: None }
+    }
+
+    /// Finds the line of the span in the module's text.
+    pub fn with_source(mut self, wgsl: &str) -> Self {
+        self.line = self.span.is_defined().then(|| self.span.location(wgsl).line_number);
+        self
+    }
+}
+
+type Result<T> = std::result::Result<T, LowerError>;
+
+/// Lowers one entry point, vertex or fragment. `info` comes from validating this `module`.
+///
+/// # Errors
+/// The first thing that the software renderer does not support, with its place.
+pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Program> {
+    let found = module.entry_points.iter().position(|e| e.name == entry);
+    let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
+    let point = &module.entry_points[index];
+    let stage = match point.stage {
+        naga::ShaderStage::Vertex => Stage::Vertex,
+        naga::ShaderStage::Fragment => Stage::Fragment,
+        other => return Err(LowerError::new(format!("entry point '{entry}': stage {other:?} is not supported"), Span::UNDEFINED)),
+    };
+    let mut interface = Interface { inputs: Vec::new(), values: Vec::new(), outputs: Vec::new() };
+    let mut builder = Builder::new();
+    let mut arguments = Vec::new();
+    for arg in &point.function.arguments {
+        arguments.push(interface.read(module, stage, &mut builder, arg.ty, arg.binding.as_ref(), &arg.name)?);
+    }
+    let active = builder.fresh_lane();
+    interface.values.push(active);
+    let mut lowerer = Lowerer::new(module, info, builder, active)?;
+    let result = lowerer.entry(&point.function, info.get_entry_point(index), arguments)?;
+    if let Some(r) = &point.function.result {
+        interface.write(module, stage, r.ty, r.binding.as_ref())?;
+    }
+    let killed = lowerer.killed();
+    let mut b = lowerer.builder;
+    let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
+    if let Some(k) = killed {
+        outputs.push(k);
+    }
+    // Outputs are lane values of their own: an input or a broadcast is copied.
+    let mut taken = std::collections::HashSet::new();
+    for v in &mut outputs {
+        if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !taken.insert(*v) {
+            let dst = b.fresh_lane();
+            b.code.push(builder::Step::Op { dst, op: super::tape::Op::Copy, args: vec![*v] });
+            *v = dst;
+        }
+    }
+    let constants = b.constants.clone();
+    let finished = finish::finish(b, &interface.values, &outputs)?;
+    let mut operands = finished.outputs;
+    let discarded = if killed.is_some() { operands.pop() } else { None };
+    let uses_derivatives =
+        finished.lane_tape.iter().any(|i| matches!(i, super::tape::Instr::Lane { op: super::tape::Op::Dpdx | super::tape::Op::Dpdy, .. }));
+    Ok(Program {
+        name: entry.to_owned(),
+        stage,
+        inputs: interface.inputs,
+        outputs: interface.outputs,
+        output_operands: operands,
+        textures: lowerer.textures,
+        uses_discard: discarded.is_some(),
+        discarded,
+        uses_derivatives,
+        uniform_size: lowerer.uniform_size,
+        constants,
+        uniform_tape: finished.uniform_tape,
+        lane_tape: finished.lane_tape,
+        registers: finished.registers,
+        slots: finished.slots,
+    })
+}
+
+/// Lowers every entry point of a module to bytes for the library ([`programs_from_bytes`] reads them).
+///
+/// # Errors
+/// As [`lower`], as one line.
+pub fn lower_to_bytes(module: &naga::Module, info: &ModuleInfo) -> std::result::Result<Vec<u8>, String> {
+    let programs: std::result::Result<Vec<Program>, LowerError> =
+        module.entry_points.iter().map(|e| lower(module, info, &e.name)).collect();
+    postcard::to_stdvec(&programs.map_err(|e| e.to_string())?).map_err(|e| e.to_string())
+}
+
+/// The programs of a module, verified.
+///
+/// # Errors
+/// Bytes that are no programs, or whose indices do not fit.
+pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, String> {
+    let programs: Vec<Program> = postcard::from_bytes(bytes).map_err(|e| e.to_string())?;
+    programs.iter().try_for_each(Program::check)?;
+    Ok(programs)
+}
+
+struct Interface {
+    inputs: Vec<LaneInput>,
+    values: Vec<Val>,
+    outputs: Vec<LaneOutput>,
+}
+
+fn scalars(inner: &TypeInner) -> u32 {
+    match *inner {
+        TypeInner::Vector { size, .. } => size as u32,
+        _ => 1,
+    }
+}
+
+fn flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bool> {
+    match interpolation {
+        Some(Interpolation::Flat) => Ok(true),
+        None | Some(Interpolation::Perspective) => Ok(!matches!(inner.scalar_kind(), Some(naga::ScalarKind::Float))),
+        Some(other) => Err(LowerError::new(format!("interpolation {other:?} is not supported"), Span::UNDEFINED)),
+    }
+}
+
+impl Interface {
+    fn read(
+        &mut self,
+        module: &naga::Module,
+        stage: Stage,
+        b: &mut Builder,
+        ty: naga::Handle<naga::Type>,
+        binding: Option<&Binding>,
+        name: &Option<String>,
+    ) -> Result<Vec<Val>> {
+        let inner = &module.types[ty].inner;
+        let span = module.types.get_span(ty);
+        if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {
+            let mut all = Vec::new();
+            for m in members {
+                all.extend(self.read(module, stage, b, m.ty, m.binding.as_ref(), &m.name)?);
+            }
+            return Ok(all);
+        }
+        let refuse = |what: &str| LowerError::new(format!("input '{}': {what}", name.as_deref().unwrap_or("?")), span);
+        let mut all = Vec::new();
+        for component in 0..scalars(inner) {
+            let input = match binding {
+                Some(Binding::Location { location, interpolation, .. }) => {
+                    LaneInput::Location { index: *location, component, flat: stage == Stage::Fragment && flat(*interpolation, inner)? }
+                }
+                Some(Binding::BuiltIn(BuiltIn::Position { .. })) => LaneInput::FragCoord { component },
+                Some(Binding::BuiltIn(BuiltIn::FrontFacing)) => LaneInput::FrontFacing,
+                Some(Binding::BuiltIn(BuiltIn::VertexIndex)) => LaneInput::VertexIndex,
+                Some(Binding::BuiltIn(BuiltIn::InstanceIndex)) => LaneInput::InstanceIndex,
+                Some(Binding::BuiltIn(BuiltIn::SampleIndex)) => LaneInput::SampleIndex,
+                Some(Binding::BuiltIn(other)) => return Err(refuse(&format!("builtin {other:?} is not supported"))),
+                None => return Err(refuse("has no binding")),
+            };
+            let v = b.fresh_lane();
+            self.inputs.push(input);
+            self.values.push(v);
+            all.push(v);
+        }
+        Ok(all)
+    }
+
+    fn write(&mut self, module: &naga::Module, stage: Stage, ty: naga::Handle<naga::Type>, binding: Option<&Binding>) -> Result<()> {
+        let inner = &module.types[ty].inner;
+        if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {
+            return members.iter().try_for_each(|m| self.write(module, stage, m.ty, m.binding.as_ref()));
+        }
+        for component in 0..scalars(inner) {
+            self.outputs.push(match binding {
+                Some(Binding::Location { location, interpolation, .. }) => {
+                    LaneOutput::Location { index: *location, component, flat: stage == Stage::Vertex && flat(*interpolation, inner)? }
+                }
+                Some(Binding::BuiltIn(BuiltIn::Position { .. })) => LaneOutput::Position { component },
+                Some(Binding::BuiltIn(BuiltIn::FragDepth)) => LaneOutput::FragDepth,
+                other => return Err(LowerError::new(format!("output {other:?} is not supported"), module.types.get_span(ty))),
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,213 @@
+//! Where pointers point: words of the environment or of the uniform block, with indices known or not.
+
+use super::builder::Val;
+use super::flow::Lowerer;
+use super::{LowerError, Result};
+use crate::render::software::tape::{Op, WordKind};
+use naga::{ArraySize, ScalarKind, Span, TypeInner};
+
+/// A static place; `inner` is the type found there.
+#[derive(Clone, Debug)]
+pub enum Place {
+    /// Word `base` of the environment plus each index (clamped to its count) times its stride in words.
+    Local { base: usize, indices: Vec<(Val, usize, u32)>, inner: TypeInner },
+    /// Byte `offset` of the uniform block plus `dynamic` words.
+    Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
+}
+
+/// What an expression stands for.
+#[derive(Clone, Debug)]
+pub enum Value {
+    Words(Vec<Val>),
+    Place(Place),
+    /// A texture or a sampler.
+    Resource(naga::Handle<naga::GlobalVariable>),
+}
+
+impl Place {
+    pub fn inner(&self) -> &TypeInner {
+        match self {
+            Self::Local { inner, .. } | Self::Uniform { inner, .. } => inner,
+        }
+    }
+}
+
+pub fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind> {
+    let scalar = inner.scalar().ok_or_else(|| LowerError::new("a scalar or vector is needed here".into(), span))?;
+    supported(scalar, span)
+}
+
+pub fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
+    match (scalar.kind, scalar.width) {
+        (ScalarKind::Float | ScalarKind::Sint | ScalarKind::Uint, 4) | (ScalarKind::Bool, _) => Ok(scalar.kind),
+        (kind, width) => Err(LowerError::new(format!("{kind:?} of {} bits is not supported", 8 * u32::from(width)), span)),
+    }
+}
+
+impl Lowerer<'_> {
+    /// Scalars in a value of this type.
+    pub fn words(&self, inner: &TypeInner) -> Result<usize> {
+        Ok(match inner {
+            TypeInner::Scalar(_) => 1,
+            TypeInner::Vector { size, .. } => *size as usize,
+            TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
+            TypeInner::Array { base, size: ArraySize::Constant(n), .. } => self.words(&self.module.types[*base].inner)? * n.get() as usize,
+            TypeInner::Struct { members, .. } => {
+                let mut n = 0;
+                for m in members {
+                    n += self.words(&self.module.types[m.ty].inner)?;
+                }
+                n
+            }
+            other => return Err(self.refuse(format!("values of this type are not supported: {other:?}"))),
+        })
+    }
+
+    /// Child `index` of a composite type: its type, its offset in words and in uniform bytes.
+    pub fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
+        let k = index as usize;
+        Ok(match inner {
+            TypeInner::Vector { scalar, .. } => (TypeInner::Scalar(*scalar), k, 4 * index),
+            TypeInner::Matrix { rows, scalar, .. } => {
+                (TypeInner::Vector { size: *rows, scalar: *scalar }, k * *rows as usize, index * column_stride(*rows))
+            }
+            TypeInner::Array { base, stride, .. } => {
+                let child = self.module.types[*base].inner.clone();
+                let words = self.words(&child)?;
+                (child, k * words, index * stride)
+            }
+            TypeInner::Struct { members, .. } => {
+                let mut at = 0;
+                for m in &members[..k] {
+                    at += self.words(&self.module.types[m.ty].inner)?;
+                }
+                (self.module.types[members[k].ty].inner.clone(), at, members[k].offset)
+            }
+            other => return Err(self.refuse(format!("cannot index {other:?}"))),
+        })
+    }
+
+    pub fn children(&self, inner: &TypeInner) -> Result<u32> {
+        Ok(match inner {
+            TypeInner::Vector { size, .. } => *size as u32,
+            TypeInner::Matrix { columns, .. } => *columns as u32,
+            TypeInner::Array { size: ArraySize::Constant(n), .. } => n.get(),
+            TypeInner::Struct { members, .. } => members.len() as u32,
+            other => return Err(self.refuse(format!("cannot index {other:?}"))),
+        })
+    }
+
+    pub fn place_child(&mut self, place: &Place, index: u32) -> Result<Place> {
+        let (child, words, bytes) = self.child(place.inner(), index)?;
+        Ok(match place.clone() {
+            Place::Local { base, indices, .. } => Place::Local { base: base + words, indices, inner: child },
+            Place::Uniform { offset, dynamic, .. } => Place::Uniform { offset: offset + bytes, dynamic, inner: child },
+        })
+    }
+
+    pub fn place_indexed(&mut self, place: &Place, index: Val) -> Result<Place> {
+        let count = self.children(place.inner())?;
+        if let Some(k) = self.builder.known_int(index) {
+            return self.place_child(place, k.min(count - 1));
+        }
+        let (child, words, bytes) = self.child(place.inner(), 1)?;
+        Ok(match place.clone() {
+            Place::Local { base, mut indices, .. } => {
+                indices.push((index, words, count));
+                Place::Local { base, indices, inner: child }
+            }
+            Place::Uniform { offset, dynamic, .. } => {
+                let last = self.builder.int(count - 1);
+                let stride = self.builder.int(bytes / 4);
+                let clamped = self.builder.bin(Op::UMin, index, last);
+                let step = self.builder.bin(Op::IMul, clamped, stride);
+                let dynamic = Some(match dynamic {
+                    Some(d) => self.builder.bin(Op::IAdd, d, step),
+                    None => step,
+                });
+                Place::Uniform { offset, dynamic, inner: child }
+            }
+        })
+    }
+
+    pub fn load(&mut self, place: &Place) -> Result<Vec<Val>> {
+        match place {
+            Place::Local { base, indices, inner } => {
+                let n = self.words(inner)?;
+                self.load_local(*base, indices, n)
+            }
+            Place::Uniform { offset, dynamic, inner } => {
+                let mut leaves = Vec::new();
+                self.leaves(inner, 0, &mut leaves)?;
+                let span = self.uniform_size.saturating_sub(*offset) / 4;
+                let mut all = Vec::new();
+                for (at, kind) in leaves {
+                    let index = dynamic.map(|d| (d, span.saturating_sub(at / 4)));
+                    let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
+                    all.push(self.builder.uniform(word, offset + at, index));
+                }
+                Ok(all)
+            }
+        }
+    }
+
+    fn load_local(&mut self, base: usize, indices: &[(Val, usize, u32)], n: usize) -> Result<Vec<Val>> {
+        let Some(((index, stride, count), rest)) = indices.split_first() else {
+            return Ok(self.env[base..base + n].to_vec());
+        };
+        let mut found = self.load_local(base + (*count as usize - 1) * stride, rest, n)?;
+        for k in (0..count - 1).rev() {
+            let here = self.load_local(base + k as usize * stride, rest, n)?;
+            let number = self.builder.int(k);
+            let is = self.builder.bin(Op::IEq, *index, number);
+            for (f, h) in found.iter_mut().zip(here) {
+                *f = self.builder.select(is, h, *f);
+            }
+        }
+        Ok(found)
+    }
+
+    pub fn store(&mut self, place: &Place, values: &[Val]) -> Result<()> {
+        match place {
+            Place::Local { base, indices, .. } => {
+                let always = self.builder.bool(true);
+                self.store_local(*base, &indices.clone(), values, always);
+                Ok(())
+            }
+            Place::Uniform { .. } => Err(self.refuse("the uniform block cannot be written".into())),
+        }
+    }
+
+    fn store_local(&mut self, base: usize, indices: &[(Val, usize, u32)], values: &[Val], when: Val) {
+        let Some(((index, stride, count), rest)) = indices.split_first() else {
+            for (k, v) in values.iter().enumerate() {
+                self.env[base + k] = self.builder.select(when, *v, self.env[base + k]);
+            }
+            return;
+        };
+        for k in 0..*count {
+            let number = self.builder.int(k);
+            let is = self.builder.bin(Op::IEq, *index, number);
+            let both = self.builder.bin(Op::And, when, is);
+            self.store_local(base + k as usize * stride, rest, values, both);
+        }
+    }
+
+    /// Byte offset and kind of every scalar in a uniform of this type.
+    fn leaves(&self, inner: &TypeInner, at: u32, out: &mut Vec<(u32, ScalarKind)>) -> Result<()> {
+        if let TypeInner::Scalar(s) = inner {
+            out.push((at, supported(*s, self.span)?));
+            return Ok(());
+        }
+        for k in 0..self.children(inner)? {
+            let (child, _, bytes) = self.child(inner, k)?;
+            self.leaves(&child, at + bytes, out)?;
+        }
+        Ok(())
+    }
+}
+
+/// Bytes from one matrix column to the next in a uniform block (WGSL 14.4.1).
+fn column_stride(rows: naga::VectorSize) -> u32 {
+    if rows == naga::VectorSize::Bi { 8 } else { 16 }
+}
