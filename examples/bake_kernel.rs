@@ -1,4 +1,4 @@
-//! Bakes `catalogs/orrery_1900_2100.bsp` from JPL's DE440: `cargo run --release --example bake_kernel -- de440.bsp OUT.bsp`.
+//! Bakes `orrery_1900_2100.bsp` and `pluto_1551_2646.bsp` from JPL's DE440: `cargo run --release --example bake_kernel -- de440.bsp catalogs`.
 //!
 //! Each body is refitted with Chebyshev polynomials through the Chebyshev nodes of equal intervals. For a list of interval lengths the
 //! lowest degree that keeps the stated error is found, and the smallest of these choices is written as an SPK of type 2
@@ -8,10 +8,34 @@ use orrery::ephemeris::kernel::Spk;
 use std::f64::consts::PI;
 
 const DAY_S: f64 = 86_400.0;
-/// 1899-12-31T12:00 to 2100-01-02T00:00 TDB in days past J2000: the 200 years with half a day to spare, whatever Delta T is.
-const START_DAYS: f64 = -36_525.0;
-const END_DAYS: f64 = 36_525.0 + 0.5;
 const NODES_MAX: usize = 40;
+
+/// A file to write: its span in days past J2000 and its bodies.
+struct Baked {
+    file: &'static str,
+    title: &'static str,
+    start_days: f64,
+    end_days: f64,
+    bodies: &'static [Wanted],
+}
+
+/// 1899-12-31T12:00 to 2100-01-02T00:00 TDB: the 200 years with half a day to spare, whatever Delta T is.
+const KERNEL: Baked = Baked {
+    file: "orrery_1900_2100.bsp",
+    title: "ORRERY 1900-2100, REFITTED FROM DE440",
+    start_days: -36_525.0,
+    end_days: 36_525.5,
+    bodies: WANTED,
+};
+
+/// Pluto for the dates that the series cover and DE440 knows: no short published series reaches so far.
+const PLUTO: Baked = Baked {
+    file: "pluto_1551_2646.bsp",
+    title: "ORRERY PLUTO 1551-2646, REFITTED FROM DE440",
+    start_days: -164_000.0,
+    end_days: 236_000.0,
+    bodies: &[Wanted { name: "PLUTO BARYCENTER", target: 9, center: 0, error_km: 500.0 }],
+};
 
 struct Wanted {
     name: &'static str,
@@ -40,7 +64,8 @@ const WANTED: &[Wanted] = &[
     Wanted { name: "MOON", target: 301, center: 399, error_km: 0.03 },
 ];
 
-const LENGTHS_DAYS: &[f64] = &[4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 256.0, 400.0, 600.0, 1000.0];
+const LENGTHS_DAYS: &[f64] =
+    &[4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 256.0, 400.0, 600.0, 1000.0, 4000.0, 10_000.0];
 
 struct Fit {
     length_days: f64,
@@ -77,25 +102,26 @@ fn sum(c: &[f64], u: f64) -> f64 {
 }
 
 /// Worst error in km over every `stride`-th interval, at the ends and between the nodes.
-fn worst_km(kernel: &Spk, body: &Wanted, length_days: f64, terms: usize, stride: usize) -> f64 {
-    let records = ((END_DAYS - START_DAYS) / length_days).ceil() as usize;
+fn worst_km(kernel: &Spk, baked: &Baked, body: &Wanted, length_days: f64, terms: usize, stride: usize) -> f64 {
+    let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
     let radius_s = 0.5 * length_days * DAY_S;
     (0..records).step_by(stride).fold(0.0, |worst: f64, i| {
-        let midpoint_s = START_DAYS * DAY_S + (2 * i + 1) as f64 * radius_s;
+        let midpoint_s = baked.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
         let c = coefficients(kernel, body, midpoint_s, radius_s, terms);
         (0..=terms).fold(worst, |worst, j| {
             let u = (PI * j as f64 / terms as f64).cos();
             let truth = position(kernel, body, midpoint_s + u * radius_s);
             let error: f64 = (0..3).map(|a| (sum(&c[a], u) - truth[a]).powi(2)).sum::<f64>().sqrt();
-            worst.max(error)
+            // Outside of DE440 there is no position; max() would pass over that.
+            if error.is_nan() { f64::INFINITY } else { worst.max(error) }
         })
     })
 }
 
-fn smallest_fit(kernel: &Spk, body: &Wanted) -> Option<Fit> {
+fn smallest_fit(kernel: &Spk, baked: &Baked, body: &Wanted) -> Option<Fit> {
     let mut best: Option<Fit> = None;
     for &length_days in LENGTHS_DAYS {
-        let records = ((END_DAYS - START_DAYS) / length_days).ceil() as usize;
+        let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
         let coarse = (records / 40).max(1);
         for terms in 2..NODES_MAX {
             let doubles = records * (2 + 3 * terms) + 4;
@@ -103,8 +129,8 @@ fn smallest_fit(kernel: &Spk, body: &Wanted) -> Option<Fit> {
                 break;
             }
             // A sparse look rejects most choices; the whole span decides.
-            if worst_km(kernel, body, length_days, terms, coarse) <= body.error_km
-                && worst_km(kernel, body, length_days, terms, 1) <= body.error_km
+            if worst_km(kernel, baked, body, length_days, terms, coarse) <= body.error_km
+                && worst_km(kernel, baked, body, length_days, terms, 1) <= body.error_km
             {
                 best = Some(Fit { length_days, records, terms, doubles });
                 break;
@@ -115,20 +141,20 @@ fn smallest_fit(kernel: &Spk, body: &Wanted) -> Option<Fit> {
 }
 
 /// One DAF array: coefficient records, then start, length, record size and count.
-fn segment(kernel: &Spk, body: &Wanted, fit: &Fit) -> Vec<f64> {
+fn segment(kernel: &Spk, baked: &Baked, body: &Wanted, fit: &Fit) -> Vec<f64> {
     let radius_s = 0.5 * fit.length_days * DAY_S;
     let mut data = Vec::with_capacity(fit.doubles);
     for i in 0..fit.records {
-        let midpoint_s = START_DAYS * DAY_S + (2 * i + 1) as f64 * radius_s;
+        let midpoint_s = baked.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
         data.extend([midpoint_s, radius_s]);
         coefficients(kernel, body, midpoint_s, radius_s, fit.terms).iter().for_each(|axis| data.extend(axis));
     }
-    data.extend([START_DAYS * DAY_S, fit.length_days * DAY_S, (2 + 3 * fit.terms) as f64, fit.records as f64]);
+    data.extend([baked.start_days * DAY_S, fit.length_days * DAY_S, (2 + 3 * fit.terms) as f64, fit.records as f64]);
     data
 }
 
 /// A whole DAF file: file record, comments, summaries, names, arrays; little-endian records of 1024 bytes.
-fn daf(segments: &[(&Wanted, Vec<f64>)], comment: &str) -> Vec<u8> {
+fn daf(baked: &Baked, segments: &[(&Wanted, Vec<f64>)], comment: &str) -> Vec<u8> {
     const RECORD: usize = 1024;
     let comment: Vec<u8> = comment.bytes().map(|b| if b == b'\n' { 0 } else { b }).chain([4]).collect();
     let comment_records = comment.len().div_ceil(1000);
@@ -140,8 +166,8 @@ fn daf(segments: &[(&Wanted, Vec<f64>)], comment: &str) -> Vec<u8> {
     let mut arrays = Vec::new();
     for (i, (body, data)) in segments.iter().enumerate() {
         let at = 24 + 40 * i;
-        summaries[at..at + 8].copy_from_slice(&(START_DAYS * DAY_S).to_le_bytes());
-        summaries[at + 8..at + 16].copy_from_slice(&(END_DAYS * DAY_S).to_le_bytes());
+        summaries[at..at + 8].copy_from_slice(&(baked.start_days * DAY_S).to_le_bytes());
+        summaries[at + 8..at + 16].copy_from_slice(&(baked.end_days * DAY_S).to_le_bytes());
         let integers = [body.target, body.center, 1, 2, address as i32, (address + data.len() - 1) as i32];
         for (k, n) in integers.iter().enumerate() {
             summaries[at + 16 + 4 * k..at + 20 + 4 * k].copy_from_slice(&n.to_le_bytes());
@@ -154,7 +180,7 @@ fn daf(segments: &[(&Wanted, Vec<f64>)], comment: &str) -> Vec<u8> {
     file[..8].copy_from_slice(b"DAF/SPK ");
     file[8..12].copy_from_slice(&2i32.to_le_bytes());
     file[12..16].copy_from_slice(&6i32.to_le_bytes());
-    file[16..76].copy_from_slice(format!("{:60}", "ORRERY 1900-2100, REFITTED FROM DE440").as_bytes());
+    file[16..76].copy_from_slice(format!("{:60}", baked.title).as_bytes());
     for (at, n) in [(76, summary_record), (80, summary_record), (84, address)] {
         file[at..at + 4].copy_from_slice(&(n as i32).to_le_bytes());
     }
@@ -172,27 +198,33 @@ fn daf(segments: &[(&Wanted, Vec<f64>)], comment: &str) -> Vec<u8> {
     file
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let (Some(from), Some(to)) = (arguments.next(), arguments.next()) else {
-        return Err("usage: bake_kernel DE440.bsp OUT.bsp".into());
-    };
-    let kernel = Spk::parse(&from, &std::fs::read(&from)?)?;
+fn bake(kernel: &Spk, baked: &Baked, folder: &str) -> Result<(), Box<dyn std::error::Error>> {
     let mut segments = Vec::new();
     let mut comment =
         String::from("Refitted from JPL DE440 (Park et al. 2021) by Orrery's examples/bake_kernel.rs.\nWorst error against DE440 in km:\n");
-    for body in WANTED {
-        let fit = smallest_fit(&kernel, body).ok_or_else(|| format!("{}: no choice reaches {} km", body.name, body.error_km))?;
-        let error_km = worst_km(&kernel, body, fit.length_days, fit.terms, 1);
+    for body in baked.bodies {
+        let fit = smallest_fit(kernel, baked, body).ok_or_else(|| format!("{}: no choice reaches {} km", body.name, body.error_km))?;
+        let error_km = worst_km(kernel, baked, body, fit.length_days, fit.terms, 1);
         let line =
             format!("{:22} {:6} days x {:2} terms  {:7} bytes  {error_km:.4} km", body.name, fit.length_days, fit.terms, fit.doubles * 8);
         println!("{line}");
         comment += &line;
         comment.push('\n');
-        segments.push((body, segment(&kernel, body, &fit)));
+        segments.push((body, segment(kernel, baked, body, &fit)));
     }
-    let file = daf(&segments, &comment);
-    std::fs::write(&to, &file)?;
-    println!("{to}: {} bytes", file.len());
+    let file = daf(baked, &segments, &comment);
+    let path = format!("{folder}/{}", baked.file);
+    std::fs::write(&path, &file)?;
+    println!("{path}: {} bytes", file.len());
     Ok(())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let (Some(from), Some(folder)) = (arguments.next(), arguments.next()) else {
+        return Err("usage: bake_kernel DE440.bsp FOLDER".into());
+    };
+    let kernel = Spk::parse(&from, &std::fs::read(&from)?)?;
+    bake(&kernel, &KERNEL, &folder)?;
+    bake(&kernel, &PLUTO, &folder)
 }

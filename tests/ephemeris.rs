@@ -143,3 +143,69 @@ fn light_arrives_after_its_time() {
         assert!((there - pos_km).length() < 1e-3, "{id}");
     }
 }
+
+#[test]
+fn series_stay_within_30_arcsec_from_1600_to_2500() {
+    let ephemeris = ephemeris();
+    for epoch in epochs() {
+        let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Series)).expect("Moon");
+        let off = (moon.state.pos_km - epoch.moon_geocentric).length();
+        assert!(arcsec(moon.state.pos_km, epoch.moon_geocentric) < 30.0 && off < moon.error_km, "{}: Moon {off} km", epoch.jd);
+        for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
+            let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Series)).expect(name);
+            let off = (answer.state.pos_km - pos_km).length();
+            assert_eq!(answer.source, Source::Series);
+            assert!(arcsec(answer.state.pos_km, pos_km) < 30.0, "{} {name}: {off} km", epoch.jd);
+            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+            assert!((answer.state.vel_km_s - vel_km_s).length() < 3e-3, "{} {name}: {}", epoch.jd, answer.state.vel_km_s);
+        }
+    }
+}
+
+#[test]
+fn mean_elements_keep_their_stated_error() {
+    let ephemeris = ephemeris();
+    for epoch in epochs() {
+        let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Mean)).expect("Moon");
+        assert!((moon.state.pos_km - epoch.moon_geocentric).length() < moon.error_km, "{}: Moon", epoch.jd);
+        for &(name, id, pos_km, _) in &epoch.heliocentric {
+            let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Mean)).expect(name);
+            let off = (answer.state.pos_km - pos_km).length();
+            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+        }
+    }
+    // Far from the years that were measured, VSOP87 is the judge.
+    for year in [-2999, -2500, -2000, -1000, 0, 1000, 2999] {
+        let sign = if year < 0 { "-" } else { "" };
+        let t = Instant::parse(&format!("{sign}{:04}-06-01T00:00:00Z", i32::abs(year))).expect("a time");
+        for id in 1..=8 {
+            let state = |source| ephemeris.state(NaifId(id), NaifId::SUN, t, Some(source)).expect("a planet");
+            let (mean, series) = (state(Source::Mean), state(Source::Series));
+            let off = (mean.state.pos_km - series.state.pos_km).length();
+            assert!(off < mean.error_km + series.error_km, "{year} {id}: {off} km, stated {}", mean.error_km);
+        }
+    }
+}
+
+#[test]
+fn the_best_source_that_covers_the_date_answers() {
+    let ephemeris = ephemeris();
+    for (time, body, source) in [
+        ("2024-04-08T18:17:16Z", 399, Source::Kernel),
+        ("1900-01-01T00:00:00Z", 301, Source::Kernel),
+        ("2099-12-31T23:59:59Z", 301, Source::Kernel),
+        ("1750-01-01T00:00:00Z", 301, Source::Series),
+        ("-2999-01-02T00:00:00Z", 4, Source::Series),
+        ("2400-01-01T00:00:00Z", 9, Source::Series),
+        ("-0500-01-01T00:00:00Z", 9, Source::Mean),
+    ] {
+        let answer = ephemeris.state(NaifId(body), NaifId::SUN, Instant::parse(time).expect(time), None).expect(time);
+        assert_eq!(answer.source, source, "{time} {body}");
+    }
+    let old = Instant::parse("1750-01-01T00:00:00Z").expect("a time");
+    for (body, source) in [(399, Some(Source::Kernel)), (123_456, None)] {
+        let error = ephemeris.state(NaifId(body), NaifId::SUN, old, source).expect_err("no theory").to_string();
+        assert!(error.contains(&body.to_string()) && !error.contains('\n'), "{error}");
+    }
+    assert!(ephemeris.state(NaifId(399), NaifId(0), Instant::from_jd_tdb(3_000_000.0), None).is_err());
+}

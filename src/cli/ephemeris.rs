@@ -1,9 +1,187 @@
-//! `orrery ephemeris`.
-use super::{CliError, Common};
+//! `orrery ephemeris`: questions by words or JSON lines come in, states and angles go out.
 
-#[derive(clap::Args, Debug, Default)]
-pub struct EphemerisArgs {}
+use super::output::put;
+use super::{CliError, Common, inputs};
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::{Answer, Ephemeris, Source};
+use crate::time::Instant;
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+use std::io::BufRead;
 
-pub fn run(_common: &Common, _args: &EphemerisArgs) -> Result<(), CliError> {
-    Err(CliError("not built yet".into()))
+/// Which family of theories answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SourceChoice {
+    Mean,
+    Series,
+    Kernel,
+}
+
+impl From<SourceChoice> for Source {
+    fn from(choice: SourceChoice) -> Self {
+        match choice {
+            SourceChoice::Mean => Self::Mean,
+            SourceChoice::Series => Self::Series,
+            SourceChoice::Kernel => Self::Kernel,
+        }
+    }
+}
+
+#[derive(Args, Debug, Default)]
+#[command(after_help = "Examples:\n  orrery ephemeris --body moon --center earth --time 2024-04-08T18:17:16Z\n  \
+    echo '{\"body\":\"jupiter\",\"center\":\"sun\",\"time\":\"jd_tdb:2460409.262\"}' | orrery ephemeris --stdin\n\n\
+    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error.")]
+pub struct EphemerisArgs {
+    /// The body or centre of mass that is asked for, such as io or "mars barycenter"
+    #[arg(long, required_unless_present = "stdin")]
+    body: Option<String>,
+    /// What it is counted from
+    #[arg(long, required_unless_present = "stdin")]
+    center: Option<String>,
+    /// ISO 8601 UTC, jd_tdb:2460409.262 or now
+    #[arg(long, required_unless_present = "stdin")]
+    time: Option<String>,
+    /// Which theories answer (default: the best that covers the time)
+    #[arg(long, value_enum)]
+    source: Option<SourceChoice>,
+    /// Read questions as JSON lines {"body","center","time","source"} and answer one line each
+    #[arg(long, conflicts_with_all = ["body", "center", "time"])]
+    stdin: bool,
+    /// Print one JSON value
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
+    let catalog = inputs::catalog(common)?;
+    let ephemeris = inputs::ephemeris(common, &catalog)?;
+    let source = args.source.map(Source::from);
+    if args.stdin {
+        return answer_lines(&catalog, &ephemeris, source);
+    }
+    let word = |w: &Option<String>| w.clone().unwrap_or_default();
+    let question = Question { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
+    let answer = question.answer(&catalog, &ephemeris).map_err(CliError)?;
+    let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
+    put(&text)
+}
+
+/// One question, still in the user's words.
+struct Question {
+    body: String,
+    center: String,
+    time: String,
+    source: Option<Source>,
+}
+
+impl Question {
+    fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Answer, String> {
+        let body = place(catalog, "body", &self.body)?;
+        let center = place(catalog, "center", &self.center)?;
+        let t = time(&self.time)?;
+        ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
+    }
+
+    /// Reads a line; `source` is the default for lines that name none.
+    fn from_json(line: &str, source: Option<Source>) -> Result<Self, String> {
+        let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
+        let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
+        if let Some(unknown) = object.keys().find(|k| !["body", "center", "time", "source"].contains(&k.as_str())) {
+            return Err(format!("field {unknown:?} is not known; body, center, time and source are"));
+        }
+        let text = |name: &str| match object.get(name) {
+            Some(Value::String(s)) => Ok(s.clone()),
+            Some(_) => Err(format!("field {name:?} is not a string")),
+            None => Err(format!("field {name:?} is missing")),
+        };
+        let source = match object.get("source") {
+            None | Some(Value::Null) => source,
+            Some(s) => {
+                Some(serde_json::from_value(s.clone()).map_err(|_| format!("source {s} is not known; mean, series and kernel are"))?)
+            }
+        };
+        Ok(Self { body: text("body")?, center: text("center")?, time: text("time")?, source })
+    }
+}
+
+fn place(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
+    catalog
+        .find_place(name)
+        .ok_or_else(|| format!("{field} {name:?} is not known; give a body such as moon, or a centre of mass such as \"mars barycenter\""))
+}
+
+/// `now` is the one time that only the user's edge knows.
+fn time(text: &str) -> Result<Instant, String> {
+    if text.trim().eq_ignore_ascii_case("now") {
+        return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()).map_err(|e| e.to_string());
+    }
+    Instant::parse(text).map_err(|e| e.to_string())
+}
+
+fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>) -> Result<(), CliError> {
+    for line in std::io::stdin().lock().split(b'\n') {
+        let line = line.map_err(|e| CliError(format!("standard input: {e}")))?;
+        let answer = String::from_utf8(line)
+            .map_err(|_| "not UTF-8 text".to_owned())
+            .and_then(|line| Question::from_json(line.trim(), source))
+            .and_then(|q| q.answer(catalog, ephemeris));
+        let reply = match answer {
+            Ok(a) => json!({ "ok": as_json(&a) }),
+            Err(e) => json!({ "error": e }),
+        };
+        put(&format!("{reply}\n"))?;
+    }
+    Ok(())
+}
+
+fn as_json(a: &Answer) -> Value {
+    json!({
+        "pos_km": a.state.pos_km.to_array(),
+        "vel_km_s": a.state.vel_km_s.to_array(),
+        "source": a.source,
+        "error_km": a.error_km,
+    })
+}
+
+fn as_text(a: &Answer) -> String {
+    let [x, y, z] = a.state.pos_km.to_array();
+    let [vx, vy, vz] = a.state.vel_km_s.to_array();
+    let source = json!(a.source);
+    format!(
+        "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, within {} km\n",
+        a.state.pos_km.length(),
+        source.as_str().unwrap_or(""),
+        a.error_km
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ask(line: &str) -> Result<Answer, String> {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
+        Question::from_json(line, None)?.answer(&catalog, &ephemeris)
+    }
+
+    #[test]
+    fn a_good_line_is_answered_and_a_bad_one_says_what_is_wrong() {
+        let good = ask(r#"{"body":"Moon","center":"earth","time":"2024-04-08T18:17:16Z"}"#).expect("an answer");
+        // The Moon was near its perigee, some 359 800 km away.
+        assert!((good.state.pos_km.length() - 359_800.0).abs() < 500.0, "{}", good.state.pos_km.length());
+        for (line, about) in [
+            ("", "JSON"),
+            ("[1]", "JSON object"),
+            (r#"{"body":"moon","center":"earth"}"#, "\"time\" is missing"),
+            (r#"{"body":7,"center":"earth","time":"now"}"#, "\"body\" is not a string"),
+            (r#"{"body":"nibiru","center":"earth","time":"now"}"#, "nibiru"),
+            (r#"{"body":"moon","center":"earth","time":"soon"}"#, "soon"),
+            (r#"{"body":"moon","center":"earth","time":"now","source":"gut"}"#, "gut"),
+            (r#"{"body":"moon","center":"earth","time":"now","sauce":"mean"}"#, "sauce"),
+        ] {
+            let error = ask(line).expect_err(line);
+            assert!(error.contains(about) && !error.contains('\n'), "{line}: {error}");
+        }
+    }
 }

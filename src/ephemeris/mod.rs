@@ -4,9 +4,13 @@
 //! barycentre, that from the solar system's); a state is the difference of two walks up to their first common place. What always holds:
 //! the answer names the least accurate source that it used and a bound of its error. No file is read here: bytes come in.
 
+pub mod frames;
 pub mod kepler;
 pub mod kernel;
+pub mod lunar;
+pub mod mean;
 pub mod orientation;
+pub mod series;
 
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
@@ -82,6 +86,7 @@ const LONGEST_CHAIN: usize = 8;
 pub struct Ephemeris {
     /// The first that has a body goes before the others.
     kernels: Vec<kernel::Spk>,
+    series: series::Series,
     orbits: HashMap<NaifId, Orbit>,
     rotations: HashMap<NaifId, Rotation>,
     pck: orientation::Pck,
@@ -94,7 +99,7 @@ impl Ephemeris {
         let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
         let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
         let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError(e.to_string()))?;
-        Ok(Self { kernels: vec![shipped], orbits, rotations, pck })
+        Ok(Self { kernels: vec![shipped], series: series::Series::embedded()?, orbits, rotations, pck })
     }
 
     /// Puts the user's SPK (bytes of the file) before the shipped kernel.
@@ -186,11 +191,23 @@ impl Ephemeris {
     }
 
     fn step(&self, place: NaifId, t: Instant, source: Option<Source>) -> Option<Step> {
-        if source.is_none_or(|s| s == Source::Kernel) {
-            let tdb_s = t.tdb_seconds_past_j2000();
-            if let Some((from, state)) = self.kernels.iter().find_map(|k| k.step(place.0, tdb_s)) {
-                return Some(Step { from: NaifId(from), state, source: Source::Kernel, error_km: kernel_error_km(place) });
-            }
+        let tdb_s = t.tdb_seconds_past_j2000();
+        if source.is_none_or(|s| s == Source::Kernel)
+            && let Some((from, state)) = self.kernels.iter().find_map(|k| k.step(place.0, tdb_s))
+        {
+            return Some(Step { from: NaifId(from), state, source: Source::Kernel, error_km: kernel_error_km(place) });
+        }
+        if source.is_none_or(|s| s == Source::Series)
+            && in_years(t, SERIES_YEARS)
+            && let Some((from, state)) = self.series.step(place.0, tdb_s)
+        {
+            return Some(Step { from: NaifId(from), state, source: Source::Series, error_km: series::error_km(place.0, tdb_s) });
+        }
+        if source.is_none_or(|s| s == Source::Mean)
+            && in_years(t, MEAN_YEARS)
+            && let Some((from, state)) = self.mean_step(place.0, tdb_s)
+        {
+            return Some(Step { from: NaifId(from), state, source: Source::Mean, error_km: mean::error_km(place.0, tdb_s) });
         }
         // The centre of Mars and of the giants: the barycentre, until a theory of their moons says better.
         if let 499 | 599 | 699 | 799 | 899 | 999 = place.0 {
@@ -207,6 +224,26 @@ impl Ephemeris {
         let error_km = 0.02 * elements.semi_major_axis_km;
         Some(Step { from: orbit.parent, state: kepler::state(elements, t), source: Source::Mean, error_km })
     }
+
+    fn mean_step(&self, place: i32, tdb_s: f64) -> Option<(i32, State)> {
+        match place {
+            1..=9 => Some((10, mean::planet(place, tdb_s)?)),
+            10 => Some((0, mean::sun(tdb_s))),
+            301 => Some((399, self.series.mean_moon(tdb_s))),
+            399 => Some((3, series::earth_from_moon(self.series.mean_moon(tdb_s)))),
+            199 | 299 => Some((place / 100, State::REST)),
+            _ => None,
+        }
+    }
+}
+
+/// Where the two theories are used: VSOP87's authors give 1 arcsec for 4000 years either side of 2000 (Mercury to Mars), 2000 years
+/// (Jupiter, Saturn) and 6000 years (Uranus, Neptune).
+const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
+const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
+
+fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
+    (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (365.25 * crate::units::SECONDS_PER_DAY)))
 }
 
 /// A short list of places without an allocation.
