@@ -243,7 +243,7 @@ const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
 const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 
 fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
-    (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (365.25 * crate::units::SECONDS_PER_DAY)))
+    (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (365.25 * SECONDS_PER_DAY)))
 }
 
 /// A short list of places without an allocation.
