@@ -6,11 +6,12 @@
 use super::RenderError;
 use super::math::Real;
 use super::raster::coverage::{TILE, TilePixels};
+use super::raster::setup::Geometry;
 use super::shade::{Batch, FragmentPlan, TileShader};
 use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{TileTarget, unorm8};
 use super::timings::PassTimings;
-use super::vertex::{Geometry, assemble};
+use super::vertex::{Assembled, assemble};
 use crate::render::plan::{Blend, ColourFormat, Pass, PlanDraw};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
@@ -78,9 +79,9 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let mut timings = PassTimings { name: pass.name.to_owned(), ..PassTimings::default() };
     let mut jobs = Vec::with_capacity(pass.draws.len());
     for (draw, stages) in pass.draws.iter().zip(stages) {
-        let job = prepare(pass, draw, stages)?;
-        timings.vertex_ms += 1e3 * job.geometry.vertex_seconds;
-        timings.setup_ms += 1e3 * job.geometry.setup_seconds;
+        let (job, vertex_seconds, setup_seconds) = prepare(pass, draw, stages)?;
+        timings.vertex_ms += 1e3 * vertex_seconds;
+        timings.setup_ms += 1e3 * setup_seconds;
         timings.triangles += job.geometry.triangles.len();
         jobs.push(job);
     }
@@ -116,11 +117,11 @@ fn check(pass: &Pass) -> Result<(), RenderError> {
     Ok(())
 }
 
-fn prepare<'a, R: Real>(pass: &Pass, draw: &PlanDraw, stages: &DrawStages<'a, R>) -> Result<DrawJob<'a, R>, RenderError> {
+fn prepare<'a, R: Real>(pass: &Pass, draw: &PlanDraw, stages: &DrawStages<'a, R>) -> Result<(DrawJob<'a, R>, f64, f64), RenderError> {
     let fragment = stages.fragment;
-    let geometry = assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
+    let Assembled { geometry, vertex_seconds, setup_seconds } = assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
-    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend })
+    Ok((DrawJob { geometry, fragment, fragment_plan, blend: draw.blend }, vertex_seconds, setup_seconds))
 }
 
 fn draw_tiles<R: Real, T: Send>(

@@ -8,19 +8,13 @@ use super::exec::LaneMask;
 use super::math::Real;
 use super::pass::DrawJob;
 use super::program::{LaneInput, LaneOutput};
-use super::raster::coverage::{TilePixels, sample_positions, walk_tile};
+use super::raster::coverage::{TilePixels, quad_place, sample_positions, walk_tile};
 use super::raster::setup::{Plane, SUBPIXEL, Surface};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
 use crate::render::plan::DepthState;
 
 const QUADS: usize = LANES / 4;
-
-/// What a target stores of a lane.
-#[inline(always)]
-fn as_f32<R: Real>(value: R) -> f32 {
-    f32::from_bits(value.f32_bits())
-}
 
 #[derive(Clone, Copy, Debug)]
 struct Quad {
@@ -140,31 +134,32 @@ impl TileShader<'_> {
         self.flush(job, run, batch);
     }
 
-    /// The depth plane at each sample: relative to the tile's corner, in f32, with one constant per sample.
-    fn depth_at_samples(&self, surface: &Surface) -> ([f32; 4], f32, f32) {
+    /// The depth plane relative to the tile's corner: one constant per sample, and the steps in x and y. In f64 until the sum: near a
+    /// horizon the depth is a small difference of large terms.
+    fn depth_at_samples(&self, surface: &Surface) -> ([f64; 4], f64, f64) {
         let corner = self.corner(surface);
         let mut at = [0.0; 4];
         for (value, [sx, sy]) in at.iter_mut().zip(sample_positions(self.samples)) {
             // Pixel positions below are centres.
             let (dx, dy) = (*sx as f64 / SUBPIXEL as f64 - 0.5, *sy as f64 / SUBPIXEL as f64 - 0.5);
-            *value = surface.depth.at(corner[0] + dx, corner[1] + dy) as f32;
+            *value = surface.depth.at(corner[0] + dx, corner[1] + dy);
         }
-        (at, surface.depth.dx as f32, surface.depth.dy as f32)
+        (at, surface.depth.dx, surface.depth.dy)
     }
 
     fn corner(&self, surface: &Surface) -> [f64; 2] {
         [f64::from(self.tile[0]) - surface.origin[0], f64::from(self.tile[1]) - surface.origin[1]]
     }
 
-    fn test_quad(&mut self, place: usize, coverage: u16, depth: &([f32; 4], f32, f32), state: DepthState) -> u16 {
+    fn test_quad(&mut self, place: usize, coverage: u16, depth: &([f64; 4], f64, f64), state: DepthState) -> u16 {
         let (at, dx, dy) = depth;
         let mut passed = 0;
         for corner in 0..4 {
             let covered = coverage >> (4 * corner) & 0xf;
             if covered != 0 {
                 let pixel = place * 4 + corner;
-                let step = dx * self.pixels.x[pixel] + dy * self.pixels.y[pixel];
-                passed |= self.target.test_depth(pixel, covered, at.map(|v| v + step), state.test, state.write) << (4 * corner);
+                let step = dx * f64::from(self.pixels.x[pixel]) + dy * f64::from(self.pixels.y[pixel]);
+                passed |= self.target.test_depth(pixel, covered, at.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
             }
         }
         passed
@@ -179,15 +174,15 @@ impl TileShader<'_> {
         let last = batch.quads[count - 1];
         batch.quads[count..].fill(Quad { coverage: 0, ..last });
         let quads = &batch.quads;
-        let active =
-            quads.iter().enumerate().fold(0, |mask: LaneMask, (q, quad)| if quad.coverage == 0 { mask } else { mask | 0xf << (4 * q) });
+        // Helper lanes run with their quad, for the derivatives.
+        let active = LaneMask::MAX >> (LANES - 4 * count);
         self.feed(job, run, quads);
         let alive = run.run(active);
         let plan = &job.fragment_plan;
         for (k, output) in plan.colour.iter().enumerate() {
             let lanes = &mut batch.colour[k];
             match output.map(|o| run.output(o)) {
-                Some(values) => lanes.iter_mut().zip(values).for_each(|(to, from)| *to = as_f32(*from)),
+                Some(values) => lanes.iter_mut().zip(values).for_each(|(to, from)| *to = from.f64() as f32),
                 None => lanes.fill(if k == 3 { 1.0 } else { 0.0 }),
             }
         }
@@ -200,14 +195,6 @@ impl TileShader<'_> {
 
     /// Fills the lane inputs.
     fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS]) {
-        let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
-        for (q, quad) in quads.iter().enumerate() {
-            let at = usize::from(quad.place) * 4;
-            for corner in 0..4 {
-                x[q * 4 + corner] = R::from_f64(self.pixels.x[at + corner].into());
-                y[q * 4 + corner] = R::from_f64(self.pixels.y[at + corner].into());
-            }
-        }
         // Runs of quads with one surface.
         let mut runs = [(0_usize, 0_usize, 0_u32); QUADS];
         let mut run_count = 0;
@@ -220,10 +207,26 @@ impl TileShader<'_> {
             }
         }
         let runs = &runs[..run_count];
+        // Pixel centres relative to the first quad of their run: near the triangle, where its planes round least.
+        let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
+        for (from, to, _) in runs {
+            let [x0, y0] = quad_place(quads[*from].place.into()).map(|v| v as f32);
+            for (q, quad) in quads.iter().enumerate().take(*to).skip(*from) {
+                let at = usize::from(quad.place) * 4;
+                for corner in 0..4 {
+                    x[q * 4 + corner] = R::from_f64((self.pixels.x[at + corner] - x0).into());
+                    y[q * 4 + corner] = R::from_f64((self.pixels.y[at + corner] - y0).into());
+                }
+            }
+        }
+        let run_corner = |from: usize| {
+            let [qx, qy] = quad_place(quads[from].place.into());
+            [f64::from(self.tile[0] + qx), f64::from(self.tile[1] + qy)]
+        };
         let surfaces = &job.geometry.surfaces;
         let evaluate = |lanes: &mut [R; LANES], from: usize, to: usize, plane: &Plane, surface: &Surface| {
-            let corner = self.corner(surface);
-            let at = R::from_f64(plane.at(corner[0], corner[1]));
+            let [cx, cy] = run_corner(from);
+            let at = R::from_f64(plane.at(cx - surface.origin[0], cy - surface.origin[1]));
             if plane.dx == 0.0 && plane.dy == 0.0 {
                 lanes[from * 4..to * 4].fill(at);
                 return;
@@ -253,15 +256,15 @@ impl TileShader<'_> {
                 match feed {
                     Feed::PixelX | Feed::PixelY => {
                         let (axis, local) = if *feed == Feed::PixelX { (0, &x) } else { (1, &y) };
-                        let corner = R::from_f64(self.tile[axis].into());
+                        let origin = R::from_f64(run_corner(*from)[axis]);
                         for (lane, v) in lanes[from * 4..to * 4].iter_mut().zip(&local[from * 4..to * 4]) {
-                            *lane = corner + *v;
+                            *lane = origin + *v;
                         }
                     }
                     Feed::Depth => evaluate(lanes, *from, *to, &surface.depth, surface),
                     Feed::InverseW => evaluate(lanes, *from, *to, &surface.inverse_w, surface),
                     Feed::Varying { index, flat } => {
-                        evaluate(lanes, *from, *to, &surface.varyings[*index], surface);
+                        evaluate(lanes, *from, *to, &job.geometry.planes[surface.first_plane + index], surface);
                         if !flat && !surface.affine {
                             for (lane, w) in lanes[from * 4..to * 4].iter_mut().zip(&w[from * 4..to * 4]) {
                                 *lane = *lane * *w;
@@ -269,7 +272,7 @@ impl TileShader<'_> {
                         }
                     }
                     Feed::FrontFacing => lanes[from * 4..to * 4].fill(R::from_mask(surface.front)),
-                    Feed::Zero => lanes[from * 4..to * 4].fill(R::from_int(0)),
+                    Feed::Zero => lanes[from * 4..to * 4].fill(R::ZERO),
                 }
             }
         }
@@ -288,7 +291,7 @@ impl TileShader<'_> {
             if !uses_depth || quad.coverage == 0 {
                 continue;
             }
-            match depth {
+            match &depth {
                 Some(values) => {
                     let mut passed = 0;
                     for corner in 0..4 {
@@ -296,7 +299,7 @@ impl TileShader<'_> {
                         if covered != 0 {
                             let pixel = usize::from(quad.place) * 4 + corner;
                             // clamp leaves NaN, which passes no test.
-                            let new = [as_f32(values[q * 4 + corner]).clamp(0.0, 1.0); 4];
+                            let new = [(values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0); 4];
                             passed |= self.target.test_depth(pixel, covered, new, state.test, state.write) << (4 * corner);
                         }
                     }

@@ -59,7 +59,7 @@ impl TileTarget {
         for s in 0..4 {
             if covered >> s & 1 == 1 && (!test || new[s] > stored[s]) {
                 passed |= 1 << s;
-                if write {
+                if write && !new[s].is_nan() {
                     stored[s] = new[s];
                 }
             }

@@ -4,19 +4,19 @@
 //! of. Each vertex of each instance is run once, however many triangles share it.
 
 use super::RenderError;
+use super::exec::LaneMask;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::raster::setup::{Bounds, Interpolation, RasterTriangle, Surface, set_up};
+use super::raster::setup::{Bounds, Geometry, Interpolation, set_up};
 use super::stage::{LANES, LaneProgram};
 use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// The triangles of one draw.
-#[derive(Clone, Debug, Default)]
-pub struct Geometry {
-    pub triangles: Vec<RasterTriangle>,
-    pub surfaces: Vec<Surface>,
+/// The triangles of one draw, and what they took.
+#[derive(Clone, Debug)]
+pub struct Assembled {
+    pub geometry: Geometry,
     /// Wall time of the vertex program, and of clipping and set-up.
     pub vertex_seconds: f64,
     pub setup_seconds: f64,
@@ -85,7 +85,7 @@ pub fn assemble<R: Real>(
     fragment_inputs: &[LaneInput],
     width: u32,
     height: u32,
-) -> Result<Geometry, RenderError> {
+) -> Result<Assembled, RenderError> {
     let varyings = link(&draw.label, vertex.outputs(), fragment_inputs)?;
     let position =
         [0, 1, 2, 3].map(|k| vertex.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
@@ -110,10 +110,10 @@ pub fn assemble<R: Real>(
     let sources = vertex.inputs().iter().map(|i| source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
 
     let start = Instant::now();
-    let total = vertex_count * instances;
+    let total = vertex_count.saturating_mul(instances);
     let scalars = 4 + varyings.len();
     // Per vertex: clip position, then the varyings.
-    let mut shaded = super::try_vec(total * scalars, 0.0_f64, "the vertices")?;
+    let mut shaded = super::try_vec(total.saturating_mul(scalars), 0.0_f64, "the vertices")?;
     shaded.par_chunks_mut(LANES * scalars).enumerate().for_each_init(
         || vertex.start(),
         |run, (batch, out)| {
@@ -136,7 +136,7 @@ pub fn assemble<R: Real>(
                     };
                 }
             }
-            run.run(u128::MAX);
+            run.run(LaneMask::MAX);
             for (k, output) in [px, py, pz, pw].into_iter().chain(varyings.iter().map(|v| v.vertex_output)).enumerate() {
                 let values = run.output(output);
                 for lane in 0..count {
@@ -152,7 +152,7 @@ pub fn assemble<R: Real>(
     let bounds = Bounds { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
     let corners = indices.map_or(vertex_count, <[u32]>::len);
     let per_instance = corners / 3;
-    let mut geometry = Geometry { vertex_seconds, ..Geometry::default() };
+    let mut geometry = Geometry::default();
     for triangle in 0..per_instance * instances {
         let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
         let rows = [first, first + 1, first + 2].map(|c| {
@@ -162,8 +162,7 @@ pub fn assemble<R: Real>(
         });
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
         let carried = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
-        set_up(positions, carried, &bounds, &mut geometry.triangles, &mut geometry.surfaces);
+        set_up(positions, carried, &bounds, &mut geometry);
     }
-    geometry.setup_seconds = start.elapsed().as_secs_f64();
-    Ok(geometry)
+    Ok(Assembled { geometry, vertex_seconds, setup_seconds: start.elapsed().as_secs_f64() })
 }

@@ -64,8 +64,16 @@ pub struct Surface {
     /// All three w are equal: varyings are planes as they are.
     pub affine: bool,
     pub front: bool,
-    /// One plane per varying scalar: of value / w, or of the value itself when affine or flat.
-    pub varyings: Vec<Plane>,
+    /// Where its planes begin in [`Geometry::planes`]: one per varying scalar, of value / w, or of the value itself when affine or flat.
+    pub first_plane: usize,
+}
+
+/// All triangles of one draw, in drawing order.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    pub triangles: Vec<RasterTriangle>,
+    pub surfaces: Vec<Surface>,
+    pub planes: Vec<Plane>,
 }
 
 /// How a varying is carried across the triangle.
@@ -108,14 +116,12 @@ fn raster_triangle(mut p: [[i64; 2]; 3], front_clockwise: bool, bounds: &Bounds,
     Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], surface })
 }
 
-/// Clips, culls, snaps and derives one triangle; its parts go to `triangles`, what they share to `surfaces`. `varyings` holds three
-/// values per scalar, one a vertex.
+/// Clips, culls, snaps and derives one triangle into `geometry`. `varyings` holds three values per scalar, one a vertex.
 pub fn set_up(
     clip_positions: [[f64; 4]; 3],
     varyings: impl Iterator<Item = (Interpolation, [f64; 3])>,
     bounds: &Bounds,
-    triangles: &mut Vec<RasterTriangle>,
-    surfaces: &mut Vec<Surface>,
+    geometry: &mut Geometry,
 ) {
     let mut corners = clip_positions.map(|p| Corner::from_clip(p, bounds.width, bounds.height));
     let Some(polygon) = clip(&corners) else { return };
@@ -148,6 +154,7 @@ pub fn set_up(
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
+    let Geometry { triangles, surfaces, planes } = geometry;
     let surface = surfaces.len() as u32;
     let before = triangles.len();
     let points = polygon.corners();
@@ -160,25 +167,24 @@ pub fn set_up(
     }
     let affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
     let w = corners[0].w;
-    let varyings = varyings
-        .map(|(interpolation, v)| match interpolation {
-            Interpolation::Flat => Plane::constant(v[0]),
-            // A constant needs no quotient and stays exact.
-            Interpolation::Perspective if affine && v[0] == v[1] && v[1] == v[2] => Plane::constant(v[0]),
-            Interpolation::Perspective if affine => {
-                let p = plane_of(v);
-                Plane { at_origin: p.at_origin * w, dx: p.dx * w, dy: p.dy * w }
-            }
-            Interpolation::Perspective => plane_of(v),
-        })
-        .collect();
+    let first_plane = planes.len();
+    planes.extend(varyings.map(|(interpolation, v)| match interpolation {
+        Interpolation::Flat => Plane::constant(v[0]),
+        // A constant needs no quotient and stays exact.
+        Interpolation::Perspective if affine && v[0] == v[1] && v[1] == v[2] => Plane::constant(v[0]),
+        Interpolation::Perspective if affine => {
+            let p = plane_of(v);
+            Plane { at_origin: p.at_origin * w, dx: p.dx * w, dy: p.dy * w }
+        }
+        Interpolation::Perspective => plane_of(v),
+    }));
     surfaces.push(Surface {
         origin,
         depth: plane_of(corners.map(|c| c.z)),
         inverse_w: if affine { Plane::constant(1.0 / w) } else { plane_of([1.0; 3]) },
         affine,
         front,
-        varyings,
+        first_plane,
     });
 }
 
@@ -188,21 +194,21 @@ mod tests {
 
     const BOUNDS: Bounds = Bounds { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false };
 
-    fn surface_of(clip: [[f64; 4]; 3], values: [f64; 3], bounds: &Bounds) -> Option<Surface> {
-        let (mut t, mut s) = (Vec::new(), Vec::new());
-        set_up(clip, [(Interpolation::Perspective, values)].into_iter(), bounds, &mut t, &mut s);
-        s.pop()
+    fn surface_of(clip: [[f64; 4]; 3], values: [f64; 3], bounds: &Bounds) -> Option<(Surface, Plane)> {
+        let mut g = Geometry::default();
+        set_up(clip, [(Interpolation::Perspective, values)].into_iter(), bounds, &mut g);
+        Some((g.surfaces.pop()?, g.planes.pop()?))
     }
 
     #[test]
     fn planes_give_the_vertices_their_values_back() {
         let clip = [[-1.0, -1.0, 0.5, 1.0], [3.0, -3.0, 0.5, 4.0], [0.0, 2.0, 0.25, 2.5]];
-        let s = surface_of(clip, [1.0, -2.0, 5.0], &BOUNDS).expect("visible");
+        let (s, varying) = surface_of(clip, [1.0, -2.0, 5.0], &BOUNDS).expect("visible");
         for (c, v) in clip.iter().zip([1.0, -2.0, 5.0]) {
             let corner = Corner::from_clip(*c, 64, 64);
             let (x, y) = (corner.x / corner.w - s.origin[0], corner.y / corner.w - s.origin[1]);
             // Snapping moves a vertex by up to 1/8192 pixel.
-            assert!((s.varyings[0].at(x, y) / s.inverse_w.at(x, y) - v).abs() < 1e-2, "{v}");
+            assert!((varying.at(x, y) / s.inverse_w.at(x, y) - v).abs() < 1e-2, "{v}");
             assert!((s.depth.at(x, y) - c[2] / c[3]).abs() < 1e-4);
         }
     }
@@ -210,11 +216,11 @@ mod tests {
     #[test]
     fn counter_clockwise_faces_the_viewer_also_when_clipped() {
         let near = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
-        let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.5, 0.1, -1.0]];
+        let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];
         for clip in [near, cut] {
-            assert!(surface_of(clip, [0.0; 3], &BOUNDS).expect("visible").front);
+            assert!(surface_of(clip, [0.0; 3], &BOUNDS).expect("visible").0.front);
             let back = [clip[0], clip[2], clip[1]];
-            assert!(!surface_of(back, [0.0; 3], &BOUNDS).expect("visible").front);
+            assert!(!surface_of(back, [0.0; 3], &BOUNDS).expect("visible").0.front);
             assert!(surface_of(back, [0.0; 3], &Bounds { cull_back: true, ..BOUNDS }).is_none());
         }
     }
@@ -222,8 +228,8 @@ mod tests {
     #[test]
     fn with_w_one_everywhere_a_constant_stays_exact() {
         let clip = [[-1.0, -1.0, 0.0, 1.0], [1.0, -1.0, 0.0, 1.0], [-1.0, 1.0, 0.0, 1.0]];
-        let s = surface_of(clip, [0.1; 3], &BOUNDS).expect("visible");
+        let (s, varying) = surface_of(clip, [0.1; 3], &BOUNDS).expect("visible");
         assert!(s.affine);
-        assert_eq!(s.varyings[0], Plane { at_origin: 0.1, dx: 0.0, dy: 0.0 });
+        assert_eq!(varying, Plane { at_origin: 0.1, dx: 0.0, dy: 0.0 });
     }
 }
