@@ -11,5 +11,6 @@ mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
 mod software_lower;
+mod software_math;
 mod software_raster;
 mod textures;

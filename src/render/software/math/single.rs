@@ -115,7 +115,7 @@ pub fn sin_cos<const F: bool, const COS: bool>(x: f32) -> f32 {
     let r = r as f32;
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let z = r * r;
-    let s = fma::<F>(poly::<f32, F, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r);
+    let s = fma::<F>(poly::<f32, F, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r).copysign(r);
     let c = fma::<F>(poly::<f32, F, 3>(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]), z * z, fma::<F>(-0.5, z, 1.0));
     let y = if quadrant & 1 != 0 { c } else { s };
     f32::from_bits(y.to_bits() ^ (((quadrant & 2) as u32) << 30))

@@ -1,0 +1,322 @@
+//! The elementary functions against the standard library's, in units in the last place of the result, with and without fused multiply-add;
+//! their edges; and every kernel, lane by lane, against the scalar form of its operation.
+
+use orrery::render::software::kernels::{self, KernelClass};
+use orrery::render::software::math::Real;
+use orrery::render::software::tape::Op;
+
+/// Distance in units in the last place of f32 at `exact`, subnormal results in units of the smallest subnormal.
+fn ulp32(got: f32, exact: f64) -> f64 {
+    if f64::from(got) == exact || (got.is_nan() && exact.is_nan()) || (got.is_infinite() && exact as f32 == got) {
+        return 0.0;
+    }
+    let exponent = (exact.abs().log2().floor() as i32).max(-126);
+    (f64::from(got) - exact).abs() / 2f64.powi(exponent - 23)
+}
+
+fn ulp64(got: f64, exact: f64) -> f64 {
+    if got == exact || (got.is_nan() && exact.is_nan()) {
+        return 0.0;
+    }
+    let exponent = (exact.abs().log2().floor() as i32).max(-1022);
+    (got - exact).abs() / 2f64.powi(exponent.max(-970) - 52)
+}
+
+/// Even steps through a range, with a little irregularity so that no round values are favoured.
+fn span(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
+    (0..n).map(move |i| from + (to - from) * (i as f64 + 0.5 + 0.4 * (i as f64 * 0.618).fract()) / n as f64)
+}
+
+/// Even steps through the exponents.
+fn scales(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
+    span(from.log2(), to.log2(), n).map(f64::exp2)
+}
+
+struct Case {
+    name: &'static str,
+    op: Op,
+    exact: fn(f64) -> f64,
+    samples: Vec<f64>,
+    /// Bounds on the error in ulp: f32, f64.
+    most: [f64; 2],
+}
+
+fn cases() -> Vec<Case> {
+    const N: usize = 60_000;
+    let case = |name, op, exact, samples: Vec<f64>, most| Case { name, op, exact, samples, most };
+    let both = |v: Vec<f64>| v.iter().flat_map(|x| [*x, -x]).collect::<Vec<_>>();
+    vec![
+        case("exp", Op::Exp, f64::exp, span(-87.0, 88.7, N).collect(), [1.1, 1.5]),
+        case("exp2", Op::Exp2, f64::exp2, span(-126.0, 127.9, N).collect(), [1.2, 2.5]),
+        case("log", Op::Log, f64::ln, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.1, 1.5]),
+        case("log2", Op::Log2, f64::log2, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.6, 1.5]),
+        case("sin", Op::Sin, f64::sin, both(scales(1e-20, 1e6, N).chain(span(0.0, 100.0, N)).collect()), [1.6, 2.5]),
+        case("cos", Op::Cos, f64::cos, both(scales(1e-20, 1e6, N).chain(span(0.0, 100.0, N)).collect()), [1.6, 2.5]),
+        case("tan", Op::Tan, f64::tan, both(scales(1e-20, 1e5, N).chain(span(0.0, 100.0, N)).collect()), [0.51, 4.0]),
+        case("asin", Op::Asin, f64::asin, both(span(0.0, 1.0, N).chain(scales(1e-20, 1.0, N)).collect()), [2.6, 2.5]),
+        case("acos", Op::Acos, f64::acos, span(-1.0, 1.0, N).collect(), [1.6, 2.0]),
+        case("atan", Op::Atan, f64::atan, both(scales(1e-20, 1e20, N).collect()), [2.6, 2.5]),
+        case("sinh", Op::Sinh, f64::sinh, both(scales(1e-20, 88.0, N).collect()), [0.51, 4.0]),
+        case("cosh", Op::Cosh, f64::cosh, span(-88.0, 88.0, N).collect(), [0.51, 4.0]),
+        case("tanh", Op::Tanh, f64::tanh, both(scales(1e-20, 30.0, N).collect()), [0.51, 4.0]),
+        case("asinh", Op::Asinh, f64::asinh, both(scales(1e-20, 1e30, N).collect()), [0.51, 6.0]),
+        case("acosh", Op::Acosh, |x| 2.0 * ((x - 1.0) / 2.0).sqrt().asinh(), span(1.0, 40.0, N).collect(), [0.51, 6.0]),
+        case("atanh", Op::Atanh, |x| x.abs().atanh().copysign(x), both(scales(1e-20, 0.999, N).collect()), [0.51, 6.0]),
+    ]
+}
+
+#[test]
+fn errors_in_units_in_the_last_place() {
+    let mut report = String::new();
+    let mut wrong = false;
+    for c in cases() {
+        let mut worst = [[0.0f64; 2]; 2];
+        let mut at = [[0.0f64; 2]; 2];
+        for fused in [false, true] {
+            for x in &c.samples {
+                let x32 = *x as f32;
+                let e = [
+                    ulp32(kernels::eval::<f32>(c.op, fused, x32, 0.0, 0.0), (c.exact)(f64::from(x32))),
+                    ulp64(kernels::eval::<f64>(c.op, fused, *x, 0.0, 0.0), (c.exact)(*x)),
+                ];
+                for k in 0..2 {
+                    if e[k] > worst[k][usize::from(fused)] || e[k].is_nan() {
+                        worst[k][usize::from(fused)] = e[k];
+                        at[k][usize::from(fused)] = *x;
+                    }
+                }
+            }
+        }
+        for k in 0..2 {
+            wrong |= worst[k].iter().any(|w| !(*w <= c.most[k]));
+        }
+        report += &format!(
+            "{:6} f32 {:.2} {:.2} (bound {}) f64 {:.2} {:.2} (bound {}) at {:?}\n",
+            c.name, worst[0][0], worst[0][1], c.most[0], worst[1][0], worst[1][1], c.most[1], at
+        );
+    }
+    println!("{report}");
+    assert!(!wrong, "plain, fused:\n{report}");
+}
+
+#[test]
+fn atan2_and_pow() {
+    let mut worst = [0.0f64; 4];
+    for fused in [false, true] {
+        for (i, a) in span(0.0, std::f64::consts::TAU, 40_000).enumerate() {
+            let r = f64::exp2((i % 200) as f64 - 100.0);
+            let (y, x) = ((r * a.sin()) as f32, (r * a.cos()) as f32);
+            worst[0] = worst[0].max(ulp32(kernels::eval::<f32>(Op::Atan2, fused, y, x, 0.0), f64::from(y).atan2(f64::from(x))));
+            worst[1] =
+                worst[1].max(ulp64(kernels::eval::<f64>(Op::Atan2, fused, y.into(), x.into(), 0.0), f64::from(y).atan2(f64::from(x))));
+        }
+        for x in scales(1e-10, 1e10, 300) {
+            for y in span(-30.0, 30.0, 300) {
+                let (x, y) = (x as f32, y as f32);
+                let exact = f64::from(x).powf(f64::from(y));
+                if exact > 1e-37 && exact < 3e38 {
+                    worst[2] = worst[2].max(ulp32(kernels::eval::<f32>(Op::Pow, fused, x, y, 0.0), exact));
+                    worst[3] = worst[3].max(ulp64(kernels::eval::<f64>(Op::Pow, fused, x.into(), y.into(), 0.0), exact));
+                }
+            }
+        }
+    }
+    println!("atan2 f32 {:.2} f64 {:.2}; pow f32 {:.2} f64 {:.2} ulp", worst[0], worst[1], worst[2], worst[3]);
+    assert!(worst[0] < 3.0 && worst[1] < 2.5 && worst[2] < 0.51 && worst[3] < 6.0, "{worst:?}");
+    assert!(ulp32(1.0 + 4.0 * f32::EPSILON, 1.0) > 3.9, "the measure sees four ulp");
+}
+
+fn one<R: Real>(op: Op, x: f64) -> f64 {
+    kernels::eval::<R>(op, true, R::from_f64(x), R::ZERO, R::ZERO).f64()
+}
+fn two<R: Real>(op: Op, x: f64, y: f64) -> f64 {
+    kernels::eval::<R>(op, true, R::from_f64(x), R::from_f64(y), R::ZERO).f64()
+}
+
+fn edges<R: Real>(smallest: f64) {
+    let inf = f64::INFINITY;
+    let same = |got: f64, want: f64, what: &str| {
+        assert!(
+            got == want && got.is_sign_negative() == want.is_sign_negative() || got.is_nan() && want.is_nan(),
+            "{what}: {got} instead of {want}"
+        );
+    };
+    for op in [
+        Op::Exp,
+        Op::Exp2,
+        Op::Log,
+        Op::Log2,
+        Op::Sin,
+        Op::Cos,
+        Op::Tan,
+        Op::Asin,
+        Op::Acos,
+        Op::Atan,
+        Op::Sinh,
+        Op::Cosh,
+        Op::Tanh,
+        Op::Asinh,
+        Op::Acosh,
+        Op::Atanh,
+        Op::Sqrt,
+        Op::Floor,
+        Op::Fract,
+    ] {
+        same(one::<R>(op, f64::NAN), f64::NAN, &format!("{op:?}(NaN)"));
+    }
+    for (op, x, y) in [
+        (Op::Exp, -inf, 0.0),
+        (Op::Exp, inf, inf),
+        (Op::Exp, 0.0, 1.0),
+        (Op::Exp, 1e9, inf),
+        (Op::Exp, -1e9, 0.0),
+        (Op::Exp2, -inf, 0.0),
+        (Op::Exp2, inf, inf),
+        (Op::Exp2, 10.0, 1024.0),
+        (Op::Exp2, -1e9, 0.0),
+        (Op::Log, 0.0, -inf),
+        (Op::Log, -1.0, f64::NAN),
+        (Op::Log, inf, inf),
+        (Op::Log, 1.0, 0.0),
+        (Op::Log2, 0.0, -inf),
+        (Op::Log2, 0.125, -3.0),
+        (Op::Log2, smallest, smallest.log2()),
+        (Op::Sin, inf, f64::NAN),
+        (Op::Cos, -inf, f64::NAN),
+        (Op::Sin, -0.0, -0.0),
+        (Op::Cos, 0.0, 1.0),
+        (Op::Asin, -0.0, -0.0),
+        (Op::Asin, 1.5, f64::NAN),
+        (Op::Acos, 1.0, 0.0),
+        (Op::Acos, -1.5, f64::NAN),
+        (Op::Tanh, inf, 1.0),
+        (Op::Sinh, -inf, -inf),
+        (Op::Cosh, -inf, inf),
+        (Op::Acosh, 0.5, f64::NAN),
+        (Op::Acosh, 1.0, 0.0),
+        (Op::Asinh, -inf, -inf),
+        (Op::Atanh, 1.0, inf),
+        (Op::Atanh, -0.0, -0.0),
+        (Op::Atanh, 2.0, f64::NAN),
+        (Op::Sqrt, -1.0, f64::NAN),
+        (Op::InverseSqrt, 0.0, inf),
+        (Op::Floor, -0.5, -1.0),
+        (Op::Floor, 1e30f32.into(), 1e30f32.into()),
+        (Op::Round, 2.5, 2.0),
+        (Op::Round, -0.25, -0.0),
+        (Op::Trunc, -2.75, -2.0),
+        (Op::Ceil, inf, inf),
+    ] {
+        same(one::<R>(op, x), y, &format!("{op:?}({x})"));
+    }
+    // The smallest subnormal is reached from both sides.
+    assert!(one::<R>(Op::Exp, smallest.ln() + 0.1) == smallest, "exp into the subnormals");
+    for (y, x) in [
+        (0.0, 1.0),
+        (-0.0, 1.0),
+        (0.0, -1.0),
+        (-0.0, -1.0),
+        (0.0, 0.0),
+        (-0.0, 0.0),
+        (0.0, -0.0),
+        (-0.0, -0.0),
+        (1.0, 0.0),
+        (-1.0, -0.0),
+        (inf, inf),
+        (inf, -inf),
+        (-inf, 1.0),
+        (1.0, inf),
+        (1.0, -inf),
+        (2.0, 2.0),
+        (-3.0, -3.0),
+    ] {
+        let (got, want) = (two::<R>(Op::Atan2, y, x), y.atan2(x));
+        assert!((got - want).abs() < 3e-7 && got.is_sign_negative() == want.is_sign_negative(), "atan2({y}, {x}): {got} instead of {want}");
+    }
+    for (x, y) in [
+        (0.0, 2.0),
+        (0.0, -2.0),
+        (0.0, 0.0),
+        (inf, 0.5),
+        (inf, -1.0),
+        (1.0, inf),
+        (2.0, inf),
+        (2.0, -inf),
+        (0.5, inf),
+        (7.0, 0.0),
+        (2.0, 10.0),
+        (10.0, 1e9),
+        (10.0, -1e9),
+        (1.5, f64::NAN),
+        (f64::NAN, 2.0),
+    ] {
+        same(two::<R>(Op::Pow, x, y), x.powf(y), &format!("pow({x}, {y})"));
+    }
+    same(two::<R>(Op::Pow, -2.0, 2.0), f64::NAN, "pow of a negative base");
+    for x in [1e7, 1e15, 1e30] {
+        assert!(one::<R>(Op::Sin, x).abs() <= 1.0, "sin({x}) stays in range");
+    }
+}
+
+#[test]
+fn edges_of_the_domain() {
+    edges::<f32>(2f64.powi(-149));
+    edges::<f64>(f64::from_bits(1));
+}
+
+/// Operand values that visit the difficult places of every operation.
+fn operands<R: Real>() -> Vec<R> {
+    let floats = [0.0, -0.0, 1.0, -1.0, 0.5, 2.5, -3.75, 1e-30, 3e20, -7e9, f64::INFINITY, -f64::INFINITY, f64::NAN, 0.3, 88.0, 1e-42];
+    let ints = [0u32, 1, 2, 31, 32, 33, 0x8000_0000, u32::MAX, 0x7fff_ffff, 12345, 0x00ff_00ff, 77, 0xdead_beef, 5, 3, 4];
+    floats
+        .iter()
+        .map(|x| R::from_f64(*x))
+        .chain(ints.iter().map(|i| R::from_int(*i)))
+        .chain([R::from_mask(true), R::from_mask(false)])
+        .collect()
+}
+
+fn equal<R: Real>(a: R, b: R) -> bool {
+    // Which NaN comes out is left to the machine.
+    a.bit_xor(b).mask() == false || (a.is_nan() && b.is_nan())
+}
+
+fn kernels_match<R: Real>() {
+    const N: usize = 64;
+    let pool = operands::<R>();
+    for class in KernelClass::available() {
+        for &op in Op::ALL {
+            if matches!(op, Op::Dpdx | Op::Dpdy) {
+                continue;
+            }
+            let lane = |step: usize| std::array::from_fn::<R, N, _>(|i| pool[(i * step + i / 7 + step) % pool.len()]);
+            let (mut a, b, c) = (lane(1), lane(5), lane(3));
+            if op == Op::Select {
+                a = std::array::from_fn(|i| R::from_mask(i % 3 == 0));
+            }
+            for kinds in 0..8u8 {
+                let kinds = [kinds & 1 == 0, kinds & 2 == 0, kinds & 4 == 0];
+                let all = kinds == [true; 3];
+                let run = match kernels::special::<R, N>(class, op, kinds) {
+                    Some(k) => k,
+                    None if all => kernels::general::<R>(class, op),
+                    None => continue,
+                };
+                let mut out = [R::ZERO; N];
+                // SAFETY: all arrays hold N lanes, `out` is apart from the operands, and the class is one that this machine has.
+                unsafe { run(out.as_mut_ptr(), a.as_ptr(), b.as_ptr(), c.as_ptr(), N) };
+                for i in 0..N {
+                    let pick = |v: &[R; N], k: usize| if kinds[k] { v[i] } else { v[0] };
+                    let want = kernels::eval(op, class.fused(), pick(&a, 0), pick(&b, 1), pick(&c, 2));
+                    assert!(equal(out[i], want), "{} {op:?} {kinds:?} lane {i}: {} instead of {}", class.name(), out[i].f64(), want.f64());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_kernel_of_every_class_computes_its_scalar_form() {
+    kernels_match::<f32>();
+    kernels_match::<f64>();
+}
