@@ -13,4 +13,5 @@ mod shader_keys;
 mod software_lower;
 mod software_math;
 mod software_raster;
+mod software_sampling;
 mod textures;

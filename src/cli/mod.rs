@@ -112,7 +112,13 @@ impl Quality {
 impl Common {
     /// The files and folders that the user named.
     pub fn sources(&self) -> Sources {
-        Sources { catalogs: self.catalogs.clone(), textures: self.textures.clone(), kernel: self.kernel.clone(), cache: self.cache.clone() }
+        Sources {
+            catalogs: self.catalogs.clone(),
+            textures: self.textures.clone(),
+            kernel: self.kernel.clone(),
+            cache: self.cache.clone(),
+            threads: self.threads,
+        }
     }
 }
 

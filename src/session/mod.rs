@@ -16,6 +16,7 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{MapStore, SharedTexture, TexelFormat};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, Plan, PlanError, Supplies};
+use crate::render::software::SoftwareRenderer;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Scene, SceneError};
 use crate::shader::library::{Library, Statistics};
@@ -35,6 +36,8 @@ pub struct Sources {
     pub kernel: Option<PathBuf>,
     /// Where the shader library lives; `None`: the user's cache folder.
     pub cache: Option<PathBuf>,
+    /// Worker threads; `None`: one per core.
+    pub threads: Option<usize>,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -64,6 +67,7 @@ pub struct Session {
     ephemeris: Ephemeris,
     maps: MapStore,
     library: Library,
+    renderer: SoftwareRenderer,
     /// Map files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
@@ -106,11 +110,13 @@ impl Session {
             Ok(embedded.with_kernel(&name, bytes)?)
         })?;
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
+        let renderer = software::renderer(sources.threads).map_err(SessionError::Renderer)?;
         Ok(Self {
             catalog,
             ephemeris,
             maps: MapStore::new(sources.textures.clone()),
             library,
+            renderer,
             missing: Mutex::default(),
             say,
             stages: Mutex::new(stages),
@@ -178,7 +184,9 @@ impl Session {
     /// Draws a view in software.
     pub fn draw(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;
-        let frame = self.measured(Stage::Draw, || software::draw(&plan, &self.library, keep_hdr)).map_err(SessionError::Renderer)?;
+        let (frame, _) = self
+            .measured(Stage::Draw, || self.renderer.render(&plan, &self.library, keep_hdr))
+            .map_err(|e| SessionError::Renderer(e.to_string()))?;
         Ok(Drawn { scene, frame })
     }
 }

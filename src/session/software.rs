@@ -1,16 +1,14 @@
-//! The software renderer as a session uses it: how modules are lowered, and a plan drawn.
+//! The software renderer as a session uses it.
 
-use crate::render::frame::Frame;
-use crate::render::plan::Plan;
+use crate::render::software::{self, Options, SoftwareRenderer};
 use crate::shader::Lowering;
-use crate::shader::library::Library;
 
 /// How the library turns modules into what the renderer runs.
 pub fn lowering() -> Lowering {
-    Lowering::none()
+    software::lowering()
 }
 
-/// Draws a plan. `keep_hdr`: the frame keeps its linear radiance too.
-pub fn draw(_plan: &Plan, _library: &Library, _keep_hdr: bool) -> Result<Frame, String> {
-    Err("it is not part of this build".into())
+/// A renderer for the session's frames; `threads`: `None` for one per core.
+pub fn renderer(threads: Option<usize>) -> Result<SoftwareRenderer, String> {
+    SoftwareRenderer::new(Options { threads: threads.unwrap_or(0), ..Options::default() }).map_err(|e| e.to_string())
 }

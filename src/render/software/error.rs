@@ -29,6 +29,8 @@ pub enum RenderError {
     Module { draw: String, what: String },
     #[error("the plan has no pass")]
     NoPass,
+    #[error("this machine has no {0} kernels")]
+    Kernels(String),
     #[error("no threads for the renderer: {0}")]
     Threads(String),
 }

@@ -14,6 +14,8 @@ pub mod math;
 pub mod pass;
 pub mod program;
 pub mod raster;
+pub mod renderer;
+pub mod sample;
 pub mod shade;
 pub mod stage;
 pub mod tape;
@@ -24,6 +26,8 @@ pub mod vertex;
 pub use error::RenderError;
 use error::try_vec;
 pub use lower::lowering;
+pub use renderer::{Modules, Options, Precision, SoftwareRenderer};
+pub use timings::{PassTimings, Timings};
 
 /// Greatest width and height of a pass.
 pub const GREATEST_SIZE: u32 = 16384;

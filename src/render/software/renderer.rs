@@ -1,0 +1,243 @@
+//! The renderer itself: a plan and its modules in, a frame and its timings out.
+//!
+//! Passes run in order; a later one may read what an earlier one wrote. Programs are read from a module's tape once and kept. The renderer
+//! has its own thread pool, and its pictures do not depend on the number of threads.
+
+use super::RenderError;
+use super::kernels::KernelClass;
+use super::lower::programs_from_bytes;
+use super::math::Real;
+use super::pass::{DrawStages, PassImage, execute};
+use super::program::{Program, Stage};
+use super::sample::texels::Texels;
+use super::sample::{Bound, Textures};
+use super::stage::TapeStage;
+use super::timings::Timings;
+use crate::image::TexelFormat;
+use crate::render::frame::Frame;
+use crate::render::plan::{ModuleName, Pass, Plan, PlanDraw, TextureSource};
+use crate::shader::{Library, ShaderModule};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+/// What the lanes compute in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Precision {
+    #[default]
+    F32,
+    /// The reference: the same tape in f64, some three to seven times slower.
+    F64,
+}
+
+/// How a renderer works; none of it changes what is drawn beyond rounding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// 0: as many as the machine has.
+    pub threads: usize,
+    pub kernels: KernelClass,
+    pub precision: Precision,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { threads: 0, kernels: KernelClass::detect(), precision: Precision::F32 }
+    }
+}
+
+/// Where a plan's modules come from.
+pub trait Modules: Sync {
+    /// # Errors
+    /// One line that says why there is no such module.
+    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String>;
+}
+
+impl Modules for Library {
+    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+        self.get(name).map_err(|e| e.to_string())
+    }
+}
+
+/// The entry points of one module.
+#[derive(Debug)]
+struct Entries {
+    vertex: Program,
+    fragment: Program,
+}
+
+/// Executes plans on the CPU.
+#[derive(Debug)]
+pub struct SoftwareRenderer {
+    pool: rayon::ThreadPool,
+    options: Options,
+    entries: Mutex<HashMap<ModuleName, Arc<Entries>>>,
+}
+
+/// Both stages of a draw.
+struct Bindings<'a, R: Real> {
+    vertex: TapeStage<'a, R>,
+    fragment: TapeStage<'a, R>,
+}
+
+impl SoftwareRenderer {
+    /// # Errors
+    /// Kernels that this machine lacks, or no threads.
+    pub fn new(options: Options) -> Result<Self, RenderError> {
+        if !KernelClass::available().contains(&options.kernels) {
+            return Err(RenderError::Kernels(options.kernels.name().to_owned()));
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(options.threads)
+            .thread_name(|k| format!("draw-{k}"))
+            .build()
+            .map_err(|e| RenderError::Threads(e.to_string()))?;
+        Ok(Self { pool, options, entries: Mutex::default() })
+    }
+
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// Executes the plan. `keep_hdr`: the frame keeps the linear picture too.
+    ///
+    /// # Errors
+    /// What is missing or does not fit, by draw or pass; memory that is not there.
+    pub fn render(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
+        match self.options.precision {
+            Precision::F32 => self.pool.install(|| self.frame::<f32>(plan, modules, keep_hdr)),
+            Precision::F64 => self.pool.install(|| self.frame::<f64>(plan, modules, keep_hdr)),
+        }
+    }
+
+    fn frame<R: Real>(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
+        let start = Instant::now();
+        let mut timings = Timings::default();
+        let mut images: Vec<(PassImage, u32, u32)> = Vec::new();
+        for pass in &plan.passes {
+            let (image, of_pass, prepare_ms) = self.pass::<R>(pass, modules, &images)?;
+            timings.prepare_ms += prepare_ms;
+            timings.passes.push(of_pass);
+            images.push((image, pass.width, pass.height));
+        }
+        let (last, width, height) = images.pop().ok_or(RenderError::NoPass)?;
+        let mut frame = Frame { width, height, hdr: Vec::new(), display: Vec::new() };
+        match last {
+            PassImage::Unorm(bytes) => {
+                frame.display = bytes;
+                if keep_hdr {
+                    let scene = images.into_iter().rev().find_map(|(image, w, h)| match image {
+                        PassImage::Float(hdr) if (w, h) == (width, height) => Some(hdr),
+                        _ => None,
+                    });
+                    frame.hdr = scene.unwrap_or_default();
+                }
+            }
+            PassImage::Float(hdr) => frame.hdr = hdr,
+        }
+        timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
+        Ok((frame, timings))
+    }
+
+    fn pass<R: Real>(
+        &self,
+        pass: &Pass,
+        modules: &impl Modules,
+        earlier: &[(PassImage, u32, u32)],
+    ) -> Result<(PassImage, super::timings::PassTimings, f64), RenderError> {
+        let start = Instant::now();
+        let entries = pass.draws.iter().map(|d| self.entries(d, modules)).collect::<Result<Vec<_>, _>>()?;
+        let outputs = earlier.iter().map(|(image, w, h)| texels_of(image, *w, *h)).collect::<Vec<_>>();
+        let bound = pass
+            .draws
+            .iter()
+            .zip(&entries)
+            .map(|(draw, entries)| self.bind::<R>(draw, entries, &outputs))
+            .collect::<Result<Vec<_>, _>>()?;
+        let stages: Vec<_> = bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, fragment: &b.fragment as _ }).collect();
+        let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
+        let (image, timings) = execute(pass, &stages)?;
+        Ok((image, timings, prepare_ms))
+    }
+
+    /// The programs of the draw's module.
+    fn entries(&self, draw: &PlanDraw, modules: &impl Modules) -> Result<Arc<Entries>, RenderError> {
+        if let Some(known) = self.entries.lock().unwrap_or_else(PoisonError::into_inner).get(&draw.module) {
+            return Ok(Arc::clone(known));
+        }
+        let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
+        let module = modules.module(&draw.module).map_err(fault)?;
+        let programs = programs_from_bytes(&module.tape).map_err(|e| fault(format!("its tape cannot be read: {e}")))?;
+        let (mut vertex, mut fragment) = (None, None);
+        for program in programs {
+            match program.stage {
+                Stage::Vertex => vertex = Some(program),
+                Stage::Fragment => fragment = Some(program),
+            }
+        }
+        let (Some(vertex), Some(fragment)) = (vertex, fragment) else {
+            return Err(fault(format!("module {} lacks a vertex or a fragment stage", draw.module)));
+        };
+        let entries = Arc::new(Entries { vertex, fragment });
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner).insert(draw.module.clone(), Arc::clone(&entries));
+        Ok(entries)
+    }
+
+    fn bind<'a, R: Real>(
+        &self,
+        draw: &'a PlanDraw,
+        entries: &'a Entries,
+        outputs: &[Result<Arc<Texels<'a>>, String>],
+    ) -> Result<Bindings<'a, R>, RenderError> {
+        let mut images = HashMap::new();
+        let mut stage = |program: &'a Program| {
+            let textures = textures_of(draw, program, outputs, &mut images)?;
+            TapeStage::new(program, &draw.uniforms, Box::new(textures), self.options.kernels)
+                .map_err(|what| RenderError::Module { draw: draw.label.clone(), what })
+        };
+        Ok(Bindings { vertex: stage(&entries.vertex)?, fragment: stage(&entries.fragment)? })
+    }
+}
+
+fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_>>, String> {
+    let (format, bytes): (_, &[u8]) = match image {
+        PassImage::Float(pixels) => (TexelFormat::Rgba32Float, bytemuck::cast_slice(pixels)),
+        PassImage::Unorm(pixels) => (TexelFormat::Rgba8Unorm, bytemuck::cast_slice(pixels)),
+    };
+    Texels::new(format, std::iter::once((width, height, bytes))).map(Arc::new)
+}
+
+/// The program's texture uses, each bound to what the draw brings.
+fn textures_of<'a>(
+    draw: &'a PlanDraw,
+    program: &Program,
+    outputs: &[Result<Arc<Texels<'a>>, String>],
+    images: &mut HashMap<u32, Arc<Texels<'a>>>,
+) -> Result<Textures<'a>, RenderError> {
+    let missing = |binding| RenderError::Binding { draw: draw.label.clone(), binding };
+    let mut bound = Vec::new();
+    for of_program in &program.textures {
+        let binding = of_program.texture_binding;
+        let broken = |what: &String| RenderError::Texture { draw: draw.label.clone(), binding, what: what.clone() };
+        let source = &draw.textures.iter().find(|t| t.binding == binding).ok_or_else(|| missing(binding))?.source;
+        let texels = match source {
+            TextureSource::PassOutput(pass) => {
+                let output = outputs.get(*pass).ok_or_else(|| RenderError::PassOrder { draw: draw.label.clone(), binding, pass: *pass })?;
+                Arc::clone(output.as_ref().map_err(broken)?)
+            }
+            TextureSource::Image(texture) => match images.get(&binding) {
+                Some(known) => Arc::clone(known),
+                None => {
+                    let texels = Arc::new(Texels::of_texture(texture).map_err(|what| broken(&what))?);
+                    images.insert(binding, Arc::clone(&texels));
+                    texels
+                }
+            },
+        };
+        let sampler = match of_program.sampler_binding {
+            Some(at) => Some(draw.samplers.iter().find(|s| s.binding == at).ok_or_else(|| missing(at))?.state),
+            None => None,
+        };
+        bound.push(Bound { texels, sampler });
+    }
+    Ok(Textures(bound))
+}

@@ -1,0 +1,210 @@
+//! Texture filtering against independent f64 arithmetic, and its behaviour at the extremes.
+
+use orrery::image::{Level, TexelFormat, Texture};
+use orrery::render::plan::{AddressMode, SamplerState};
+use orrery::render::software::exec::{Gradients, TextureUnit};
+use orrery::render::software::math::Real;
+use orrery::render::software::sample::texels::Texels;
+use orrery::render::software::sample::{Bound, Textures};
+use std::sync::Arc;
+
+const REPEAT: SamplerState =
+    SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 1 };
+
+/// A noise texture with a mip chain of 2x2 means (the sizes here are powers of two).
+fn noise(width: u32, height: u32) -> Texture {
+    let mut seed = 11_u64;
+    let mut level: Vec<[f32; 4]> = (0..width * height)
+        .map(|_| {
+            std::array::from_fn(|_| {
+                seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (seed >> 40) as f32 / (1u64 << 24) as f32
+            })
+        })
+        .collect();
+    let (mut w, mut h) = (width, height);
+    let mut levels = Vec::new();
+    loop {
+        levels.push(Level { width: w, height: h, bytes: level.iter().flatten().flat_map(|v| v.to_le_bytes()).collect() });
+        if w == 1 && h == 1 {
+            return Texture { format: TexelFormat::Rgba32Float, levels };
+        }
+        let (nw, nh) = ((w / 2).max(1), (h / 2).max(1));
+        level = (0..nw * nh)
+            .map(|i| {
+                let (x, y) = (i % nw, i / nw);
+                let at = |dx: u32, dy: u32| level[(((y * h / nh) + dy.min(h - 1)) * w + (x * w / nw) + dx.min(w - 1)) as usize];
+                std::array::from_fn(|k| 0.25 * (at(0, 0)[k] + at(1, 0)[k] + at(0, 1)[k] + at(1, 1)[k]))
+            })
+            .collect();
+        (w, h) = (nw, nh);
+    }
+}
+
+fn bind(texture: &Texture, sampler: SamplerState) -> Textures<'_> {
+    Textures(vec![Bound { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }])
+}
+
+/// Samples with gradients (du, dv) along x and y; one lane each.
+fn sample<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2]) -> Vec<[f64; 4]> {
+    let lanes = |f: &dyn Fn(usize) -> f64| (0..uv.len()).map(|k| R::from_f64(f(k))).collect::<Vec<R>>();
+    let (u, v) = (lanes(&|k| uv[k][0]), lanes(&|k| uv[k][1]));
+    let (a, b, c, d) = (lanes(&|_| dx[0]), lanes(&|_| dx[1]), lanes(&|_| dy[0]), lanes(&|_| dy[1]));
+    let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
+    let [r, g, bl, al] = &mut out;
+    let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d };
+    textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, bl, al]);
+    (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
+}
+
+/// Bilinear by the definition: the sum over all texels of the level of tent weights, u periodic, v clamped.
+fn tent(level: &Level, u: f64, v: f64, component: usize) -> f64 {
+    let (w, h) = (i64::from(level.width), i64::from(level.height));
+    let (x, y) = (u * w as f64 - 0.5, v * h as f64 - 0.5);
+    let mut sum = 0.0;
+    for i in x.floor() as i64..=x.floor() as i64 + 1 {
+        for j in y.floor() as i64..=y.floor() as i64 + 1 {
+            let weight = (1.0 - (x - i as f64).abs()).max(0.0) * (1.0 - (y - j as f64).abs()).max(0.0);
+            let at = ((j.clamp(0, h - 1) * w + i.rem_euclid(w)) * 16) as usize + component * 4;
+            sum += weight * f64::from(f32::from_le_bytes(level.bytes[at..at + 4].try_into().expect("four bytes")));
+        }
+    }
+    sum
+}
+
+fn places(count: usize) -> Vec<[f64; 2]> {
+    // Golden-ratio steps, over more than one period and beyond both edges.
+    (0..count).map(|k| [(k as f64 * 0.618_033_988_75) % 1.0 * 3.0 - 1.0, (k as f64 * 0.754_877_666) % 1.0 * 1.2 - 0.1]).collect()
+}
+
+fn worst<R: Real>(rho_texels: f64) -> f64 {
+    let texture = noise(64, 32);
+    let uv = places(100);
+    let (dx, dy) = ([rho_texels / 64.0, 0.0], [0.0, rho_texels / 32.0]);
+    let got = sample::<R>(&bind(&texture, REPEAT), &uv, dx, dy);
+    let level = rho_texels.log2().clamp(0.0, texture.levels.len() as f64 - 1.0);
+    let (fine, between) = (level.floor() as usize, level.fract());
+    let mut worst = 0.0_f64;
+    for (got, [u, v]) in got.iter().zip(uv) {
+        for (c, got) in got.iter().enumerate() {
+            let a = tent(&texture.levels[fine], u, v, c);
+            let b = tent(&texture.levels[(fine + 1).min(texture.levels.len() - 1)], u, v, c);
+            worst = worst.max((got - (a + between * (b - a))).abs());
+        }
+    }
+    worst
+}
+
+#[test]
+fn bilinear_and_trilinear_match_the_definition() {
+    for rho in [0.01, 0.5, 1.0, 1.3, 2.0, 2.9, 7.0, 31.0, 1000.0] {
+        let (single, double) = (worst::<f32>(rho), worst::<f64>(rho));
+        // f32 coordinates of a 64-texel map carry 2^-17 texel.
+        assert!(single < 3e-5, "f32 at {rho} texels a pixel: {single}");
+        assert!(double < 1e-12, "f64 at {rho} texels a pixel: {double}");
+    }
+}
+
+#[test]
+fn another_level_is_told_apart() {
+    let texture = noise(64, 32);
+    let uv = [[0.3, 0.4]];
+    let one = sample::<f64>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 1.0 / 32.0]);
+    let two = sample::<f64>(&bind(&texture, REPEAT), &uv, [2.0 / 64.0, 0.0], [0.0, 2.0 / 32.0]);
+    assert!((one[0][0] - two[0][0]).abs() > 1e-3);
+}
+
+/// Stripes one texel wide along u, seen at a grazing angle: 16 texels of v a pixel, one of u.
+fn stripe_contrast(anisotropy: u8) -> (f64, f64) {
+    let mut texture = noise(64, 64);
+    for level in &mut texture.levels {
+        let w = level.width;
+        let texel = |i: usize| {
+            if w == 64 {
+                (i as u32 % w % 4 / 2) as f32
+            } else if w == 32 {
+                (i as u32 % 2) as f32
+            } else {
+                0.5
+            }
+        };
+        level.bytes = (0..(w * w) as usize).flat_map(|i| [texel(i); 4]).flat_map(f32::to_le_bytes).collect();
+    }
+    let uv: Vec<_> = (0..64).map(|k| [(f64::from(k) + 0.5) / 64.0, 0.5]).collect();
+    let state = SamplerState { anisotropy, ..REPEAT };
+    let got = sample::<f32>(&bind(&texture, state), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0]);
+    let mean = got.iter().map(|p| p[0]).sum::<f64>() / 64.0;
+    (mean, got.iter().map(|p| (p[0] - mean).abs()).sum::<f64>() / 64.0)
+}
+
+#[test]
+fn anisotropy_keeps_a_grazing_grid_and_its_mean() {
+    let (mean_1, contrast_1) = stripe_contrast(1);
+    let (mean_16, contrast_16) = stripe_contrast(16);
+    assert!((mean_1 - 0.5).abs() < 1e-6 && (mean_16 - 0.5).abs() < 1e-6, "{mean_1} {mean_16}");
+    assert!(contrast_1 < 1e-6, "isotropic filtering must blur the stripes away: {contrast_1}");
+    assert!((contrast_16 - 0.5).abs() < 1e-3, "16 taps must keep them: {contrast_16}");
+}
+
+#[test]
+fn the_footprint_turns_with_the_gradients() {
+    // The same stripes at 45 degrees: major axis along (1, 1) in texels; what is left after filtering must not depend on the sign of the axis.
+    let texture = noise(64, 64);
+    let state = SamplerState { anisotropy: 8, ..REPEAT };
+    let uv = places(50).into_iter().map(|[u, v]| [u, 0.3 + 0.3 * v]).collect::<Vec<_>>();
+    let (along, across) = ([5.0 / 64.0, 5.0 / 64.0], [0.7 / 64.0, -0.7 / 64.0]);
+    let a = sample::<f64>(&bind(&texture, state), &uv, along, across);
+    let b = sample::<f64>(&bind(&texture, state), &uv, across, along.map(|v| -v));
+    for (p, q) in a.iter().zip(&b) {
+        assert!(p.iter().zip(q).all(|(x, y)| (x - y).abs() < 1e-9));
+    }
+}
+
+#[test]
+fn a_constant_texture_stays_constant_whatever_is_asked() {
+    let texture = Texture {
+        format: TexelFormat::Rgba8Srgb,
+        levels: [(4, 2), (2, 1), (1, 1)]
+            .map(|(w, h)| Level { width: w, height: h, bytes: [188, 0, 255, 128].repeat((w * h) as usize) })
+            .to_vec(),
+    };
+    let odd = [f64::NAN, f64::INFINITY, -1e30, 1e30, 0.0, -0.0, 1.0, 1e-40];
+    let uv: Vec<_> = odd.iter().flat_map(|u| odd.map(|v| [*u, v])).collect();
+    for linear in [false, true] {
+        for anisotropy in [1, 16] {
+            let textures = bind(&texture, SamplerState { linear, anisotropy, ..REPEAT });
+            for gradient in odd {
+                for p in sample::<f32>(&textures, &uv, [gradient, 0.0], [0.3, gradient]) {
+                    // 188 in sRGB is 0.5028865 linear (IEC 61966-2-1).
+                    assert!((p[0] - 0.502_886_5).abs() < 1e-6, "{p:?} at gradient {gradient}");
+                    assert!(p[1] == 0.0 && (p[2] - 1.0).abs() < 1e-6 && (p[3] - 128.0 / 255.0).abs() < 1e-6, "{p:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn loads_outside_read_zero() {
+    let texture = noise(8, 4);
+    let textures = bind(&texture, REPEAT);
+    let ints = |v: &[i32]| v.iter().map(|i| f32::from_int(*i as u32)).collect::<Vec<_>>();
+    let (x, y, level) = (ints(&[3, -1, 8, 0, 3, 3]), ints(&[1, 0, 0, 4, 1, 1]), ints(&[0, 0, 0, 0, 1, 9]));
+    let mut out = [const { [9.0_f32; 6] }; 4];
+    let [r, g, b, a] = &mut out;
+    textures.load(0, &x, &y, &level, u128::MAX, [r, g, b, a]);
+    let texel = |level: usize, i: usize| f32::from_le_bytes(texture.levels[level].bytes[i * 16..i * 16 + 4].try_into().expect("four"));
+    assert_eq!(out[0], [texel(0, 11), 0.0, 0.0, 0.0, texel(1, 7), 0.0]);
+    assert_eq!(TextureUnit::<f32>::dimensions(&textures, 0, 1), [4, 2]);
+    assert_eq!(TextureUnit::<f32>::levels(&textures, 0), 4);
+}
+
+#[test]
+fn a_level_of_the_wrong_size_is_refused() {
+    let mut texture = noise(8, 4);
+    texture.levels[1].bytes.pop();
+    let error = Texels::of_texture(&texture).expect_err("a byte is missing");
+    assert!(error.contains("level 1"), "{error}");
+    texture.levels.clear();
+    assert!(Texels::of_texture(&texture).is_err());
+}
