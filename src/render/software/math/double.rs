@@ -260,7 +260,7 @@ pub fn atan2<const F: bool>(y: f64, x: f64) -> f64 {
     let t = if swap { FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { PI - t } else { t };
     let t = t.copysign(y);
-    if (x != x) | (y != y) { f64::NAN } else { t }
+    if x.is_nan() | y.is_nan() { f64::NAN } else { t }
 }
 
 #[inline(always)]
@@ -338,13 +338,8 @@ pub fn pow<const F: bool>(x: f64, y: f64) -> f64 {
     let ph = w1 * b1;
     let pl = (b - b1) * w1 + b * ((w - w1) + low);
     let sum = ph + pl;
-    let (k, n) = nearest(if sum > 1026.0 {
-        1026.0
-    } else if sum < -1077.0 {
-        -1077.0
-    } else {
-        sum
-    });
+    let bounded = if sum > 1026.0 { 1026.0 } else { sum };
+    let (k, n) = nearest(if bounded < -1077.0 { -1077.0 } else { bounded });
     let rest = ((ph - k) + pl) * LN_2;
     let rest = if rest > 0.4 { 0.4 } else { rest };
     let rest = if rest < -0.4 { -0.4 } else { rest };
@@ -352,5 +347,5 @@ pub fn pow<const F: bool>(x: f64, y: f64) -> f64 {
     let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };
     let r = if x < 0.0 { f64::NAN } else { r };
     let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
-    if (x != x) | (y != y) { f64::NAN } else { r }
+    if x.is_nan() | y.is_nan() { f64::NAN } else { r }
 }

@@ -170,5 +170,5 @@ pub fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
     let t = if swap { std::f32::consts::FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { std::f32::consts::PI - t } else { t };
     let t = t.copysign(y);
-    if (x != x) | (y != y) { f32::NAN } else { t }
+    if x.is_nan() | y.is_nan() { f32::NAN } else { t }
 }
