@@ -10,6 +10,7 @@ mod scene;
 mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
+mod software_frame;
 mod software_lower;
 mod software_math;
 mod software_raster;
