@@ -6,6 +6,7 @@ mod layering;
 mod library;
 mod orientation;
 mod plan;
+mod satellites;
 mod scene;
 mod scene_magnitude;
 mod scene_silhouette;

@@ -10,12 +10,14 @@ pub mod kernel;
 pub mod lunar;
 pub mod mean;
 pub mod orientation;
+pub mod satellites;
 pub mod series;
 
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
 use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
+use satellites::{galilean, tass};
 use std::collections::HashMap;
 
 /// The kernel that ships: 1900-2100, baked by `examples/bake_kernel.rs`.
@@ -89,6 +91,9 @@ pub struct Ephemeris {
     series: series::Series,
     orbits: HashMap<NaifId, Orbit>,
     rotations: HashMap<NaifId, Rotation>,
+    /// The moons that shift a planet's centre, each with its share of the system's mass.
+    pulls: HashMap<NaifId, Vec<Pull>>,
+    theories: satellites::Theories,
     pck: orientation::Pck,
 }
 
@@ -97,9 +102,11 @@ impl Ephemeris {
     pub fn embedded(catalog: &Catalog) -> Result<Self, EphemerisError> {
         let shipped = kernel::Spk::parse("orrery_1900_2100.bsp", SHIPPED_KERNEL)?;
         let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
+        let pulls = pulls(catalog);
+        let theories = satellites::Theories::embedded()?;
         let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
         let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError(e.to_string()))?;
-        Ok(Self { kernels: vec![shipped], series: series::Series::embedded()?, orbits, rotations, pck })
+        Ok(Self { kernels: vec![shipped], series: series::Series::embedded()?, orbits, rotations, pulls, theories, pck })
     }
 
     /// Puts the user's SPK (bytes of the file) before the shipped kernel.
@@ -209,20 +216,10 @@ impl Ephemeris {
         {
             return Some(Step { from: NaifId(from), state, source: Source::Mean, error_km: mean::error_km(place.0, tdb_s) });
         }
-        // The centre of Mars and of the giants: the barycentre, until a theory of their moons says better.
         if let 499 | 599 | 699 | 799 | 899 | 999 = place.0 {
-            return Some(Step {
-                from: NaifId(place.0 / 100),
-                state: State::REST,
-                source: Source::Kernel,
-                error_km: centre_offset_km(place),
-            });
+            return self.centre_from_barycentre(place, t);
         }
-        let orbit = self.orbits.get(&place)?;
-        let Motion::MeanElements(elements) = &orbit.motion else { return None };
-        // Mean elements of moons and asteroids serve every source: none here places them better.
-        let error_km = 0.02 * elements.semi_major_axis_km;
-        Some(Step { from: orbit.parent, state: kepler::state(elements, t), source: Source::Mean, error_km })
+        self.orbit_step(place, t)
     }
 
     fn mean_step(&self, place: i32, tdb_s: f64) -> Option<(i32, State)> {
@@ -235,6 +232,33 @@ impl Ephemeris {
             _ => None,
         }
     }
+
+    /// A body about its parent, by its theory. The theories of moons and asteroids serve every `source`: none here places them better.
+    fn orbit_step(&self, place: NaifId, t: Instant) -> Option<Step> {
+        let Orbit { parent: from, motion } = self.orbits.get(&place)?;
+        let (state, source, error_km) = match motion {
+            Motion::Planetary => return None,
+            Motion::GalileanL12 { index } => (self.theories.galilean.state(*index, t)?, Source::Series, galilean::error_km(*index)),
+            Motion::Tass17 { index } => (self.theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index)),
+            Motion::MeanElements(elements) => (kepler::state(elements, t), Source::Mean, 0.02 * elements.semi_major_axis_km),
+        };
+        Some(Step { from: *from, state, source, error_km })
+    }
+
+    /// The centre of a planet counts from its system's barycentre by what its moons weigh: -Σ m r / Σ m. The moons' own states are
+    /// counted from the planet, so this asks for no place of the planet.
+    fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<Step> {
+        let barycentre = NaifId(planet.0 / 100);
+        let mut step = Step { from: barycentre, state: State::REST, source: Source::Kernel, error_km: UNWEIGHED_MOONS_KM };
+        for pull in self.pulls.get(&planet).map_or(&[][..], Vec::as_slice) {
+            let moon = self.orbit_step(pull.moon, t)?;
+            step.state.pos_km -= moon.state.pos_km * pull.mass_share;
+            step.state.vel_km_s -= moon.state.vel_km_s * pull.mass_share;
+            step.source = step.source.min(moon.source);
+            step.error_km += moon.error_km * pull.mass_share;
+        }
+        Some(step)
+    }
 }
 
 /// Where the two theories are used: VSOP87's authors give 1 arcsec for 4000 years either side of 2000 (Mercury to Mars), 2000 years
@@ -244,6 +268,31 @@ const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 
 fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
     (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (365.25 * SECONDS_PER_DAY)))
+}
+
+/// A moon and its share of its system's mass.
+#[derive(Clone, Copy, Debug)]
+struct Pull {
+    moon: NaifId,
+    mass_share: f64,
+}
+
+/// A moon that has less of its system's mass than this does not count: the largest left out, Mimas and Hyperion, shift Saturn by
+/// 12 and 15 metres; Phobos shifts Mars by 0.2 metres.
+const LEAST_MASS_SHARE: f64 = 1e-7;
+/// What the moons left out may add up to, km.
+const UNWEIGHED_MOONS_KM: f64 = 0.05;
+
+fn pulls(catalog: &Catalog) -> HashMap<NaifId, Vec<Pull>> {
+    let mut pulls = HashMap::new();
+    for planet in catalog.bodies() {
+        let Some(planet_gm) = planet.gm_km3_s2 else { continue };
+        let moons = || catalog.bodies().iter().filter(|b| b.parent == Some(planet.id)).filter_map(|b| Some((b.id, b.gm_km3_s2?)));
+        let system_gm = planet_gm + moons().map(|(_, gm)| gm).sum::<f64>();
+        let counted = moons().map(|(moon, gm)| Pull { moon, mass_share: gm / system_gm }).filter(|p| p.mass_share > LEAST_MASS_SHARE);
+        pulls.insert(planet.id, counted.collect());
+    }
+    pulls
 }
 
 /// A short list of places without an allocation.
@@ -295,17 +344,5 @@ fn kernel_error_km(place: NaifId) -> f64 {
         7..=9 => 5.0,
         399 | 301 => 0.03,
         _ => 0.001,
-    }
-}
-
-/// How far the planet's centre goes from the barycentre of its system, km (measured: the reference table's note on bodies).
-fn centre_offset_km(place: NaifId) -> f64 {
-    match place.0 {
-        499 => 0.0003,
-        599 => 220.0,
-        699 => 320.0,
-        799 => 50.0,
-        899 => 75.0,
-        _ => 2150.0,
     }
 }

@@ -1,0 +1,72 @@
+//! L1.2 of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the short set of Astronomy Engine 2.1.19.
+//!
+//! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, brought to ICRF by its matrix.
+
+use super::{Elements, Term, tt_days_past};
+use crate::ephemeris::State;
+use crate::time::Instant;
+use glam::{DMat3, DVec2, DVec3};
+use serde::Deserialize;
+
+const EPOCH_JD_TT: f64 = 2_433_282.5;
+
+#[derive(Debug, Deserialize)]
+struct Table {
+    /// One row per axis of Jupiter's frame, written in J2000 equatorial axes.
+    jup_to_eqj: [[f64; 3]; 3],
+    moons: [Moon; 4],
+}
+
+#[derive(Debug, Deserialize)]
+struct Moon {
+    /// GM of Jupiter and the moon, au³ per day².
+    mu: f64,
+    /// Mean longitude at the epoch, radians, and its rate a day.
+    al0: f64,
+    al1: f64,
+    /// Semi-major axis, au: cosines.
+    a: Vec<Term>,
+    /// Mean longitude, radians: sines.
+    l: Vec<Term>,
+    /// e·exp(iϖ).
+    z: Vec<Term>,
+    /// sin(I/2)·exp(iΩ).
+    zeta: Vec<Term>,
+}
+
+/// The four moons' series.
+#[derive(Debug)]
+pub struct GalileanL12 {
+    moons: [Moon; 4],
+    icrf_from_frame: DMat3,
+}
+
+impl GalileanL12 {
+    pub(super) fn parse(json: &str) -> Result<Self, serde_json::Error> {
+        let table: Table = serde_json::from_str(json)?;
+        let axes = table.jup_to_eqj.map(DVec3::from_array);
+        Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]) })
+    }
+
+    /// State relative to Jupiter's centre; index 0 Io, 1 Europa, 2 Ganymede, 3 Callisto; `None` for another.
+    pub fn state(&self, index: usize, t: Instant) -> Option<State> {
+        let moon = self.moons.get(index)?;
+        let days = tt_days_past(t, EPOCH_JD_TT);
+        let sum = |terms: &[Term]| terms.iter().map(|term| term.at(days, 0.0)).sum::<DVec2>();
+        let semi_major_axis_au = sum(&moon.a).x;
+        let elements = Elements {
+            semi_major_axis_au,
+            mean_motion_per_day: (moon.mu / semi_major_axis_au.powi(3)).sqrt(),
+            mean_longitude_rad: moon.al0 + moon.al1 * days + sum(&moon.l).y,
+            eccentricity: sum(&moon.z),
+            inclination: sum(&moon.zeta),
+        };
+        Some(elements.state(&self.icrf_from_frame))
+    }
+}
+
+/// Bound of the error, km: the short series against JPL's jup365 in 1931-1933 and 2068 (tests/satellites.rs) are off by at most 353
+/// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); a third is added for the dates between.
+pub fn error_km(index: usize) -> f64 {
+    [480.0, 300.0, 400.0, 650.0].get(index).copied().unwrap_or(650.0)
+}

@@ -1,0 +1,81 @@
+//! Theories of the large moons: an instant comes in, a state relative to the planet's centre goes out, ICRF, km and km/s.
+//!
+//! Both theories give six elements that are sums of periodic terms: semi-major axis or mean motion, mean longitude λ, eccentricity
+//! z = e·exp(iϖ) and inclination ζ = sin(I/2)·exp(iΩ). The elements are osculating, so the two-body velocity on them is the moon's velocity.
+//! Left out: what the tables leave out; `error_km` of each theory says how much. No planet's place is asked for here.
+
+pub mod galilean;
+pub mod tass;
+
+use super::{EphemerisError, State, kepler};
+use crate::time::Instant;
+use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
+use glam::{DMat3, DVec2};
+use serde::Deserialize;
+
+static GALILEAN_TABLE: &str = include_str!("../../../catalogs/galilean_l12.json");
+static SATURN_TABLE: &str = include_str!("../../../catalogs/saturn_tass17.json");
+
+/// Both theories, their tables read once.
+#[derive(Debug)]
+pub struct Theories {
+    pub galilean: galilean::GalileanL12,
+    pub saturn: tass::Tass17,
+}
+
+impl Theories {
+    /// The tables that ship inside the program.
+    pub fn embedded() -> Result<Self, EphemerisError> {
+        let wrong = |file: &str, e: serde_json::Error| EphemerisError(format!("{file}: {e}"));
+        Ok(Self {
+            galilean: galilean::GalileanL12::parse(GALILEAN_TABLE).map_err(|e| wrong("galilean_l12.json", e))?,
+            saturn: tass::Tass17::parse(SATURN_TABLE).map_err(|e| wrong("saturn_tass17.json", e))?,
+        })
+    }
+}
+
+/// One periodic term: amplitude, phase (radians) and frequency (radians a day).
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Term(f64, f64, f64);
+
+impl Term {
+    /// Amplitude times (cos, sin) of the term's angle, which `shift_rad` moves.
+    fn at(&self, days: f64, shift_rad: f64) -> DVec2 {
+        let (sin, cos) = (self.1 + self.2 * days + shift_rad).sin_cos();
+        DVec2::new(cos, sin) * self.0
+    }
+}
+
+/// Osculating elements of one instant, in au, radians and days.
+#[derive(Clone, Copy, Debug)]
+struct Elements {
+    semi_major_axis_au: f64,
+    mean_motion_per_day: f64,
+    mean_longitude_rad: f64,
+    /// e (cos ϖ, sin ϖ).
+    eccentricity: DVec2,
+    /// sin(I/2) (cos Ω, sin Ω).
+    inclination: DVec2,
+}
+
+impl Elements {
+    fn state(&self, icrf_from_frame: &DMat3) -> State {
+        let angle = |v: DVec2| v.y.atan2(v.x);
+        let (periapsis, node) = (angle(self.eccentricity), angle(self.inclination));
+        let in_frame = kepler::state_in_frame(
+            self.semi_major_axis_au * KM_PER_AU,
+            self.eccentricity.length(),
+            2.0 * self.inclination.length().min(1.0).asin(),
+            node,
+            periapsis - node,
+            self.mean_longitude_rad - periapsis,
+            self.mean_motion_per_day / SECONDS_PER_DAY,
+        );
+        State { pos_km: *icrf_from_frame * in_frame.pos_km, vel_km_s: *icrf_from_frame * in_frame.vel_km_s }
+    }
+}
+
+/// TT days past a Julian date, without the loss that a Julian date in one f64 has (40 microseconds: a metre for Io).
+fn tt_days_past(t: Instant, epoch_jd_tt: f64) -> f64 {
+    t.tt_seconds_past_j2000() / SECONDS_PER_DAY + (crate::units::JD_J2000 - epoch_jd_tt)
+}
