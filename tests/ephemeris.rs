@@ -122,7 +122,7 @@ fn a_pair_is_the_difference_of_its_parts() {
 fn velocities_are_slopes_of_positions() {
     let ephemeris = ephemeris();
     let t = Instant::parse("1969-07-20T20:17:40Z").expect("a time");
-    for id in [10, 199, 299, 399, 301, 4, 5, 9, 401, 501] {
+    for id in [10, 199, 299, 399, 301, 4, 5, 9, 401] {
         let Ok(now) = ephemeris.state(NaifId(id), NaifId(0), t, None) else { continue };
         let at = |s: f64| ephemeris.state(NaifId(id), NaifId(0), t.plus_seconds(s), None).expect("a place").state.pos_km;
         let slope = (at(16.0) - at(-16.0)) / 32.0;

@@ -88,66 +88,88 @@ fn velocity_is_the_slope_of_position() {
                 ephemeris.state(NaifId(moon), NaifId(planet), t, None).expect("a moon").state
             };
             let slope = (at(30.0).pos_km - at(-30.0).pos_km) / 60.0;
+            // An hour away the slope is another.
+            assert!((slope - at(3600.0).vel_km_s).length() / slope.length() > 1e-3);
             worst = worst.max((slope - at(0.0).vel_km_s).length() / slope.length());
         }
         println!("{moon}: {worst:e}");
-        assert!(worst < 1e-3, "{moon}: {worst}");
+        // The elements' two-body motion misses what the tables cut off: 4e-4 of the speed for Callisto, 1.5e-3 for Hyperion.
+        assert!(worst < if moon == 607 { 3e-3 } else { 1e-3 }, "{moon}: {worst}");
     }
 }
 
-/// Worst angle in degrees between a locked moon's prime meridian and its planet, seen from the moon's centre along the equator.
-fn worst_meridian_error_deg(ephemeris: &Ephemeris, moon: NaifId, planet: NaifId, late_s: f64) -> f64 {
-    let mut worst = 0.0_f64;
-    for i in 0..60 {
-        let t = Instant::from_jd_tdb(2_451_545.0 + 251.7 * f64::from(i));
-        let to_moon = ephemeris.state(moon, planet, t.plus_seconds(late_s), None).expect("a moon").state.pos_km;
-        let planet_in_body = ephemeris.body_from_icrf(moon, t).expect("a rotation") * -to_moon;
-        worst = worst.max(planet_in_body.y.atan2(planet_in_body.x).abs().to_degrees());
-    }
-    worst
+/// Angle in degrees from a locked moon's prime meridian to its planet, along the moon's equator.
+fn facing_deg(ephemeris: &Ephemeris, moon: NaifId, planet: NaifId, t: Instant, late_s: f64) -> f64 {
+    let to_moon = ephemeris.state(moon, planet, t.plus_seconds(late_s), None).expect("a moon").state.pos_km;
+    let planet_in_body = ephemeris.body_from_icrf(moon, t).expect("a rotation") * -to_moon;
+    planet_in_body.y.atan2(planet_in_body.x).to_degrees()
 }
 
-/// Moons that the IAU's model turns once an orbit and whose motion is followed for decades; the small ones close to their planets drift.
-const LOCKED: &[(i32, i32)] = &[
-    (401, 499),
-    (402, 499),
-    (501, 599),
-    (502, 599),
-    (503, 599),
-    (504, 599),
-    (601, 699),
-    (602, 699),
-    (603, 699),
-    (604, 699),
-    (605, 699),
-    (606, 699),
-    (608, 699),
-    (701, 799),
-    (702, 799),
-    (703, 799),
-    (704, 799),
-    (705, 799),
-    (801, 899),
-    (808, 899),
-    (901, 999),
+/// Worst of 60 angles over 2000 to 2041.
+fn worst_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, late_s: f64) -> f64 {
+    let at = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 251.7 * f64::from(i));
+    (0..60).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), at(i), late_s).abs()).fold(0.0, f64::max)
+}
+
+/// Moons that the IAU's model turns once an orbit, and the largest angle allowed, degrees. An orbit's eccentricity swings the planet by 2e
+/// radians (Titan and Iapetus 3.3), the IAU counts some longitudes from craters that lie beside the mean meridian (Enceladus 4, Rhea and
+/// Ganymede 2.5, Mimas 6), and mean elements add a degree or two. Small moons close to their planets drift and are not here.
+const LOCKED: &[(i32, i32, f64)] = &[
+    (401, 499, 4.5),
+    (402, 499, 1.0),
+    (501, 599, 1.2),
+    (502, 599, 3.0),
+    (503, 599, 3.0),
+    (504, 599, 2.0),
+    (601, 699, 13.5),
+    (602, 699, 5.5),
+    (603, 699, 1.5),
+    (604, 699, 1.5),
+    (605, 699, 3.2),
+    (606, 699, 6.0),
+    (608, 699, 8.0),
+    (701, 799, 4.5),
+    (702, 799, 4.5),
+    (703, 799, 4.5),
+    (704, 799, 4.5),
+    (705, 799, 4.5),
+    (801, 899, 4.5),
+    (808, 899, 6.0),
+    (901, 999, 1.0),
 ];
-/// An eccentric orbit swings a locked moon by 2e radians (Titan and Iapetus 3.3 degrees); mean elements add a degree or two.
-const FACING_DEG: f64 = 4.5;
 
 #[test]
 fn locked_moons_face_their_planets_by_the_iau_meridian() {
     let ephemeris = ephemeris();
     let mut off = Vec::new();
-    for &(moon, planet) in LOCKED {
-        let worst = worst_meridian_error_deg(&ephemeris, NaifId(moon), NaifId(planet), 0.0);
+    for &(moon, planet, most_deg) in LOCKED {
+        let worst = worst_facing_deg(&ephemeris, moon, planet, 0.0);
         println!("{moon} {worst:.3}");
-        if worst > FACING_DEG {
+        if worst > most_deg {
             off.push(format!("{moon}: {worst:.2} degrees"));
         }
     }
     assert!(off.is_empty(), "{off:?}");
     // Two hours late is 17 degrees for Io.
-    assert!(worst_meridian_error_deg(&ephemeris, NaifId(501), JUPITER, 7200.0) > FACING_DEG);
+    assert!(worst_facing_deg(&ephemeris, 501, 599, 7200.0) > 10.0);
+}
+
+#[test]
+fn moons_keep_step_with_their_rotation_for_a_century() {
+    // The crater's offset and the swing cancel between two long means; what is left is a difference of mean motions.
+    let ephemeris = ephemeris();
+    let mean_deg = |moon: i32, planet: i32, from_jd: f64, late_s: f64| {
+        let at = |i: i32| Instant::from_jd_tdb(from_jd + 12.473 * f64::from(i));
+        (0..400).map(|i| facing_deg(&ephemeris, NaifId(moon), NaifId(planet), at(i), late_s)).sum::<f64>() / 400.0
+    };
+    for moon in [501, 502, 503, 504, 602, 604, 605, 606] {
+        let planet = moon / 100 * 100 + 99;
+        let drift_deg = mean_deg(moon, planet, 2_472_000.0, 0.0) - mean_deg(moon, planet, 2_427_000.0, 0.0);
+        println!("{moon}: {drift_deg:.3} degrees in 123 years");
+        assert!(drift_deg.abs() < 0.5, "{moon}: {drift_deg}");
+    }
+    // An hour's slip in that time would show: 8.5 degrees for Io.
+    assert!((mean_deg(501, 599, 2_472_000.0, 3600.0) - mean_deg(501, 599, 2_427_000.0, 0.0)).abs() > 0.5);
 }
 
 #[test]

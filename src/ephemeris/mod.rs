@@ -4,6 +4,7 @@
 //! barycentre, that from the solar system's); a state is the difference of two walks up to their first common place. What always holds:
 //! the answer names the least accurate source that it used and a bound of its error. No file is read here: bytes come in.
 
+pub mod apparent;
 pub mod frames;
 pub mod kepler;
 pub mod kernel;

@@ -1,0 +1,187 @@
+//! What an observer sees: apparent places from the Earth's centre, and the points of a body that face the observer and the Sun.
+//!
+//! A body and an instant (of reception) come in; degrees, kilometres and seconds go out, ready to be written. Apparent places hold light
+//! time, the bending of light by the Sun, and stellar aberration with its relativistic terms. Left out: bending by the planets (under 0.02
+//! arcsec, and only beside their discs), the atmosphere, and the observer's place on the Earth.
+
+use super::orientation::{self, PoleAndMeridian};
+use super::{Ephemeris, EphemerisError, Source};
+use crate::catalog::{Body, NaifId};
+use crate::time::Instant;
+use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
+use glam::{DMat3, DVec3};
+
+/// Under this angle from the Sun's centre (half of its square, radians) bending fades out; the Sun's limb is at 1.1e-5.
+const BENDING_LIMIT: f64 = 1e-6;
+
+/// Right ascension 0 to 360 and declination, degrees.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct RaDec {
+    pub ra_deg: f64,
+    pub dec_deg: f64,
+}
+
+impl RaDec {
+    pub fn of(direction: DVec3) -> Self {
+        let (lon_deg, lat_deg) = lon_lat_deg(direction);
+        Self { ra_deg: lon_deg, dec_deg: lat_deg }
+    }
+}
+
+/// Where a body is seen from the Earth's centre.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct ApparentPlace {
+    /// In the axes of the GCRS.
+    pub gcrs: RaDec,
+    /// In the true equator and equinox of date (IAU 2006/2000A).
+    pub true_of_date: RaDec,
+    /// From the body when the light left to the Earth when it came.
+    pub distance_km: f64,
+    pub light_time_s: f64,
+    pub source: Source,
+    /// The ephemeris' bound of error as an angle.
+    pub error_arcsec: f64,
+}
+
+/// Place of `body` as seen from the Earth's centre at `t`.
+pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<ApparentPlace, EphemerisError> {
+    let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
+    let sun_pos_km = ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
+    let (body_pos_km, _) = ephemeris.light_time_position(body, earth.pos_km, t)?;
+    let to_body = body_pos_km - earth.pos_km;
+    let distance_km = to_body.length();
+    let natural = to_body.try_normalize().ok_or_else(|| EphemerisError("the Earth has no place as seen from its own centre".into()))?;
+
+    let from_sun = earth.pos_km - sun_pos_km;
+    let sun_distance_au = from_sun.length() / KM_PER_AU;
+    let bent = match (body_pos_km - sun_pos_km).try_normalize() {
+        Some(sun_to_body) if body != NaifId::SUN => DVec3::from_array(sofars::astro::ld(
+            1.0,
+            natural.to_array(),
+            sun_to_body.to_array(),
+            from_sun.normalize().to_array(),
+            sun_distance_au,
+            BENDING_LIMIT,
+        )),
+        _ => natural,
+    };
+    let velocity = earth.vel_km_s / SPEED_OF_LIGHT_KM_S;
+    let seen = DVec3::from_array(sofars::astro::ab(
+        &bent.to_array(),
+        &velocity.to_array(),
+        sun_distance_au,
+        (1.0 - velocity.length_squared()).sqrt(),
+    ));
+    let answer = ephemeris.state(body, NaifId::EARTH, t, None)?;
+    Ok(ApparentPlace {
+        gcrs: RaDec::of(seen),
+        true_of_date: RaDec::of(orientation::true_of_date_from_gcrs(t) * seen),
+        distance_km,
+        light_time_s: distance_km / SPEED_OF_LIGHT_KM_S,
+        source: answer.source,
+        error_arcsec: answer.error_km / distance_km / RAD_PER_ARCSEC,
+    })
+}
+
+/// A point of a body's surface, degrees.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct SurfacePoint {
+    /// Planetocentric: east positive, 0 to 360.
+    pub lon_east_deg: f64,
+    pub lat_centric_deg: f64,
+    /// Planetographic: the normal's latitude, and the longitude that grows with time for a far observer (west for direct rotation, east
+    /// for retrograde); by custom east for the Sun, the Earth and the Moon.
+    pub lon_graphic_deg: f64,
+    pub lat_graphic_deg: f64,
+}
+
+/// How a body is turned to an observer and to the Sun, at the moment when the light left it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct SubPoints {
+    pub sub_observer: SurfacePoint,
+    /// `None` for the Sun itself.
+    pub sub_solar: Option<SurfacePoint>,
+    /// Angle at the body between the observer and the Sun; `None` for the Sun itself.
+    pub phase_angle_deg: Option<f64>,
+    pub pole: RaDec,
+    /// Angle of the prime meridian, WGCCRE's W.
+    pub w_deg: f64,
+    pub distance_km: f64,
+    pub light_time_s: f64,
+}
+
+/// The points of `body` under `observer` and under the Sun, as the light shows them that reaches the observer at `t`. Aberration is left
+/// out, as is usual for these points.
+pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Instant) -> Result<SubPoints, EphemerisError> {
+    let observer_pos_km = ephemeris.state(observer, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
+    let (body_pos_km, emitted) = ephemeris.light_time_position(body.id, observer_pos_km, t)?;
+    let (sun_pos_km, _) = ephemeris.light_time_position(NaifId::SUN, body_pos_km, emitted)?;
+    let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted)?;
+    let soon = ephemeris.body_from_icrf(body.id, emitted.plus_seconds(60.0))?;
+    let east_is_positive = matches!(body.id, NaifId::SUN | NaifId::EARTH | NaifId::MOON) || turns_backward(&body_from_icrf, &soon);
+    let point = |direction: DVec3| surface_point(body_from_icrf * direction, body.radii_km, east_is_positive);
+
+    let to_observer = observer_pos_km - body_pos_km;
+    if to_observer.length() < 1e-6 {
+        return Err(EphemerisError(format!("{} cannot be seen from its own centre", body.name)));
+    }
+    let to_sun = (body.id != NaifId::SUN).then_some(sun_pos_km - body_pos_km);
+    let turned = PoleAndMeridian::of(&body_from_icrf);
+    Ok(SubPoints {
+        sub_observer: point(to_observer),
+        sub_solar: to_sun.map(point),
+        phase_angle_deg: to_sun.map(|s| s.angle_between(to_observer).to_degrees()),
+        pole: RaDec { ra_deg: turned.pole_ra_deg, dec_deg: turned.pole_dec_deg },
+        w_deg: turned.w_deg,
+        distance_km: to_observer.length(),
+        light_time_s: to_observer.length() / SPEED_OF_LIGHT_KM_S,
+    })
+}
+
+/// Whether the body turns westward: a fixed direction then wanders east in the body's axes.
+fn turns_backward(now: &DMat3, soon: &DMat3) -> bool {
+    (*soon * now.row(0)).y > 0.0
+}
+
+fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {
+    let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
+    // Of the spheroid with the mean equatorial radius; a planet has just one.
+    let equatorial_km = 0.5 * (radii_km.x + radii_km.y);
+    let equator_over_pole = equatorial_km / radii_km.z;
+    let across = direction_in_body.truncate().length();
+    SurfacePoint {
+        lon_east_deg,
+        lat_centric_deg,
+        lon_graphic_deg: if east_is_positive { lon_east_deg } else { (-lon_east_deg).rem_euclid(360.0) },
+        lat_graphic_deg: (direction_in_body.z * equator_over_pole * equator_over_pole).atan2(across).to_degrees(),
+    }
+}
+
+/// Longitude 0 to 360 and latitude of a direction, degrees.
+fn lon_lat_deg(v: DVec3) -> (f64, f64) {
+    (v.y.atan2(v.x).to_degrees().rem_euclid(360.0), v.z.atan2(v.truncate().length()).to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn graphic_coordinates_of_saturn() {
+        // Halfway between equator and pole Saturn's normal leans 5.9 degrees poleward: tan = (60268/54364)^2.
+        let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
+        let p = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, false);
+        assert!((p.lat_centric_deg - 45.0).abs() < 1e-12);
+        assert!((p.lat_graphic_deg.to_radians().tan() - (60_268.0_f64 / 54_364.0).powi(2)).abs() < 1e-12);
+        let p = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, false);
+        assert!((p.lon_east_deg - 90.0).abs() < 1e-12 && (p.lon_graphic_deg - 270.0).abs() < 1e-12);
+        assert!(surface_point(DVec3::Z, radii_km, true).lat_graphic_deg > 89.999);
+    }
+
+    #[test]
+    fn the_sense_of_rotation_is_seen() {
+        let turned = |deg: f64| PoleAndMeridian { pole_ra_deg: 272.8, pole_dec_deg: 67.2, w_deg: deg }.body_from_icrf();
+        assert!(turns_backward(&turned(10.0), &turned(9.9)));
+        assert!(!turns_backward(&turned(10.0), &turned(10.1)));
+    }
+}
