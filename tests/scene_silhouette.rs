@@ -51,7 +51,7 @@ fn shader_discriminant(rays: &ViewRays, clip: DVec2) -> f32 {
         if u + v <= 1.0 { a * (1.0 - u - v) + b * u + c * v } else { d * (u + v - 1.0) + b * (1.0 - v) + c * (1.0 - u) }
     };
     let anchor: Vec3 = interpolate(rays.anchor_origin, rays.anchor_du, rays.anchor_dv);
-    let along = interpolate(rays.ray_origin, rays.ray_du, rays.ray_dv).normalize();
+    let along = interpolate(rays.ray_origin, rays.ray_du, rays.ray_dv).normalize_or_zero();
     let b = anchor.dot(along);
     if rays.anchor_is_camera {
         b * b - rays.anchor_excess

@@ -12,7 +12,7 @@ use orrery::shader::{Lowering, ModuleId, ShaderModule, emit};
 use std::collections::BTreeSet;
 
 fn lowering() -> Lowering {
-    Lowering::none()
+    orrery::render::software::lowering()
 }
 
 fn reachable() -> BTreeSet<ShaderKey> {

@@ -95,8 +95,8 @@ fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
 }
 
 fn render(plan: &Plan, options: Options) -> Frame {
-    let renderer = SoftwareRenderer::new(Options { keep_hdr: true, ..options }).expect("a renderer");
-    renderer.render(plan, &*LIBRARY).expect("a frame").0
+    let renderer = SoftwareRenderer::new(Options { ..options }).expect("a renderer");
+    renderer.render(plan, &*LIBRARY, true).expect("a frame").0
 }
 
 fn with_threads(threads: usize) -> Options {
@@ -215,7 +215,7 @@ fn noise(texels: u32) -> Vec<u8> {
 #[test]
 fn what_does_not_fit_is_named() {
     let renderer = SoftwareRenderer::new(with_threads(1)).expect("a renderer");
-    let error = |plan: &Plan| renderer.render(plan, &*LIBRARY).expect_err("must be refused");
+    let error = |plan: &Plan| renderer.render(plan, &*LIBRARY, true).expect_err("must be refused");
     let unbound = scene([8, 8], vec![sphere(Vec3::Z, MapSet { albedo: true, ..MapSet::default() })]);
     assert!(matches!(error(&unbound), RenderError::Binding { binding: 1, .. }));
     let mut forward = scene([8, 8], Vec::new());

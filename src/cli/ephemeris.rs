@@ -3,6 +3,7 @@
 use super::output::put;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::apparent::{apparent_place, sub_points};
 use crate::ephemeris::{Answer, Ephemeris, Source};
 use crate::time::Instant;
 use clap::{Args, ValueEnum};
@@ -29,14 +30,15 @@ impl From<SourceChoice> for Source {
 
 #[derive(Args, Debug, Default)]
 #[command(after_help = "Examples:\n  orrery ephemeris --body moon --center earth --time 2024-04-08T18:17:16Z\n  \
-    echo '{\"body\":\"jupiter\",\"center\":\"sun\",\"time\":\"jd_tdb:2460409.262\"}' | orrery ephemeris --stdin\n\n\
+    echo '{\"body\":\"jupiter\",\"center\":\"sun\",\"time\":\"jd_tdb:2460409.262\"}' | orrery ephemeris --stdin\n  \
+    orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n\n\
     Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error.")]
 pub struct EphemerisArgs {
     /// The body or centre of mass that is asked for, such as io or "mars barycenter"
     #[arg(long, required_unless_present = "stdin")]
     body: Option<String>,
     /// What it is counted from
-    #[arg(long, required_unless_present = "stdin")]
+    #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation"])]
     center: Option<String>,
     /// ISO 8601 UTC, jd_tdb:2460409.262 or now
     #[arg(long, required_unless_present = "stdin")]
@@ -47,20 +49,49 @@ pub struct EphemerisArgs {
     /// Read questions as JSON lines {"body","center","time","source"} and answer one line each
     #[arg(long, conflicts_with_all = ["body", "center", "time"])]
     stdin: bool,
+    /// Where the body is seen from the Earth's centre: RA and Dec with light time, deflection and aberration
+    #[arg(long, conflicts_with_all = ["orientation", "center", "source"])]
+    apparent: bool,
+    /// Pole, prime meridian, sub-observer and sub-solar points, with light time to --center (default: the Earth)
+    #[arg(long, conflicts_with = "source")]
+    orientation: bool,
     /// Print one JSON value
     #[arg(long)]
     json: bool,
+}
+
+/// What is asked of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    State,
+    Apparent,
+    Orientation,
+}
+
+impl EphemerisArgs {
+    fn asked(&self) -> Asked {
+        match (self.apparent, self.orientation) {
+            (true, _) => Asked::Apparent,
+            (_, true) => Asked::Orientation,
+            _ => Asked::State,
+        }
+    }
 }
 
 pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
     let source = args.source.map(Source::from);
+    let asked = args.asked();
     if args.stdin {
-        return answer_lines(&catalog, &ephemeris, source);
+        return answer_lines(&catalog, &ephemeris, source, asked);
     }
     let word = |w: &Option<String>| w.clone().unwrap_or_default();
     let question = Question { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
+    if asked != Asked::State {
+        let seen = question.seen(&catalog, &ephemeris, asked).map_err(CliError)?;
+        return put(&if args.json { format!("{seen}\n") } else { format!("{seen:#}\n") });
+    }
     let answer = question.answer(&catalog, &ephemeris).map_err(CliError)?;
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     put(&text)
@@ -82,8 +113,22 @@ impl Question {
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
 
+    /// Apparent place or orientation; without a centre the Earth looks.
+    fn seen(&self, catalog: &Catalog, ephemeris: &Ephemeris, asked: Asked) -> Result<Value, String> {
+        let id = place(catalog, "body", &self.body)?;
+        let t = time(&self.time)?;
+        let value = if asked == Asked::Apparent {
+            serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
+        } else {
+            let observer = if self.center.is_empty() { NaifId::EARTH } else { place(catalog, "center", &self.center)? };
+            let body = catalog.body(id).ok_or_else(|| format!("body {:?} is a centre of mass, which does not turn", self.body))?;
+            serde_json::to_value(sub_points(ephemeris, body, observer, t).map_err(|e| e.to_string())?)
+        };
+        value.map_err(|e| e.to_string())
+    }
+
     /// Reads a line; `source` is the default for lines that name none.
-    fn from_json(line: &str, source: Option<Source>) -> Result<Self, String> {
+    fn from_json(line: &str, source: Option<Source>, asked: Asked) -> Result<Self, String> {
         let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
         if let Some(unknown) = object.keys().find(|k| !["body", "center", "time", "source"].contains(&k.as_str())) {
@@ -100,7 +145,11 @@ impl Question {
                 Some(serde_json::from_value(s.clone()).map_err(|_| format!("source {s} is not known; mean, series and kernel are"))?)
             }
         };
-        Ok(Self { body: text("body")?, center: text("center")?, time: text("time")?, source })
+        let center = match text("center") {
+            Err(_) if asked != Asked::State && !object.contains_key("center") => String::new(),
+            center => center?,
+        };
+        Ok(Self { body: text("body")?, center, time: text("time")?, source })
     }
 }
 
@@ -118,15 +167,17 @@ fn time(text: &str) -> Result<Instant, String> {
     Instant::parse(text).map_err(|e| e.to_string())
 }
 
-fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>) -> Result<(), CliError> {
+fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, asked: Asked) -> Result<(), CliError> {
     for line in std::io::stdin().lock().split(b'\n') {
         let line = line.map_err(|e| CliError(format!("standard input: {e}")))?;
         let answer = String::from_utf8(line)
             .map_err(|_| "not UTF-8 text".to_owned())
-            .and_then(|line| Question::from_json(line.trim(), source))
-            .and_then(|q| q.answer(catalog, ephemeris));
+            .and_then(|line| Question::from_json(line.trim(), source, asked))
+            .and_then(|q| {
+                if asked == Asked::State { q.answer(catalog, ephemeris).map(|a| as_json(&a)) } else { q.seen(catalog, ephemeris, asked) }
+            });
         let reply = match answer {
-            Ok(a) => json!({ "ok": as_json(&a) }),
+            Ok(a) => json!({ "ok": a }),
             Err(e) => json!({ "error": e }),
         };
         put(&format!("{reply}\n"))?;
@@ -162,7 +213,7 @@ mod tests {
     fn ask(line: &str) -> Result<Answer, String> {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
-        Question::from_json(line, None)?.answer(&catalog, &ephemeris)
+        Question::from_json(line, None, Asked::State)?.answer(&catalog, &ephemeris)
     }
 
     #[test]

@@ -46,7 +46,7 @@ pub fn open(common: &Common) -> Library {
 
 /// How modules become tapes.
 pub fn lowering() -> Lowering {
-    Lowering::none()
+    crate::render::software::lowering()
 }
 
 fn json(value: &impl serde::Serialize) -> Result<(), CliError> {

@@ -130,7 +130,7 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
     Ok(SubPoints {
         sub_observer: point(to_observer),
         sub_solar: to_sun.map(point),
-        phase_angle_deg: to_sun.map(|s| s.angle_between(to_observer).to_degrees()),
+        phase_angle_deg: to_sun.map(|s| super::angle_rad(s, to_observer).to_degrees()),
         pole: RaDec { ra_deg: turned.pole_ra_deg, dec_deg: turned.pole_dec_deg },
         w_deg: turned.w_deg,
         distance_km: to_observer.length(),

@@ -24,7 +24,7 @@ const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
 ];
 
 /// The Sun's mass over that of the systems of Jupiter, Saturn, Uranus and Neptune (DE440).
-const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
+const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
 /// Heliocentric state of the barycentre `1..=9`.
 pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {

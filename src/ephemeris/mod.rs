@@ -60,6 +60,11 @@ pub struct Answer {
     pub error_km: f64,
 }
 
+/// Angle between two directions of any length, radians: from cross and dot product, so that small angles keep their digits.
+pub fn angle_rad(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}
+
 /// What cannot be answered, in one line.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]

@@ -40,7 +40,7 @@ fn shine(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn> {
     if distance_km <= source.body.radii_km.max_element() {
         return None;
     }
-    let alpha = (-to_source).angle_between(source.sun_from_body_km);
+    let alpha = crate::ephemeris::angle_rad(-to_source, source.sun_from_body_km);
     let radius_squared_km2 = source.body.radii_km.element_product().cbrt().powi(2);
     let sun_km = source.sun_from_body_km.length();
     let white = photometry::irradiance_at_viewer(source.body, alpha, sun_km, distance_km, radius_squared_km2);

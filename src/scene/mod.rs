@@ -226,7 +226,7 @@ fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, 
     if !inside && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));
     }
-    let alpha = if body.id == NaifId::SUN || inside { 0.0 } else { (-resting_km).angle_between(sun_from_body_km) };
+    let alpha = if body.id == NaifId::SUN || inside { 0.0 } else { crate::ephemeris::angle_rad(-resting_km, sun_from_body_km) };
     let n = placement.camera_in_unit_sphere() * body.radii_km;
     let irradiance = if inside {
         0.0

@@ -127,7 +127,7 @@ impl ViewRequest {
             return bad(format!("size {}x{}: each side must be 1 to 16384 pixels", self.width, self.height));
         }
         if let Some(fov) = self.fov_deg
-            && !(fov >= 1e-7 && fov <= 170.0)
+            && !(1e-7..=170.0).contains(&fov)
         {
             return bad(format!("field of view {fov}: must be 0.0000001 to 170 degrees"));
         }

@@ -8,17 +8,11 @@ const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 6
 const LONGEST_STEP_S: f64 = 0.25;
 
 /// How fast and which way scene time runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pace {
     step: usize,
     backward: bool,
     paused: bool,
-}
-
-impl Default for Pace {
-    fn default() -> Self {
-        Self { step: 0, backward: false, paused: false }
-    }
 }
 
 impl Pace {

@@ -333,8 +333,7 @@ impl TileShader<'_> {
                     continue;
                 }
             }
-            for i in q..q + run.max(1) {
-                let quad = &quads[i];
+            for (i, quad) in quads.iter().enumerate().skip(q).take(run.max(1)) {
                 for corner in 0..4 {
                     let covered = quad.coverage >> (4 * corner) & 0xf;
                     if covered != 0 {

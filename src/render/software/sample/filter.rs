@@ -47,7 +47,9 @@ pub fn footprint<R: Real>(size: [u32; 2], dx: [R; 2], dy: [R; 2], anisotropy: u8
     let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
     let (mean, difference) = (half * (a + c), half * (a - c));
     let major_sq = mean + (difference * difference + b * b).sqrt();
-    if !(major_sq > R::ONE) {
+    // NaN counts as magnified.
+    let minified = major_sq > R::ONE;
+    if !minified {
         return one_tap(major_sq);
     }
     let det = ux * vy - uy * vx;
