@@ -77,7 +77,7 @@ pub struct Light {
 /// The amounts of one draw, all f32, all in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
 /// (so the ellipsoid is the unit sphere).
 ///
-/// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in [0,1]² (v down the screen), the view ray is
+/// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in 0 to 1 each (v down the screen), the view ray is
 /// `anchor(u,v) + s * ray(u,v)`, both affine in u and v: value = origin + u * du + v * dv.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amounts {

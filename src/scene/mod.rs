@@ -130,6 +130,8 @@ pub struct Scene {
 
 /// Radiance of a fully lit disc, as a part of white, at automatic exposure: bright features of twice the mean still differ.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
+/// The same for the Sun, whose disc is what white is: its centre meets white and the darkened limb stays below.
+pub const AUTO_EXPOSED_SUN: f64 = 0.85;
 
 /// A body where the viewer sees it, before anything is decided.
 struct Placed<'a> {
@@ -266,8 +268,9 @@ fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>]) -> Ex
     };
     // A point spreads its light over the pixels of its sprite; a disc keeps its radiance.
     let shown = radiance * (area(p) * features::point_peak()).min(1.0);
-    let stops = (AUTO_EXPOSED_MEAN / shown.max(1e-30)).log2().clamp(-60.0, 60.0);
-    Exposure { stops, reason: format!("{} lit in full, mean radiance {radiance:.3e}, at {AUTO_EXPOSED_MEAN} of white", p.body.name) }
+    let (mean, how) = if p.body.id == NaifId::SUN { (AUTO_EXPOSED_SUN, "shining") } else { (AUTO_EXPOSED_MEAN, "lit in full") };
+    let stops = (mean / shown.max(1e-30)).log2().clamp(-60.0, 60.0);
+    Exposure { stops, reason: format!("{} {how}, mean radiance {radiance:.3e}, at {mean} of white", p.body.name) }
 }
 
 fn in_view(p: &Placed<'_>, seen: Seen, draw: &Option<Draw>) -> BodyInView {
