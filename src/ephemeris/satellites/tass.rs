@@ -104,7 +104,7 @@ impl Tass17 {
 }
 
 /// Bound of the error, km. Not measured here: no newer solution of Saturn's moons was at hand. What is measured is that the sums are right
-/// to metres and that the moons face Saturn (tests/satellites.rs); the figures allow twice and more of what the authors state.
+/// to metres and that the moons face Saturn (tests/satellites.rs).
 pub fn error_km(index: usize) -> f64 {
     [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0)
 }
