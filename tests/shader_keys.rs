@@ -5,7 +5,7 @@ use orrery::scene::effects::possible_needs;
 use orrery::shader::compare::{difference, ir_cost};
 use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::{FRAGMENTS, SIMPLE_MODULES};
-use orrery::shader::key::{ShaderKey, canonical_needs, covering, features, keys_of, sample};
+use orrery::shader::key::{ShaderKey, covering, features, keys_of, sample};
 use orrery::shader::record::{Record, build_all, changes_text};
 use orrery::shader::translate::{Language, translate};
 use orrery::shader::{Lowering, ModuleId, ShaderModule, emit};
@@ -88,7 +88,7 @@ fn every_fragment_parses_with_what_it_uses() {
 fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
     let mut seen = BTreeSet::new();
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    for id in simple.chain(canonical_needs().iter().map(|n| ModuleId::Planet(ShaderKey::for_draw(n)))) {
+    for id in simple.chain(covering(3).into_iter().map(ModuleId::Planet)) {
         let map = emit_module(&id).expect("emits").source_map;
         for line in 1..=map.lines.len() {
             let (fragment, number) = map.origin_of(line).expect("mapped");

@@ -10,7 +10,7 @@ use orrery::render::plan::{
 };
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Modules, Options, Precision, RenderError, SoftwareRenderer, lowering};
-use orrery::scene::draw::{Amounts, Flags, Light, MapSet, Needs, PixelView, Shape, Surface};
+use orrery::scene::draw::{Amounts, Light, MapSet, Needs};
 use orrery::shader::Library;
 use orrery::shader::key::ShaderKey;
 use std::sync::{Arc, LazyLock};
@@ -39,8 +39,7 @@ fn draw(label: &str, module: ModuleName, uniforms: Vec<u8>, vertices: Vertices) 
 
 /// A Lambert sphere seen along -z by parallel rays, lit from `towards_sun`.
 fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
-    let needs =
-        Needs { surface: Surface::Lambert, maps, lights: 1, shape: Shape::Sphere, flags: Flags::default(), view: PixelView::Shaded };
+    let needs = Needs { maps, lights: 1, ..Needs::LEAST };
     let side = 2.0 * HALF_SIDE as f32;
     let amounts = Amounts {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),

@@ -21,7 +21,13 @@
 //: use lib/limb_darkening.wgsl
 //: end
 //: if lights.1
+  //: if surface.sky
+  //: else
 //: use lib/reflected.wgsl
+  //: end
+//: end
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra|maps.cloud-shadow
+//: use lib/sunlight.wgsl
 //: end
 //: if maps.night
 //: use lib/night_lights.wgsl
@@ -91,11 +97,24 @@ fn fragment_main(in: Varyings) -> Pixel {
   //: end
 //: end
 
+//: if lights.1
+    var sunlight = draw.light_irradiance[0].rgb;
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra|maps.cloud-shadow
+    //: if shape.ellipsoid|shape.mesh
+    sunlight *= sunlight_reaching(seen.position * draw.axis_ratios);
+    //: else
+    sunlight *= sunlight_reaching(seen.position);
+    //: end
+  //: end
+//: end
+
     var radiance = vec3f(0.0);
 //: if view.shaded
   //: if surface.emissive
     radiance = albedo * limb_darkening(cos_emission, draw.limb_u1, draw.limb_u2);
   //: else
+    //: if surface.sky
+    //: else
     //: if lights.1
     var facet: Facet;
     facet.normal = normal;
@@ -108,7 +127,7 @@ fn fragment_main(in: Varyings) -> Pixel {
       //: if maps.specular
     facet.water = textureSampleGrad(specular_map, map_sampler, place.uv, place.dx, place.dy).r;
       //: end
-    radiance += reflected(facet, draw.light_direction[0].xyz, draw.light_irradiance[0].rgb);
+    radiance += reflected(facet, draw.light_direction[0].xyz, sunlight);
     //: end
     //: if lights.2
     radiance += reflected(facet, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
@@ -123,6 +142,7 @@ fn fragment_main(in: Varyings) -> Pixel {
       //: else
     radiance += lamps * draw.night_radiance;
       //: end
+    //: end
     //: end
   //: end
 //: end
@@ -141,7 +161,7 @@ fn fragment_main(in: Varyings) -> Pixel {
 //: end
 //: if view.sunlight
   //: if lights.1
-    radiance += irradiance_on(normal, seen.normal, draw.light_direction[0].xyz, draw.light_irradiance[0].rgb);
+    radiance += irradiance_on(normal, seen.normal, draw.light_direction[0].xyz, sunlight);
   //: end
   //: if lights.2
     radiance += irradiance_on(normal, seen.normal, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);

@@ -1,7 +1,7 @@
 // Light that one facet sends to the viewer from one light.
 
 //: if view.shaded
-  //: if surface.lambert
+  //: if surface.lambert|surface.cloud|surface.ring
 //: use lib/photometry/lambert.wgsl
   //: end
   //: if surface.lommel-seeliger

@@ -38,13 +38,14 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     std::io::stdout().write_all(text.as_bytes()).map_err(|e| CliError(format!("standard output: {e}")))
 }
 
-fn key(body: &BodyInView) -> Option<String> {
-    body.needs.as_ref().map(|n| ShaderKey::for_draw(n).to_string())
+/// The keys of its draws, the globe's first.
+fn keys(body: &BodyInView) -> Vec<String> {
+    body.needs.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
 }
 
 fn as_json(b: &BodyInView) -> Value {
     json!({
-        "id": b.id, "name": b.name, "appearance": b.appearance, "key": key(b),
+        "id": b.id, "name": b.name, "appearance": b.appearance, "key": keys(b).first(), "keys": keys(b),
         "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,
         "phase_angle_deg": b.phase_angle_deg, "magnitude": b.magnitude,
         "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions,
@@ -64,7 +65,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView]) -> String {
             text.push_str(&format!(", sub-solar {:.3} {:.3}", s.latitude_deg, s.longitude_deg));
         }
         text.push_str(" (planetocentric latitude, east longitude)\n");
-        if let Some(key) = key(b) {
+        for key in keys(b) {
             text.push_str(&format!("  key {key}\n"));
         }
         for d in &b.decisions {

@@ -1,69 +1,8 @@
-//! What a draw needs (structure) and how much (amounts). The shader key is derived from [`Needs`]; uniforms from [`Amounts`].
+//! How much a draw needs: amounts, maps, points. The structure beside them is [`Needs`]; uniforms come from [`Amounts`].
 
+pub use super::needs::*;
 use crate::catalog::NaifId;
 use glam::{Vec2, Vec3, Vec4};
-
-/// How the surface turns light into radiance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub enum Surface {
-    Emissive,
-    Lambert,
-    LommelSeeliger,
-    LunarLambert,
-    OrenNayar,
-}
-
-/// Which textures modulate the surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct MapSet {
-    pub albedo: bool,
-    pub normal: bool,
-    pub specular: bool,
-    pub night: bool,
-}
-
-/// What carries the surface: an intersected sphere or ellipsoid, or the triangles of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub enum Shape {
-    Sphere,
-    Ellipsoid,
-    Mesh,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct Flags {
-    pub two_sided: bool,
-    pub alpha_texture: bool,
-    pub vertex_colour: bool,
-}
-
-/// What the pixel shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub enum PixelView {
-    #[default]
-    Shaded,
-    Depth,
-    Normal,
-    Albedo,
-    Uv,
-    Sunlight,
-}
-
-impl PixelView {
-    pub const ALL: [Self; 6] = [Self::Shaded, Self::Depth, Self::Normal, Self::Albedo, Self::Uv, Self::Sunlight];
-}
-
-/// The structure of one draw.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct Needs {
-    pub surface: Surface,
-    pub maps: MapSet,
-    /// The Sun first, then reflected light of other bodies: 0..=3.
-    pub lights: u8,
-    pub shape: Shape,
-    pub flags: Flags,
-    pub view: PixelView,
-}
 
 /// One light: where it comes from in the body's unit-sphere axes' parent frame (body-fixed axes), and how strong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,10 +60,20 @@ pub struct Amounts {
     pub pixel_size: Vec2,
 }
 
+/// Which part of a body a draw shows, in the order in which parts of one body are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    Globe,
+    Ring,
+    Clouds,
+    Sky,
+}
+
 /// One draw of a body that is large enough to be a disc.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
     pub body: NaifId,
+    pub part: Part,
     /// The body's name, for labels.
     pub name: String,
     pub needs: Needs,

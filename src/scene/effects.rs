@@ -4,7 +4,7 @@
 //! validated ahead of time and the keys that frames use come from the same two functions.
 
 use super::SceneError;
-use super::draw::{Flags, MapSet, Needs, PixelView, Shape, Surface};
+use super::draw::{MapSet, Needs, PixelView, Shape, Surface};
 use crate::catalog::{Body, Catalog, Photometry};
 use std::collections::BTreeSet;
 
@@ -109,6 +109,7 @@ impl Available {
             normal: body.maps.normal.is_some() && !emissive,
             specular: body.maps.specular.is_some() && !emissive,
             night: body.maps.night.is_some() && !emissive,
+            cloud_shadow: false,
         };
         Self { ellipsoid: flattening(body) > 0.0, maps, emissive }
     }
@@ -146,11 +147,12 @@ impl Chosen {
                 normal: self.maps.normal && available.maps.normal,
                 specular: self.maps.specular && available.maps.specular,
                 night: self.maps.night && available.maps.night,
+                cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
             lights: if available.emissive { 0 } else { (1 + self.shine).min(LIGHTS_AT_MOST) },
             shape: if self.ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
-            flags: Flags::default(),
             view,
+            ..Needs::LEAST
         }
     }
 }
@@ -164,7 +166,7 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
             for ellipsoid in both {
                 for bits in 0..16u8 {
                     let has = |bit: u8| bits & (1 << bit) != 0;
-                    let maps = MapSet { albedo: has(0), normal: has(1), specular: has(2), night: has(3) };
+                    let maps = MapSet { albedo: has(0), normal: has(1), specular: has(2), night: has(3), cloud_shadow: false };
                     for shine in 0..LIGHTS_AT_MOST {
                         all.insert(Chosen { ellipsoid, maps, shine }.needs(body, view));
                     }
@@ -177,6 +179,7 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::draw::Flags;
     use super::*;
 
     #[test]
@@ -195,7 +198,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let all = possible_needs(&catalog);
         let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
-        let everything = MapSet { albedo: true, normal: true, specular: true, night: true };
+        let everything = MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true };
         let needs = Chosen { ellipsoid: true, maps: everything, shine: 200 }.needs(sun, PixelView::Shaded);
         assert_eq!((needs.surface, needs.lights, needs.maps.night), (Surface::Emissive, 0, false));
         assert!(all.contains(&needs));

@@ -1,7 +1,7 @@
 //! What one body's draw gets and does not get, each by a number against a bound.
 
 use super::camera::{self, AnchorForm, NEAR_DEPTH_KM};
-use super::draw::{Amounts, Draw, Light, MapFiles, MapSet, Point};
+use super::draw::{Amounts, Draw, Light, MapFiles, MapSet, Part, Point};
 use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
 use super::lights::{self, LightOn, Reflector};
 use super::request::ViewRequest;
@@ -84,8 +84,8 @@ impl Ledger<'_> {
     }
 }
 
-/// Decides one body's features, and its draw and point where it has them.
-pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, Option<Draw>, Option<Point>) {
+/// Decides one body's features, and its draws (the globe first) and point where it has them.
+pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, Vec<Draw>, Option<Point>) {
     let (camera, body) = (frame.camera, p.body);
     let mut ledger = Ledger { request: frame.request, decisions: Vec::new() };
     let diameter_px = match p.outline {
@@ -95,7 +95,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     };
     let not_shown = |mut ledger: Ledger<'_>, reason: &str| {
         ledger.note("visible", false, reason.into());
-        (Seen { appearance: Appearance::NotShown, diameter_px, decisions: ledger.decisions }, None, None)
+        (Seen { appearance: Appearance::NotShown, diameter_px, decisions: ledger.decisions }, Vec::new(), None)
     };
     if inside {
         return not_shown(ledger, "the camera is at its centre");
@@ -121,7 +121,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     }
     if share <= 0.0 {
         let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
-        return (Seen { appearance, diameter_px, decisions: ledger.decisions }, None, point);
+        return (Seen { appearance, diameter_px, decisions: ledger.decisions }, Vec::new(), point);
     }
 
     let (chosen, shine) = choose(frame, p, &mut ledger, diameter_px);
@@ -134,9 +134,9 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         night: files(needs.maps.night, &body.maps.night),
     };
     let amounts = amounts(frame, p, rect, chosen.maps, &shine, share);
-    let draw = Draw { body: body.id, name: body.name.clone(), needs, amounts, map_files };
+    let draw = Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files };
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
-    (Seen { appearance, diameter_px, decisions: ledger.decisions }, Some(draw), point)
+    (Seen { appearance, diameter_px, decisions: ledger.decisions }, vec![draw], point)
 }
 
 /// Sum of the body's radiance over the pixels, linear RGB.

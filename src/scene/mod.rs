@@ -8,6 +8,7 @@ pub mod draw;
 pub mod effects;
 mod features;
 mod lights;
+mod needs;
 mod phase_laws;
 pub mod photometry;
 pub mod request;
@@ -111,8 +112,8 @@ pub struct BodyInView {
     pub sub_solar: Option<SubPoint>,
     pub placement: Placement,
     pub decisions: Vec<Decision>,
-    /// Structure of its draw, where it has one.
-    pub needs: Option<draw::Needs>,
+    /// Structure of its draws, the globe first.
+    pub needs: Vec<draw::Needs>,
 }
 
 /// One frame, ready to be planned.
@@ -177,12 +178,12 @@ impl Scene {
         for slot in bodies.iter_mut().filter(|b| b.is_none()) {
             let Some(p) = next.next() else { break };
             let hidden_inside = viewer.inside == Some(p.body.id);
-            let (seen, draw, point) = features::decide(&frame, p, hidden_inside);
-            *slot = Some(in_view(p, seen, &draw));
-            draws.extend(draw.map(|d| (p.distance_km, d)));
+            let (seen, parts, point) = features::decide(&frame, p, hidden_inside);
+            *slot = Some(in_view(p, seen, &parts));
+            draws.extend(parts.into_iter().map(|d| (p.distance_km, d)));
             points.extend(point);
         }
-        draws.sort_by(|a, b| b.0.total_cmp(&a.0));
+        draws.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.part.cmp(&b.1.part)));
         Ok(Self {
             time: request.time,
             camera: viewer.camera,
@@ -273,7 +274,7 @@ fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>]) -> Ex
     Exposure { stops, reason: format!("{} {how}, mean radiance {radiance:.3e}, at {mean} of white", p.body.name) }
 }
 
-fn in_view(p: &Placed<'_>, seen: Seen, draw: &Option<Draw>) -> BodyInView {
+fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw]) -> BodyInView {
     let to_viewer = p.placement.body_from_icrf * -p.placement.centre_km;
     BodyInView {
         id: p.body.id,
@@ -288,7 +289,7 @@ fn in_view(p: &Placed<'_>, seen: Seen, draw: &Option<Draw>) -> BodyInView {
         sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),
         placement: p.placement,
         decisions: seen.decisions,
-        needs: draw.as_ref().map(|d| d.needs),
+        needs: parts.iter().map(|d| d.needs).collect(),
     }
 }
 
@@ -307,7 +308,7 @@ fn unplaced(body: &Body, reason: String) -> BodyInView {
         sub_solar: None,
         placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
         decisions: vec![Decision { feature: "visible", on: false, reason }],
-        needs: None,
+        needs: Vec::new(),
     }
 }
 

@@ -25,6 +25,7 @@ fragments![
     "lib/rectangle.wgsl",
     "lib/reflected.wgsl",
     "lib/relief.wgsl",
+    "lib/sunlight.wgsl",
 ];
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.

@@ -1,7 +1,8 @@
 //! Which values mean nothing beside which others.
 
 use super::dimension::{DIMENSIONS, Dimension};
-use crate::scene::draw::{Needs, PixelView, Shape, Surface};
+use crate::scene::draw::{AirTier, EclipseModel, Needs, PixelView, RingShadow, Shape, Surface};
+use std::sync::OnceLock;
 
 /// Where `applies` holds, the dimension `of` may take the value `least` and the image stays the same.
 pub struct Rule {
@@ -16,45 +17,151 @@ pub struct Rule {
 fn emissive(n: &Needs) -> bool {
     n.surface == Surface::Emissive
 }
-fn shaded(n: &Needs) -> bool {
-    n.view == PixelView::Shaded
+/// Whether the pixel shows the light itself, or the work of finding it.
+fn full(n: &Needs) -> bool {
+    matches!(n.view, PixelView::Shaded | PixelView::Cost)
 }
-/// Whether the shaded view shows reflected light.
-fn reflects(n: &Needs) -> bool {
-    shaded(n) && !emissive(n) && n.lights > 0
+/// Air, cloud and ring: nothing that a ground has.
+fn no_ground(n: &Needs) -> bool {
+    matches!(n.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
+}
+/// Whether the picture shows light that falls on something.
+fn lit(n: &Needs) -> bool {
+    full(n) && !emissive(n) && n.lights > 0
+}
+/// Whether the picture shows how much sunlight arrives.
+fn shows_sunlight(n: &Needs) -> bool {
+    lit(n) || (n.view == PixelView::Sunlight && n.lights > 0 && !emissive(n))
 }
 /// Whether the pixel's value depends on the direction of the surface.
 fn shows_normal(n: &Needs) -> bool {
-    reflects(n) || (shaded(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0)
+    (lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
+        && n.surface != Surface::Sky
 }
-/// Whether the pixel's value depends on the surface's own colour.
+/// Whether the pixel's value depends on the surface's own colour. A ring's and a cloud's map holds their opacity, too.
 fn shows_albedo(n: &Needs) -> bool {
-    reflects(n) || (shaded(n) && emissive(n)) || n.view == PixelView::Albedo
+    match n.surface {
+        Surface::Sky => false,
+        Surface::Cloud | Surface::Ring => true,
+        _ => lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Albedo,
+    }
 }
 
 /// Applied in order until nothing changes; each rule only takes away, so that ends.
 pub static RULES: &[Rule] = &[
-    Rule { of: "lights", least: "sun0", applies: emissive, because: "an emissive surface reflects nothing" },
-    Rule { of: "lights", least: "sun0", applies: |n| !shaded(n) && n.view != PixelView::Sunlight, because: "this view shows no light" },
-    Rule { of: "surface", least: "lambert", applies: |n| !shaded(n), because: "this view does not show how the surface turns light" },
     Rule {
         of: "surface",
         least: "lambert",
-        applies: |n| !emissive(n) && n.lights == 0,
+        applies: |n| {
+            n.surface == Surface::Sky
+                && (n.air.tier == AirTier::None || !(full(n) || n.view == PixelView::OpticalDepth) || (full(n) && n.lights == 0))
+        },
+        because: "a sky without lit air shows nothing",
+    },
+    Rule { of: "lights", least: "sun0", applies: emissive, because: "an emissive surface reflects nothing" },
+    Rule {
+        of: "lights",
+        least: "sun0",
+        applies: |n| matches!(n.view, PixelView::Depth | PixelView::Normal | PixelView::Albedo | PixelView::Uv | PixelView::OpticalDepth),
+        because: "this view shows no light",
+    },
+    Rule {
+        of: "lights",
+        least: "sun0",
+        applies: |n| n.view == PixelView::Eclipse && n.eclipse.casters == 0,
+        because: "no caster stands before the Sun",
+    },
+    Rule {
+        of: "lights",
+        least: "sun0",
+        applies: |n| n.view == PixelView::Ring && (n.ring_shadow == RingShadow::None || n.surface == Surface::Ring),
+        because: "no ring stands before the Sun",
+    },
+    Rule {
+        of: "lights",
+        least: "sun1",
+        applies: |n| matches!(n.view, PixelView::Eclipse | PixelView::Ring) && n.lights > 1,
+        because: "this view shows the Sun's light alone",
+    },
+    Rule {
+        of: "surface",
+        least: "lambert",
+        applies: |n| !full(n) && !no_ground(n),
+        because: "this view does not show how the surface turns light",
+    },
+    Rule {
+        of: "surface",
+        least: "lambert",
+        applies: |n| !emissive(n) && !no_ground(n) && n.lights == 0,
         because: "without a light every reflecting surface is black",
+    },
+    Rule { of: "shape", least: "sphere", applies: |n| n.surface == Surface::Ring, because: "a ring is flat" },
+    Rule {
+        of: "shape",
+        least: "ellipsoid",
+        applies: |n| n.shape == Shape::Mesh && matches!(n.surface, Surface::Sky | Surface::Cloud),
+        because: "air and clouds follow the ellipsoid",
     },
     Rule {
         of: "normal",
         least: "",
-        applies: |n| !shows_normal(n) || (shaded(n) && emissive(n)),
-        because: "relief shows only where light falls on it, or in the normal view",
+        applies: |n| !shows_normal(n) || (full(n) && emissive(n)) || no_ground(n),
+        because: "relief shows only where light falls on ground, or in the normal view",
     },
-    Rule { of: "specular", least: "", applies: |n| !reflects(n), because: "a glint needs a light and a reflecting surface" },
-    Rule { of: "night", least: "", applies: |n| !shaded(n) || emissive(n), because: "lamps show only on a shaded, reflecting surface" },
+    Rule { of: "specular", least: "", applies: |n| !lit(n) || no_ground(n), because: "a glint needs a light and a reflecting ground" },
+    Rule {
+        of: "night",
+        least: "",
+        applies: |n| !full(n) || emissive(n) || no_ground(n),
+        because: "lamps show only on a shaded, reflecting ground",
+    },
+    Rule {
+        of: "cloudshadow",
+        least: "",
+        applies: |n| !shows_sunlight(n) || no_ground(n),
+        because: "clouds throw a shadow only where the Sun falls on ground",
+    },
+    Rule {
+        of: "overlays",
+        least: "",
+        applies: |n| !shows_albedo(n) || no_ground(n),
+        because: "this image does not show the ground's colour",
+    },
+    Rule { of: "casters", least: "", applies: |n| n.eclipse.model == EclipseModel::None, because: "without a model nothing is darkened" },
+    Rule {
+        of: "casters",
+        least: "",
+        applies: |n| !(shows_sunlight(n) || n.view == PixelView::Eclipse && n.lights > 0 && !emissive(n)),
+        because: "this image does not show the Sun's light",
+    },
+    Rule { of: "eclipse-model", least: "", applies: |n| n.eclipse.casters == 0, because: "no caster stands before the Sun" },
+    Rule {
+        of: "ring-shadow",
+        least: "",
+        applies: |n| n.surface == Surface::Ring || !(shows_sunlight(n) || n.view == PixelView::Ring && n.lights > 0 && !emissive(n)),
+        because: "a ring's shadow needs sunlight and something else than the ring",
+    },
+    Rule {
+        of: "body-shadow",
+        least: "",
+        applies: |n| n.surface != Surface::Ring || !shows_sunlight(n),
+        because: "the body's shadow falls on its ring, in sunlight",
+    },
+    Rule {
+        of: "air",
+        least: "",
+        applies: |n| {
+            emissive(n) || n.surface == Surface::Ring || !(full(n) || n.view == PixelView::OpticalDepth) || full(n) && n.lights == 0
+        },
+        because: "this image shows no air",
+    },
+    Rule { of: "mie", least: "", applies: |n| n.air.tier == AirTier::None, because: "there is no air" },
+    Rule { of: "absorption", least: "", applies: |n| n.air.tier == AirTier::None, because: "there is no air" },
     Rule { of: "twosided", least: "", applies: |n| n.shape != Shape::Mesh, because: "a closed body shows its outside only" },
     Rule { of: "twosided", least: "", applies: |n| !shows_normal(n), because: "this image does not depend on the surface's direction" },
     Rule { of: "vertexcolour", least: "", applies: |n| n.shape != Shape::Mesh, because: "only a mesh has vertices with a colour" },
     Rule { of: "vertexcolour", least: "", applies: |n| !shows_albedo(n), because: "this image does not show the surface's colour" },
+    Rule { of: "alphatexture", least: "", applies: no_ground, because: "air, clouds and rings have an opacity of their own" },
     Rule {
         of: "albedo",
         least: "",
@@ -68,13 +175,21 @@ fn named(name: &str) -> Option<&'static Dimension> {
     DIMENSIONS.iter().find(|d| d.name == name)
 }
 
+/// Each rule with the dimension and the value that its words stand for, looked up once.
+fn resolved() -> &'static [(&'static Rule, &'static Dimension, usize)] {
+    static RESOLVED: OnceLock<Vec<(&'static Rule, &'static Dimension, usize)>> = OnceLock::new();
+    RESOLVED.get_or_init(|| {
+        let resolve = |rule: &'static Rule| {
+            let dimension = named(rule.of)?;
+            Some((rule, dimension, dimension.texts.iter().position(|t| *t == rule.least)?))
+        };
+        RULES.iter().filter_map(resolve).collect()
+    })
+}
+
 /// The first rule that would change these needs, with the dimension and the value it asks for.
 pub(super) fn first_breach(needs: &Needs) -> Option<(&'static Rule, &'static Dimension, usize)> {
-    RULES.iter().find_map(|rule| {
-        let dimension = named(rule.of)?;
-        let least = dimension.texts.iter().position(|t| *t == rule.least)?;
-        ((rule.applies)(needs) && (dimension.get)(needs) != least).then_some((rule, dimension, least))
-    })
+    resolved().iter().copied().find(|(rule, dimension, least)| (dimension.get)(needs) != *least && (rule.applies)(needs))
 }
 
 /// The needs that draw the same image with the least.
@@ -89,24 +204,25 @@ pub fn canonical(needs: &Needs) -> Needs {
 
 #[cfg(test)]
 mod tests {
-    use super::super::nominal_needs;
+    use super::super::sample_needs;
     use super::*;
 
     #[test]
     fn every_rule_names_a_dimension_and_a_value_and_is_used() {
+        let some = sample_needs(1, 20_000);
         for rule in RULES {
             let d = named(rule.of).unwrap_or_else(|| panic!("no dimension {}", rule.of));
             assert!(d.texts.contains(&rule.least), "{}: no value {:?}", rule.of, rule.least);
-            assert!(nominal_needs().any(|n| (rule.applies)(&n)), "{} never applies", rule.because);
+            assert!(some.iter().any(|n| (rule.applies)(n)), "{} never applies", rule.because);
         }
     }
 
     #[test]
     fn canonical_is_idempotent_and_only_takes_away() {
-        for n in nominal_needs() {
+        for n in sample_needs(2, 100_000) {
             let c = canonical(&n);
             assert_eq!(canonical(&c), c, "{n:?}");
-            assert_eq!((c.view, c.shape), (n.view, n.shape), "what is seen and its shape never change");
+            assert_eq!(c.view, n.view, "what is seen never changes");
             for d in DIMENSIONS.iter().filter(|d| d.name != "surface") {
                 assert!((d.get)(&c) <= (d.get)(&n), "{} grew: {n:?}", d.name);
             }
@@ -114,14 +230,19 @@ mod tests {
     }
 
     #[test]
-    fn a_lit_textured_planet_keeps_everything() {
+    fn a_lit_planet_under_everything_keeps_everything() {
+        use crate::scene::draw::{Air, Eclipse, Flags, MapSet};
         let n = Needs {
             surface: Surface::OrenNayar,
-            maps: crate::scene::draw::MapSet { albedo: true, normal: true, specular: true, night: true },
+            maps: MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true },
+            overlays: 2,
             lights: 2,
+            eclipse: Eclipse { casters: 4, model: EclipseModel::Refracted },
+            ring_shadow: RingShadow::Penumbra,
+            air: Air { tier: AirTier::Table, mie: true, absorption: true },
             shape: Shape::Mesh,
-            flags: crate::scene::draw::Flags { two_sided: true, alpha_texture: true, vertex_colour: true },
-            view: PixelView::Shaded,
+            flags: Flags { two_sided: true, alpha_texture: true, vertex_colour: true },
+            ..Needs::LEAST
         };
         assert_eq!(canonical(&n), n);
     }

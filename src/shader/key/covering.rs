@@ -1,128 +1,254 @@
-//! Sets of keys to test with: the nominal space, covering arrays over it, samples of it.
+//! Sets of keys to test with: covering arrays over the nominal space, samples of it.
+//!
+//! The nominal space has some 10^10 combinations, so nothing here lists it. A combination of a few dimension values *can occur* when some
+//! canonical needs hold it; that is decided by completing it with [`skeletons`], the canonical needs over the dimensions that rules look at.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
-use crate::scene::draw::{Flags, MapSet, Needs, PixelView, Shape, Surface};
-use std::collections::{BTreeSet, HashSet};
+use crate::scene::draw::Needs;
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
 
 /// How many combinations of dimension values there are, meaningful or not.
 pub fn nominal_size() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
 }
 
-/// Combination number `index` of the nominal space, mixed-radix over the table.
-fn nominal(mut index: u64) -> Needs {
-    let mut needs = Needs {
-        surface: Surface::Lambert,
-        maps: MapSet::default(),
-        lights: 0,
-        shape: Shape::Sphere,
-        flags: Flags::default(),
-        view: PixelView::Shaded,
-    };
-    for d in DIMENSIONS {
-        let radix = d.texts.len() as u64;
-        (d.set)(&mut needs, (index % radix) as usize);
-        index /= radix;
+/// SplitMix64 (Steele, Lea, Flood 2014): the same seed gives the same numbers.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
     }
-    needs
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() % count.max(1) as u64) as usize
+    }
 }
 
-/// Every combination of dimension values.
-pub fn nominal_needs() -> impl Iterator<Item = Needs> {
-    (0..nominal_size()).map(nominal)
-}
-
-/// Every combination that some combination reduces to, each once, in order.
-pub fn canonical_needs() -> BTreeSet<Needs> {
-    nominal_needs().map(|n| canonical(&n)).collect()
+/// `count` combinations of dimension values drawn at random, meaningful or not; the same seed gives the same ones.
+pub fn sample_needs(seed: u64, count: usize) -> Vec<Needs> {
+    let mut random = Random(seed);
+    let one = |random: &mut Random| {
+        let mut needs = Needs::LEAST;
+        DIMENSIONS.iter().for_each(|d| (d.set)(&mut needs, random.below(d.texts.len())));
+        needs
+    };
+    (0..count).map(|_| one(&mut random)).collect()
 }
 
 /// `count` keys of combinations drawn at random; the same seed gives the same keys.
 pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
-    // SplitMix64 (Steele, Lea, Flood 2014).
-    let mut state = seed;
-    let mut next = move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
-    (0..count).map(|_| ShaderKey::for_draw(&nominal(next() % nominal_size()))).collect()
+    sample_needs(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// Every choice of `t` dimensions out of `count`, ascending.
-fn choices(count: usize, t: usize) -> Vec<Vec<usize>> {
-    if t == 0 {
-        return vec![Vec::new()];
-    }
-    (t - 1..count)
-        .flat_map(|last| {
-            choices(last, t - 1).into_iter().map(move |mut c| {
-                c.push(last);
-                c
+/// Dimensions whose values decide what means something, each with the values that rules tell apart (the others behave like the last).
+const DECIDING: [(&str, usize); 10] = [
+    ("surface", 8),
+    ("albedo", 2),
+    ("lights", 3),
+    ("casters", 2),
+    ("eclipse-model", 2),
+    ("ring-shadow", 2),
+    ("air", 2),
+    ("shape", 3),
+    ("alphatexture", 2),
+    ("view", 10),
+];
+
+/// Every canonical needs over the deciding dimensions alone. Completing a combination with each of them decides whether it can occur.
+fn skeletons() -> Vec<Needs> {
+    let mut all = vec![Needs::LEAST];
+    for (name, values) in DECIDING {
+        let Some(dimension) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
+        all = all
+            .into_iter()
+            .flat_map(|needs| {
+                (0..values).map(move |value| {
+                    let mut with = needs;
+                    (dimension.set)(&mut with, value);
+                    with
+                })
             })
+            .collect();
+    }
+    let distinct: BTreeSet<Needs> = all.iter().map(canonical).collect();
+    distinct.into_iter().collect()
+}
+
+/// Some values, each with its dimension's number.
+type Combination<'a> = [(usize, usize)];
+
+fn with(mut needs: Needs, values: &Combination<'_>) -> Needs {
+    values.iter().for_each(|(d, value)| (DIMENSIONS[*d].set)(&mut needs, *value));
+    needs
+}
+
+fn holds(needs: &Needs, values: &Combination<'_>) -> bool {
+    values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(needs) == *value)
+}
+
+/// Needs that hold these values and are canonical, from the first skeleton at or after `start` that allows it.
+fn completed(skeletons: &[Needs], start: usize, values: &Combination<'_>) -> Option<Needs> {
+    let (before, after) = skeletons.split_at(start);
+    after.iter().chain(before).map(|s| with(*s, values)).find(|n| canonical(n) == *n)
+}
+
+/// Every choice of `t` dimensions out of `count`, ascending, with the place where its combinations start in one long list.
+fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
+    fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
+        if t == 0 {
+            return vec![Vec::new()];
+        }
+        (t - 1..count)
+            .flat_map(|last| {
+                list(last, t - 1).into_iter().map(move |mut c| {
+                    c.push(last);
+                    c
+                })
+            })
+            .collect()
+    }
+    let mut at = 0;
+    let placed = list(count, t)
+        .into_iter()
+        .map(|c| {
+            let start = at;
+            at += c.iter().map(|d| DIMENSIONS[*d].texts.len()).product::<usize>();
+            (c, start)
         })
-        .collect()
+        .collect();
+    (placed, at)
 }
 
-/// The combinations of `t` dimension values in these needs, as (choice number, values).
-fn combinations(needs: &Needs, choices: &[Vec<usize>]) -> Vec<(u32, u64)> {
-    let values: Vec<u64> = DIMENSIONS.iter().map(|d| (d.get)(needs) as u64).collect();
-    choices.iter().enumerate().map(|(i, c)| (i as u32, c.iter().fold(0, |packed, d| packed << 8 | values[*d]))).collect()
+/// Places of the combinations that these needs hold, one for each choice.
+fn places<'a>(needs: &Needs, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
+    let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(needs)).collect();
+    choices.iter().map(move |(c, start)| start + c.iter().fold(0, |place, d| place * DIMENSIONS[*d].texts.len() + values[*d]))
 }
 
-/// Keys in which every combination of any `t` dimension values occurs that occurs in any key at all.
+/// How many completions of a missing combination compete.
+const TRIES: usize = 12;
+
+/// Keys in which every combination of any `t` dimension values occurs that can occur in any key at all. In order; the same every time.
 ///
-/// Greedy: the key with the most combinations still missing comes next, the least of equals; so the set is the same every time. All canonical
-/// keys are candidates, which is exact while they can be listed (some thousand today).
+/// One combination after another (as AETG does, Cohen et al. 1997): of some random completions of the first that is missing, the one
+/// that holds most missing ones is kept.
 pub fn covering(t: usize) -> Vec<ShaderKey> {
-    let choices = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
-    let candidates: Vec<(Needs, Vec<(u32, u64)>)> = canonical_needs().into_iter().map(|n| (n, combinations(&n, &choices))).collect();
-    let mut missing: HashSet<(u32, u64)> = candidates.iter().flat_map(|(_, c)| c.iter().copied()).collect();
-    // What a candidate adds only shrinks, so an old count is an upper bound: recount the most promising until it stays on top.
-    let mut queue: std::collections::BinaryHeap<(usize, std::cmp::Reverse<usize>)> =
-        candidates.iter().enumerate().map(|(i, (_, c))| (c.len(), std::cmp::Reverse(i))).collect();
+    static KEPT: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
+    match KEPT.get(t) {
+        Some(kept) => kept.get_or_init(|| covering_anew(t)).clone(),
+        None => covering_anew(t),
+    }
+}
+
+fn covering_anew(t: usize) -> Vec<ShaderKey> {
+    let skeletons = skeletons();
+    let mut random = Random(t as u64);
+    let pairs = (t > 2).then(|| possible_pairs(&skeletons));
+    let (choices, count) = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
+    let mut covered = vec![false; count];
     let mut chosen = BTreeSet::new();
-    while !missing.is_empty() {
-        let Some((promised, std::cmp::Reverse(i))) = queue.pop() else { break };
-        let adds = candidates[i].1.iter().filter(|c| missing.contains(c)).count();
-        if adds == promised && adds > 0 {
-            candidates[i].1.iter().for_each(|c| {
-                missing.remove(c);
-            });
-            chosen.insert(ShaderKey { needs: candidates[i].0 });
-        } else if adds > 0 {
-            queue.push((adds, std::cmp::Reverse(i)));
+    for (choice, start) in &choices {
+        let size: usize = choice.iter().map(|d| DIMENSIONS[*d].texts.len()).product();
+        for offset in 0..size {
+            if covered[start + offset] {
+                continue;
+            }
+            let mut left = offset;
+            let mut values: Vec<(usize, usize)> = Vec::new();
+            for d in choice.iter().rev() {
+                values.push((*d, left % DIMENSIONS[*d].texts.len()));
+                left /= DIMENSIONS[*d].texts.len();
+            }
+            if pairs.as_ref().is_some_and(|possible| !possible(&values)) {
+                continue;
+            }
+            let Some(needs) = best_completion(&skeletons, &values, &mut random, |n| places(n, &choices).filter(|p| !covered[*p]).count())
+            else {
+                continue;
+            };
+            places(&needs, &choices).for_each(|p| covered[p] = true);
+            chosen.insert(ShaderKey { needs });
         }
     }
     chosen.into_iter().collect()
 }
 
+/// Whether each two of some values can occur together: three that cannot pairwise cannot at all.
+fn possible_pairs(skeletons: &[Needs]) -> impl Fn(&Combination<'_>) -> bool + use<> {
+    let mut start = Vec::new();
+    let mut count = 0;
+    for d in DIMENSIONS {
+        start.push(count);
+        count += d.texts.len();
+    }
+    let mut possible = vec![true; count * count];
+    for (a, da) in DIMENSIONS.iter().enumerate() {
+        for b in 0..a {
+            for va in 0..da.texts.len() {
+                for vb in 0..DIMENSIONS[b].texts.len() {
+                    let (i, j) = (start[a] + va, start[b] + vb);
+                    let occurs = completed(skeletons, 0, &[(a, va), (b, vb)]).is_some();
+                    (possible[i * count + j], possible[j * count + i]) = (occurs, occurs);
+                }
+            }
+        }
+    }
+    move |values| {
+        let index = |(d, v): &(usize, usize)| start[*d] + v;
+        values.iter().enumerate().all(|(k, a)| values[..k].iter().all(|b| possible[index(a) * count + index(b)]))
+    }
+}
+
+fn best_completion(skeletons: &[Needs], values: &Combination<'_>, random: &mut Random, adds: impl Fn(&Needs) -> usize) -> Option<Needs> {
+    let mut best = completed(skeletons, random.below(skeletons.len()), values).map(|n| (adds(&n), n))?;
+    for _ in 0..TRIES {
+        let Some(mut needs) = completed(skeletons, random.below(skeletons.len()), values) else { break };
+        for d in DIMENSIONS.iter().filter(|d| !DECIDING.iter().any(|(name, _)| *name == d.name)) {
+            (d.set)(&mut needs, random.below(d.texts.len()));
+        }
+        // Among counts and models that rules do not tell apart, any will do.
+        for (name, told_apart) in DECIDING {
+            let Some(d) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
+            if (d.get)(&needs) + 1 == told_apart && d.texts.len() > told_apart {
+                (d.set)(&mut needs, told_apart - 1 + random.below(d.texts.len() + 1 - told_apart));
+            }
+        }
+        let needs = canonical(&with(needs, values));
+        if holds(&needs, values) && adds(&needs) > best.0 {
+            best = (adds(&needs), needs);
+        }
+    }
+    Some(best.1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::HashSet;
 
     #[test]
-    fn the_nominal_space_holds_each_combination_once() {
-        let all: BTreeSet<Needs> = nominal_needs().collect();
-        assert_eq!(all.len() as u64, nominal_size());
-        assert_eq!(nominal_size(), 5 * 16 * 4 * 3 * 8 * 6, "surfaces, maps, lights, shapes, flags, views");
+    fn every_combination_that_any_sampled_key_holds_is_covered() {
+        for t in [1, 2, 3] {
+            let (choices, _) = choices(DIMENSIONS.len(), t);
+            let set = covering(t);
+            let covered: HashSet<usize> = set.iter().flat_map(|k| places(k.needs(), &choices)).collect();
+            for needs in sample_needs(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
+                assert!(places(&needs, &choices).all(|p| covered.contains(&p)), "{needs:?}");
+            }
+            assert!(set.iter().all(|k| canonical(k.needs()) == *k.needs()));
+            assert_eq!(set, covering_anew(t));
+        }
     }
 
     #[test]
-    fn every_pair_and_triple_occurs() {
-        for t in [1, 2, 3] {
-            let choices = choices(DIMENSIONS.len(), t);
-            let set = covering(t);
-            let covered: HashSet<_> = set.iter().flat_map(|k| combinations(k.needs(), &choices)).collect();
-            for needs in canonical_needs() {
-                assert!(combinations(&needs, &choices).iter().all(|c| covered.contains(c)), "{needs:?}");
-            }
-            assert!(set.len() < canonical_needs().len(), "a covering set is smaller than all");
-            assert_eq!(set, covering(t));
-        }
+    fn the_nominal_size_is_the_product_of_the_dimensions() {
+        assert_eq!(nominal_size(), 8 * 32 * 3 * 4 * 25 * 3 * 3 * 24 * 3 * 8 * 10);
     }
 
     #[test]

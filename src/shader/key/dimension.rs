@@ -1,13 +1,18 @@
 //! The table of dimensions: the one place that names a dimension's values, in texts and in fragment conditions.
 
-use crate::scene::draw::{Needs, PixelView, Shape, Surface};
+use crate::scene::draw::{AirTier, BodyShadow, CASTERS_AT_MOST, EclipseModel, Needs, PixelView, RingShadow, Shape, Surface};
 
 /// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the table's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Part {
     Surface,
     Maps,
+    Overlays,
     Lights,
+    Eclipse,
+    RingShadow,
+    BodyShadow,
+    Air,
     Shape,
     Flags,
     View,
@@ -18,7 +23,12 @@ impl Part {
         match self {
             Self::Surface => "surface",
             Self::Maps => "maps",
+            Self::Overlays => "overlays",
             Self::Lights => "lights",
+            Self::Eclipse => "eclipse",
+            Self::RingShadow => "ring shadow",
+            Self::BodyShadow => "body shadow",
+            Self::Air => "atmosphere",
             Self::Shape => "shape",
             Self::Flags => "flags",
             Self::View => "view",
@@ -40,9 +50,9 @@ pub struct Dimension {
     pub set: fn(&mut Needs, usize),
 }
 
-const SURFACES: [Surface; 5] = [Surface::Emissive, Surface::Lambert, Surface::LommelSeeliger, Surface::LunarLambert, Surface::OrenNayar];
+const SURFACES: [Surface; 8] = Surface::ALL;
 const SHAPES: [Shape; 3] = [Shape::Sphere, Shape::Ellipsoid, Shape::Mesh];
-const VIEWS: [PixelView; 6] = PixelView::ALL;
+const VIEWS: [PixelView; 10] = PixelView::ALL;
 
 fn index_of<T: PartialEq>(all: &[T], value: &T) -> usize {
     all.iter().position(|v| v == value).unwrap_or(0)
@@ -67,8 +77,17 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "surface",
         part: Part::Surface,
-        texts: &["emissive", "lambert", "lommel-seeliger", "lunar-lambert", "oren-nayar"],
-        features: &["surface.emissive", "surface.lambert", "surface.lommel-seeliger", "surface.lunar-lambert", "surface.oren-nayar"],
+        texts: &["emissive", "lambert", "lommel-seeliger", "lunar-lambert", "oren-nayar", "sky", "cloud", "ring"],
+        features: &[
+            "surface.emissive",
+            "surface.lambert",
+            "surface.lommel-seeliger",
+            "surface.lunar-lambert",
+            "surface.oren-nayar",
+            "surface.sky",
+            "surface.cloud",
+            "surface.ring",
+        ],
         cumulative: false,
         get: |n| index_of(&SURFACES, &n.surface),
         set: |n, v| n.surface = SURFACES[v],
@@ -77,6 +96,16 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("normal", Part::Maps, "maps.normal", maps.normal),
     switch!("specular", Part::Maps, "maps.specular", maps.specular),
     switch!("night", Part::Maps, "maps.night", maps.night),
+    switch!("cloudshadow", Part::Maps, "maps.cloud-shadow", maps.cloud_shadow),
+    Dimension {
+        name: "overlays",
+        part: Part::Overlays,
+        texts: &["", "overlay1", "overlay2"],
+        features: &["", "overlays.1", "overlays.2"],
+        cumulative: true,
+        get: |n| usize::from(n.overlays).min(2),
+        set: |n, v| n.overlays = v as u8,
+    },
     Dimension {
         name: "lights",
         part: Part::Lights,
@@ -86,6 +115,53 @@ pub static DIMENSIONS: &[Dimension] = &[
         get: |n| usize::from(n.lights).min(3),
         set: |n, v| n.lights = v as u8,
     },
+    Dimension {
+        name: "casters",
+        part: Part::Eclipse,
+        texts: &["", "eclipse1", "eclipse2", "eclipse3", "eclipse4"],
+        features: &["", "eclipse.1", "eclipse.2", "eclipse.3", "eclipse.4"],
+        cumulative: true,
+        get: |n| usize::from(n.eclipse.casters.min(CASTERS_AT_MOST)),
+        set: |n, v| n.eclipse.casters = v as u8,
+    },
+    Dimension {
+        name: "eclipse-model",
+        part: Part::Eclipse,
+        texts: &["", "linear", "uniform-disc", "limb-darkened", "refracted"],
+        features: &["", "eclipse.linear", "eclipse.uniform-disc", "eclipse.limb-darkened", "eclipse.refracted"],
+        cumulative: false,
+        get: |n| index_of(&EclipseModel::ALL, &n.eclipse.model),
+        set: |n, v| n.eclipse.model = EclipseModel::ALL[v],
+    },
+    Dimension {
+        name: "ring-shadow",
+        part: Part::RingShadow,
+        texts: &["", "ringshadow-point-sun", "ringshadow-penumbra"],
+        features: &["", "ring-shadow.point-sun", "ring-shadow.penumbra"],
+        cumulative: false,
+        get: |n| index_of(&RingShadow::ALL, &n.ring_shadow),
+        set: |n, v| n.ring_shadow = RingShadow::ALL[v],
+    },
+    Dimension {
+        name: "body-shadow",
+        part: Part::BodyShadow,
+        texts: &["", "bodyshadow-sphere", "bodyshadow-ellipsoid-penumbra"],
+        features: &["", "body-shadow.sphere", "body-shadow.ellipsoid-penumbra"],
+        cumulative: false,
+        get: |n| index_of(&BodyShadow::ALL, &n.body_shadow),
+        set: |n, v| n.body_shadow = BodyShadow::ALL[v],
+    },
+    Dimension {
+        name: "air",
+        part: Part::Air,
+        texts: &["", "air-vertex", "air-pixel-8", "air-pixel-16", "air-pixel-32", "air-table"],
+        features: &["", "air.vertex", "air.pixel-8", "air.pixel-16", "air.pixel-32", "air.table"],
+        cumulative: false,
+        get: |n| index_of(&AirTier::ALL, &n.air.tier),
+        set: |n, v| n.air.tier = AirTier::ALL[v],
+    },
+    switch!("mie", Part::Air, "air.mie", air.mie),
+    switch!("absorption", Part::Air, "air.absorption", air.absorption),
     Dimension {
         name: "shape",
         part: Part::Shape,
@@ -101,8 +177,19 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "view",
         part: Part::View,
-        texts: &["", "depth", "normalview", "albedoview", "uv", "sunlight"],
-        features: &["view.shaded", "view.depth", "view.normal", "view.albedo", "view.uv", "view.sunlight"],
+        texts: &["", "depth", "normalview", "albedoview", "uv", "sunlight", "eclipseview", "ringview", "opticaldepth", "cost"],
+        features: &[
+            "view.shaded",
+            "view.depth",
+            "view.normal",
+            "view.albedo",
+            "view.uv",
+            "view.sunlight",
+            "view.eclipse",
+            "view.ring",
+            "view.optical-depth",
+            "view.cost",
+        ],
         cumulative: false,
         get: |n| index_of(&VIEWS, &n.view),
         set: |n, v| n.view = VIEWS[v],

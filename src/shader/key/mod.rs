@@ -11,7 +11,7 @@ mod dimension;
 mod text;
 
 pub use canonical::{RULES, Rule, canonical};
-pub use covering::{canonical_needs, covering, nominal_needs, nominal_size, sample};
+pub use covering::{covering, nominal_size, sample, sample_needs};
 pub use dimension::{DIMENSIONS, Dimension, Part, features};
 pub use text::KeyTextError;
 
