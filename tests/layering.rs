@@ -19,6 +19,11 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session"],
         &["naga", "winit", "softbuffer"],
     ),
+    (
+        "probe",
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe"],
+        &["naga", "winit", "softbuffer", "std::fs"],
+    ),
     ("view", &["catalog::NaifId", "time", "view"], &["naga", "rayon"]),
     ("render/software", &["shader", "image", "render::plan", "render::frame", "render::software"], &["winit", "softbuffer", "std::fs"]),
 ];

@@ -7,6 +7,7 @@ mod layering;
 mod library;
 mod orientation;
 mod plan;
+mod probe;
 mod satellites;
 mod scene;
 mod scene_magnitude;

@@ -4,7 +4,7 @@ use orrery::catalog::Catalog;
 use orrery::scene::effects::possible_needs;
 use orrery::shader::compare::{difference, ir_cost};
 use orrery::shader::emit::{emit_fragment, emit_module};
-use orrery::shader::fragments::{FRAGMENTS, SIMPLE_MODULES};
+use orrery::shader::fragments::{FRAGMENTS, SIMPLE_MODULES, probe_samples};
 use orrery::shader::key::{ShaderKey, covering, features, keys_of, sample};
 use orrery::shader::record::{Record, build_all, changes_text};
 use orrery::shader::translate::{Language, translate};
@@ -24,7 +24,7 @@ fn recorded_modules() -> Vec<ModuleId> {
     let mut keys = reachable();
     keys.extend(covering(2));
     keys.extend(covering(3));
-    SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(keys.into_iter().map(ModuleId::Planet)).collect()
+    SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(keys.into_iter().map(ModuleId::Planet)).chain(probe_samples()).collect()
 }
 
 fn all_build(ids: &[ModuleId]) {
@@ -73,7 +73,11 @@ fn a_new_random_sample_is_valid() {
 #[test]
 fn every_fragment_parses_with_what_it_uses() {
     let mut parsed = BTreeSet::new();
-    let simple = SIMPLE_MODULES.iter().map(|n| (ModuleId::Simple(n), Vec::new()));
+    let on_of = |id: ModuleId| match &id {
+        ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), features(key.needs())),
+        ModuleId::Simple(_) => (id, Vec::new()),
+    };
+    let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).map(on_of);
     for (id, on) in simple.chain(covering(2).into_iter().map(|k| (ModuleId::Planet(k), features(k.needs())))) {
         for path in emit_module(&id).expect("emits").source_map.fragments {
             let emitted = emit_fragment(&path, "fragment", &on).expect("emits");
@@ -88,7 +92,7 @@ fn every_fragment_parses_with_what_it_uses() {
 fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
     let mut seen = BTreeSet::new();
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    for id in simple.chain(covering(3).into_iter().map(ModuleId::Planet)) {
+    for id in simple.chain(probe_samples()).chain(covering(3).into_iter().map(ModuleId::Planet)) {
         let map = emit_module(&id).expect("emits").source_map;
         for line in 1..=map.lines.len() {
             let (fragment, number) = map.origin_of(line).expect("mapped");

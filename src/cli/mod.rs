@@ -16,6 +16,7 @@ mod explain;
 mod inputs;
 mod library;
 mod output;
+mod probe;
 mod render;
 mod shader;
 mod view;
@@ -44,6 +45,8 @@ enum Verb {
     Library(library::LibraryArgs),
     /// Positions and orientations of bodies
     Ephemeris(ephemeris::EphemerisArgs),
+    /// Questions that the emitted shaders answer themselves
+    Probe(probe::ProbeArgs),
     /// Milliseconds per frame of the standard scenes, by stage
     Bench(bench::BenchArgs),
     /// What is there, what is missing, what to do
@@ -146,6 +149,7 @@ pub fn run() -> ExitCode {
         Some(Verb::Shader(a)) => shader::run(common, a),
         Some(Verb::Library(a)) => library::run(common, a),
         Some(Verb::Ephemeris(a)) => ephemeris::run(common, a),
+        Some(Verb::Probe(a)) => probe::run(common, a),
         Some(Verb::Bench(a)) => bench::run(common, a),
         Some(Verb::Doctor(a)) => doctor::run(common, a),
     };

@@ -7,7 +7,7 @@ use super::{CliError, Common};
 use crate::scene::effects::possible_needs;
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module;
-use crate::shader::fragments::SIMPLE_MODULES;
+use crate::shader::fragments::{SIMPLE_MODULES, probe_samples};
 use crate::shader::key::{self, ShaderKey, covering};
 use crate::shader::record::{Record, build_all, changes_text};
 use crate::shader::translate::{Language, translate};
@@ -113,7 +113,7 @@ fn verified_modules(common: &Common) -> Result<Vec<ModuleId>, CliError> {
     keys.extend(covering(2));
     keys.extend(covering(3));
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    Ok(simple.chain(keys.into_iter().map(ModuleId::Planet)).collect())
+    Ok(simple.chain(probe_samples()).chain(keys.into_iter().map(ModuleId::Planet)).collect())
 }
 
 fn layout_text(module: &ShaderModule) -> String {

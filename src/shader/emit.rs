@@ -63,6 +63,7 @@ pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
     match id {
         ModuleId::Planet(key) => emit(key),
         ModuleId::Simple(name) if SIMPLE_MODULES.contains(name) => emit_fragment(&format!("entry/{name}.wgsl"), name, &[]),
+        ModuleId::Probe(name, key) => emit_fragment(&format!("entry/{name}.wgsl"), name, &key::features(key.needs())),
         ModuleId::Simple(name) => Err(ShaderError::NoSuchModule((*name).to_owned())),
     }
 }

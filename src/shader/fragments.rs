@@ -1,5 +1,7 @@
 //! The WGSL fragments of shaders/, built into the program.
 
+use super::ModuleId;
+
 macro_rules! fragments {
     ($($name:literal),* $(,)?) => {
         /// Path inside shaders/ and text of every fragment, in order of path.
@@ -10,10 +12,12 @@ macro_rules! fragments {
 fragments![
     "entry/planet.wgsl",
     "entry/point.wgsl",
+    "entry/probe_disc_overlap.wgsl",
     "entry/tone_map.wgsl",
     "lib/draw.wgsl",
     "lib/glint.wgsl",
     "lib/intersection.wgsl",
+    "lib/lane.wgsl",
     "lib/limb_darkening.wgsl",
     "lib/map_place.wgsl",
     "lib/mesh.wgsl",
@@ -30,3 +34,14 @@ fragments![
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
 pub const SIMPLE_MODULES: [&str; 2] = ["point", "tone_map"];
+
+/// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
+pub const PROBES: [&str; 1] = ["probe_disc_overlap"];
+
+/// The keys with which a probe is recorded and tested: one for each model that it may be asked for.
+pub fn probe_samples() -> Vec<ModuleId> {
+    let keys = |name: &'static str, texts: &[&str]| {
+        texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
+    };
+    keys("probe_disc_overlap", &["lambert.sun1.eclipse1-linear.sphere"])
+}

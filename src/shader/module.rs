@@ -1,7 +1,7 @@
 //! One finished module: text, validated IR, layout, source map, and the software renderer's tape.
 
 use super::emit::{SourceMap, emit_module};
-use super::fragments::SIMPLE_MODULES;
+use super::fragments::{PROBES, SIMPLE_MODULES};
 use super::key::{KeyTextError, ShaderKey};
 use super::reflect::Layout;
 use super::{Emitted, ShaderError};
@@ -15,6 +15,8 @@ pub enum ModuleId {
     Planet(ShaderKey),
     /// One of [`SIMPLE_MODULES`].
     Simple(&'static str),
+    /// One of [`PROBES`], with the features of a key.
+    Probe(&'static str, ShaderKey),
 }
 
 impl fmt::Display for ModuleId {
@@ -22,14 +24,19 @@ impl fmt::Display for ModuleId {
         match self {
             Self::Planet(key) => key.fmt(f),
             Self::Simple(name) => f.pad(name),
+            Self::Probe(name, key) => f.pad(&format!("{name}.{key}")),
         }
     }
 }
 
 impl FromStr for ModuleId {
     type Err = KeyTextError;
-    /// A simple module's name or a key's text.
+    /// A simple module's name, a key's text, or a probe's name and a key's text.
     fn from_str(text: &str) -> Result<Self, KeyTextError> {
+        let probe = text.split_once('.').and_then(|(first, key)| PROBES.iter().find(|p| p.eq_ignore_ascii_case(first)).map(|p| (p, key)));
+        if let Some((name, key)) = probe {
+            return key.parse().map(|key| Self::Probe(name, key));
+        }
         match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
             Some(name) => Ok(Self::Simple(name)),
             None => text.parse().map(Self::Planet),

@@ -1,0 +1,111 @@
+//! Many questions through one module: each is a column of a small target, drawn by the software renderer.
+//!
+//! In: a module with the lanes of lib/lane.wgsl, its uniform bytes and textures, twelve numbers a question. Out: for each question its rows of
+//! four numbers. The numbers go in as pairs of f32 that sum to the f64, and come out as f32 (6e-8 of their size).
+
+use crate::render::plan::{
+    Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding, Vertices,
+};
+use crate::render::software::SoftwareRenderer;
+use crate::shader::Library;
+use std::sync::Arc;
+
+/// Questions in one target: the widest picture that the renderer draws.
+const AT_ONCE: usize = 16_384;
+
+/// What one run of a module needs beside the questions.
+pub struct Lanes {
+    pub module: ModuleName,
+    /// Empty where the module has no uniforms.
+    pub uniforms: Vec<u8>,
+    pub textures: Vec<TextureBinding>,
+    pub samplers: Vec<SamplerBinding>,
+    /// Answers a question, each of four numbers.
+    pub rows: u32,
+}
+
+/// Numbers of one question; what it does not use is 0.
+pub type Numbers = [f64; 12];
+
+/// The part that f32 holds, and what is left, as f32.
+fn split(value: f64) -> (f32, f32) {
+    let high = value as f32;
+    let low = (value - f64::from(high)) as f32;
+    // Infinities and what does not fit f32 have no low part.
+    (high, if low.is_finite() { low } else { 0.0 })
+}
+
+impl Lanes {
+    /// A module without uniforms and textures.
+    pub fn plain(module: ModuleName, rows: u32) -> Self {
+        Self { module, uniforms: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }
+    }
+
+    /// Answers in the order of the questions.
+    ///
+    /// # Errors
+    /// One line: the module cannot be made, or does not fit its bindings.
+    pub fn answers(&self, renderer: &SoftwareRenderer, library: &Library, questions: &[Numbers]) -> Result<Vec<Vec<[f32; 4]>>, String> {
+        let mut all = Vec::with_capacity(questions.len());
+        for some in questions.chunks(AT_ONCE) {
+            let (frame, _) = renderer.render(&self.plan(some), library, true).map_err(|e| e.to_string())?;
+            let width = some.len();
+            for column in 0..width {
+                let row = |r: usize| frame.hdr.get(r * width + column).copied().ok_or("the target is smaller than its rows");
+                all.push((0..self.rows as usize).map(row).collect::<Result<Vec<_>, _>>()?);
+            }
+        }
+        Ok(all)
+    }
+
+    fn plan(&self, questions: &[Numbers]) -> Plan {
+        let count = questions.len();
+        let edge = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
+        let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
+        let numbers = |quad: usize, part: fn((f32, f32)) -> f32| {
+            attribute(4, questions.iter().flat_map(|q| q[4 * quad..4 * quad + 4].iter().map(|v| part(split(*v)))).collect())
+        };
+        let mut attributes = vec![attribute(2, (0..count).flat_map(|k| [edge(k), edge(k + 1)]).collect())];
+        attributes.extend((0..3).map(|quad| numbers(quad, |(high, _)| high)));
+        attributes.extend((0..3).map(|quad| numbers(quad, |(_, low)| low)));
+        let (width, height) = (count as u32, self.rows);
+        let draw = PlanDraw {
+            label: "questions".into(),
+            module: self.module.clone(),
+            uniforms: self.uniforms.clone(),
+            textures: self.textures.clone(),
+            samplers: self.samplers.clone(),
+            vertices: Vertices::Count(6),
+            instances: Instances { count: width, attributes },
+            blend: Blend::Replace,
+            cull: Cull::None,
+            depth: DepthState { test: false, write: false },
+            scissor: [0, 0, width, height],
+        };
+        let pass = Pass {
+            name: "questions",
+            width,
+            height,
+            format: ColourFormat::Rgba32Float,
+            samples: 1,
+            clear: [f32::NAN; 4],
+            depth: false,
+            draws: vec![draw],
+        };
+        Plan { passes: vec![pass] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split;
+
+    #[test]
+    fn two_halves_make_the_whole() {
+        for value in [0.1, -1.0 / 3.0, 149_597_870.7, 1e-30, 0.0] {
+            let (high, low) = split(value);
+            assert!((f64::from(high) + f64::from(low) - value).abs() <= 1e-14 * value.abs(), "{value}");
+        }
+        assert_eq!(split(f64::INFINITY), (f32::INFINITY, 0.0));
+    }
+}
