@@ -22,6 +22,7 @@ const COPIED: &[(&str, &str)] = &[
     ("sss_moonnormal2k.jpg", "moon_normal.jpg"),
     ("sss_marsnormal2k.jpg", "mars_normal.jpg"),
     ("sss_earthspec2k.jpg", "earth_water.jpg"),
+    ("sss_earthcloudmapspec.jpg", "earth_clouds.jpg"),
     ("moons/venus_512.jpg", "venus_clouds.jpg"),
 ];
 

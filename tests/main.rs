@@ -2,6 +2,7 @@
 
 mod apparent;
 mod catalog;
+mod clouds;
 mod ephemeris;
 mod layering;
 mod library;

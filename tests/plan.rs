@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
-use orrery::scene::draw::{Amounts, Light, Needs};
+use orrery::scene::draw::{Amounts, CloudAmounts, Light, Needs};
 use orrery::scene::effects::possible_needs;
 use orrery::shader::key::{ShaderKey, keys_of};
 use orrery::shader::reflect::LayoutError;
@@ -36,6 +36,7 @@ fn amounts(lights: u8) -> Amounts {
         normal_strength: 24.0,
         camera_in_unit_sphere: Vec3::splat(25.0),
         pixel_size: Vec2::splat(26.0),
+        clouds: CloudAmounts { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
     }
 }
 

@@ -65,6 +65,7 @@ fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         normal_strength: 1.0,
         camera_in_unit_sphere: Vec3::Z * 1.0e3,
         pixel_size: Vec2::ONE,
+        ..Amounts::default()
     };
     let name = ModuleName::Planet(ShaderKey::for_draw(&needs));
     let uniforms = uniforms_of(&LIBRARY.module(&name).expect("emitted").layout, &amounts).expect("every field is there");

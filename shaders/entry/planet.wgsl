@@ -11,8 +11,11 @@
 //: else
 //: use lib/intersection.wgsl
 //: end
-//: if maps.albedo|maps.normal|maps.specular|maps.night|view.uv
+//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud|view.uv
 //: use lib/map_place.wgsl
+//: end
+//: if maps.cloud-shadow|surface.cloud
+//: use lib/clouds.wgsl
 //: end
 //: if maps.normal
 //: use lib/relief.wgsl
@@ -26,7 +29,7 @@
 //: use lib/reflected.wgsl
   //: end
 //: end
-//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra|maps.cloud-shadow
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
 //: use lib/sunlight.wgsl
 //: end
 //: if maps.night
@@ -46,7 +49,7 @@ fn fragment_main(in: Varyings) -> Pixel {
     var coverage = seen.coverage;
 
     // Everything that takes differences between neighbouring pixels comes before the first discard.
-//: if maps.albedo|maps.normal|maps.specular|maps.night|view.uv
+//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud|view.uv
   //: if shape.mesh
     let place = MapPlace(in.uv, dpdx(in.uv), dpdy(in.uv));
   //: else
@@ -70,6 +73,9 @@ fn fragment_main(in: Varyings) -> Pixel {
   //: if flags.alphatexture
     coverage *= albedo_texel.a;
   //: end
+//: end
+//: if surface.cloud
+    coverage *= cloud_opacity(textureSampleGrad(cloud_map, map_sampler, place.uv, place.dx, place.dy).r);
 //: end
     if coverage <= 0.0 {
         discard;
@@ -99,12 +105,20 @@ fn fragment_main(in: Varyings) -> Pixel {
 
 //: if lights.1
     var sunlight = draw.light_irradiance[0].rgb;
-  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra|maps.cloud-shadow
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
+    // The body's own equatorial radii.
     //: if shape.ellipsoid|shape.mesh
-    sunlight *= sunlight_reaching(seen.position * draw.axis_ratios);
+    var in_radii = seen.position * draw.axis_ratios;
     //: else
-    sunlight *= sunlight_reaching(seen.position);
+    var in_radii = seen.position;
     //: end
+    //: if surface.cloud
+    in_radii *= draw.shell_scale;
+    //: end
+    sunlight *= sunlight_reaching(in_radii);
+  //: end
+  //: if maps.cloud-shadow
+    sunlight *= sunlight_through_clouds(seen.position, draw.light_direction[0].xyz, place.dx, place.dy);
   //: end
 //: end
 

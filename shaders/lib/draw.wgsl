@@ -66,8 +66,22 @@ struct Draw {
     limb_u1: vec3f,
     limb_u2: vec3f,
 //: end
-//: if maps.albedo|maps.normal|maps.specular|maps.night|view.uv
-  //: if shape.sphere|shape.ellipsoid
+//: if maps.cloud-shadow|surface.cloud
+    // Texels of the cloud map at which the sky is clear, and closed.
+    cloud_clear: f32,
+    cloud_full: f32,
+//: end
+//: if maps.cloud-shadow
+    // Radius of the cloud shell and Lambert albedo of a closed deck.
+    cloud_radius: f32,
+    cloud_albedo: f32,
+//: end
+//: if surface.cloud
+    // The shell's unit sphere over the body's.
+    shell_scale: f32,
+//: end
+//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud|view.uv
+  //: if shape.sphere|shape.ellipsoid|maps.cloud-shadow
     // Stretch of z that turns a unit-sphere point into the direction whose latitude the map counts.
     map_latitude_stretch: f32,
   //: end
@@ -98,7 +112,10 @@ struct Draw {
 //: if maps.night
 @group(0) @binding(4) var night_map: texture_2d<f32>;
 //: end
-//: if maps.albedo|maps.normal|maps.specular|maps.night
+//: if maps.cloud-shadow|surface.cloud
+@group(0) @binding(7) var cloud_map: texture_2d<f32>;
+//: end
+//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud
 // Repeats in u, clamps in v.
 @group(0) @binding(8) var map_sampler: sampler;
 //: end

@@ -17,12 +17,21 @@ fn map_step(m: vec3f, step: vec3f, equatorial_sq: f32) -> vec2f {
     return vec2f(du * 0.15915494, dv * 0.31830989);
 }
 
+// The place alone, without its change between pixels.
+fn map_uv(position: vec3f, stretch: f32) -> vec2f {
+    let m = normalize(position * vec3f(1.0, 1.0, stretch));
+    return map_uv_of_direction(m, m.x * m.x + m.y * m.y);
+}
+
+fn map_uv_of_direction(m: vec3f, equatorial_sq: f32) -> vec2f {
+    // atan2(z, r) keeps its digits at the poles, where asin(z) loses half of them.
+    let east = select(m.x, 1.0, equatorial_sq == 0.0);
+    return vec2f(0.5 + atan2(m.y, east) * 0.15915494, 0.5 - atan2(m.z, sqrt(equatorial_sq)) * 0.31830989);
+}
+
 // `position`: unit-sphere frame. `stretch`: factor on z that gives the direction whose latitude the map's rows count.
 fn map_place(position: vec3f, stretch: f32) -> MapPlace {
     let m = normalize(position * vec3f(1.0, 1.0, stretch));
     let equatorial_sq = m.x * m.x + m.y * m.y;
-    // atan2(z, r) keeps its digits at the poles, where asin(z) loses half of them.
-    let east = select(m.x, 1.0, equatorial_sq == 0.0);
-    let uv = vec2f(0.5 + atan2(m.y, east) * 0.15915494, 0.5 - atan2(m.z, sqrt(equatorial_sq)) * 0.31830989);
-    return MapPlace(uv, map_step(m, dpdx(m), equatorial_sq), map_step(m, dpdy(m), equatorial_sq));
+    return MapPlace(map_uv_of_direction(m, equatorial_sq), map_step(m, dpdx(m), equatorial_sq), map_step(m, dpdy(m), equatorial_sq));
 }

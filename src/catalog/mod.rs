@@ -88,6 +88,20 @@ pub struct Maps {
     pub night: Option<Map>,
 }
 
+/// A shell of cloud over the whole body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clouds {
+    /// Opacity, linear in the texel's first channel; the gain is not used.
+    pub map: Map,
+    /// Above the ellipsoid.
+    pub height_km: f64,
+    /// Lambert albedo of a closed deck.
+    pub albedo: f64,
+    /// Texels, 0 to 1, at which the sky is clear, and closed.
+    pub clear_texel: f64,
+    pub closed_texel: f64,
+}
+
 /// Which theory places a body, relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
@@ -178,6 +192,7 @@ pub struct Body {
     pub colour: Vec3,
     pub photometry: Photometry,
     pub maps: Maps,
+    pub clouds: Option<Clouds>,
     pub motion: Motion,
     pub rotation: Rotation,
     pub rings: Vec<Ring>,

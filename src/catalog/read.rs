@@ -1,11 +1,11 @@
 //! From catalog files to bodies: drafts per body, later files over earlier ones, then one check of the whole.
 //!
 //! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
-//! replaces that field; photometry, motion, rotation, atmosphere and the set of rings are replaced whole, maps one by one.
+//! replaces that field; photometry, motion, rotation, clouds, atmosphere and the set of rings are replaced whole, maps one by one.
 
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
-    Atmosphere, Body, CatalogError, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Photometry, Ring, Rotation, Species,
+    Atmosphere, Body, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Photometry, Ring, Rotation, Species,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -25,6 +25,7 @@ struct Draft {
     colour: Option<[f64; 3]>,
     photometry: Option<Photometry>,
     maps: Maps,
+    clouds: Option<Clouds>,
     motion: Option<Motion>,
     rotation: Option<Rotation>,
     sources: BTreeMap<String, String>,
@@ -158,6 +159,17 @@ fn map(mut s: Section) -> Option<Map> {
     Some(Map { file: file?.value, gain: gain.map_or([1.0; 3], |g| g.value), latitude: latitude.unwrap_or(MapLatitude::Planetocentric) })
 }
 
+fn clouds(mut s: Section) -> Option<Clouds> {
+    let part = "a number from 0 to 1";
+    let height_km = number(&mut s, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
+    let albedo = number(&mut s, "albedo", part, |x| (0.0..=1.0).contains(&x));
+    let clear_texel = number(&mut s, "clear_texel", part, |x| (0.0..=1.0).contains(&x));
+    let closed_texel =
+        number(&mut s, "closed_texel", "a number above clear_texel, at most 1", |x| x <= 1.0 && clear_texel.is_none_or(|clear| x > clear));
+    let map = map(s)?;
+    Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
+}
+
 fn maps(mut s: Section, into: &mut Maps) {
     for (field, slot) in
         [("albedo", &mut into.albedo), ("normal", &mut into.normal), ("specular", &mut into.specular), ("night", &mut into.night)]
@@ -207,6 +219,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
             .map(|l| l.value),
         photometry: s.section("photometry").and_then(photometry),
         maps: Maps::default(),
+        clouds: s.section("clouds").and_then(clouds),
         motion: s.section("motion").and_then(motion),
         rotation: s.section("rotation").and_then(rotation),
         sources: BTreeMap::new(),
@@ -229,6 +242,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
         fresh.colour = fresh.colour.or(older.colour);
         fresh.photometry = fresh.photometry.or(older.photometry);
         fresh.maps = older.maps;
+        fresh.clouds = fresh.clouds.or(older.clouds);
         fresh.motion = fresh.motion.or(older.motion);
         fresh.rotation = fresh.rotation.or(older.rotation);
         fresh.sources = older.sources;
@@ -397,6 +411,7 @@ fn assemble(
             colour: Vec3::from_array(c.map(|x| (x / luminance) as f32)),
             photometry,
             maps: d.maps,
+            clouds: d.clouds,
             motion,
             rotation,
             rings: Vec::new(),

@@ -11,6 +11,7 @@ pub(super) const EMBEDDED: &[(&str, &[u8])] = &[
     ("earth_day.jpg", include_bytes!("../../textures/earth_day.jpg")),
     ("earth_night.jpg", include_bytes!("../../textures/earth_night.jpg")),
     ("earth_normal.jpg", include_bytes!("../../textures/earth_normal.jpg")),
+    ("earth_clouds.jpg", include_bytes!("../../textures/earth_clouds.jpg")),
     ("earth_water.jpg", include_bytes!("../../textures/earth_water.jpg")),
     ("enceladus.jpg", include_bytes!("../../textures/enceladus.jpg")),
     ("epimetheus.jpg", include_bytes!("../../textures/epimetheus.jpg")),

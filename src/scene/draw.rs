@@ -18,7 +18,7 @@ pub struct Light {
 ///
 /// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in 0 to 1 each (v down the screen), the view ray is
 /// `anchor(u,v) + s * ray(u,v)`, both affine in u and v: value = origin + u * du + v * dv.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Amounts {
     /// Bounding rectangle in clip space: x of the left edge, y of the top edge, x of the right, y of the bottom (y up, -1..1).
     pub rect_in_clip: Vec4,
@@ -55,9 +55,22 @@ pub struct Amounts {
     pub specular_power: f32,
     /// Normal map strength.
     pub normal_strength: f32,
+    pub clouds: CloudAmounts,
     /// Unit camera position for distant views or camera in unit-sphere frame, f32.
     pub camera_in_unit_sphere: Vec3,
     pub pixel_size: Vec2,
+}
+
+/// The cloud shell, for its own draw and for its shadow on the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CloudAmounts {
+    /// Texels at which the sky is clear, and closed.
+    pub clear: f32,
+    pub full: f32,
+    /// Radius of the shell in the body's unit-sphere frame.
+    pub radius: f32,
+    /// Lambert albedo of a closed deck.
+    pub albedo: f32,
 }
 
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.
@@ -89,12 +102,13 @@ pub struct MapFiles {
     pub normal: Option<String>,
     pub specular: Option<String>,
     pub night: Option<String>,
+    pub cloud: Option<String>,
 }
 
 impl MapFiles {
-    /// Each file with the texture binding it is read from (1 albedo, 2 normal, 3 specular, 4 night).
+    /// Each file with the texture binding it is read from (1 albedo, 2 normal, 3 specular, 4 night, 7 cloud).
     pub fn bindings(&self) -> impl Iterator<Item = (u32, &str)> {
-        [(1, &self.albedo), (2, &self.normal), (3, &self.specular), (4, &self.night)]
+        [(1, &self.albedo), (2, &self.normal), (3, &self.specular), (4, &self.night), (7, &self.cloud)]
             .into_iter()
             .filter_map(|(binding, file)| file.as_deref().map(|f| (binding, f)))
     }

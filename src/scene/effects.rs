@@ -16,12 +16,24 @@ pub enum Effect {
     Normal,
     Specular,
     Night,
+    Clouds,
+    CloudShadow,
     PlanetShine,
     Points,
 }
 
 impl Effect {
-    pub const ALL: [Self; 7] = [Self::Ellipsoid, Self::Albedo, Self::Normal, Self::Specular, Self::Night, Self::PlanetShine, Self::Points];
+    pub const ALL: [Self; 9] = [
+        Self::Ellipsoid,
+        Self::Albedo,
+        Self::Normal,
+        Self::Specular,
+        Self::Night,
+        Self::Clouds,
+        Self::CloudShadow,
+        Self::PlanetShine,
+        Self::Points,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -30,6 +42,8 @@ impl Effect {
             Self::Normal => "normal",
             Self::Specular => "specular",
             Self::Night => "night",
+            Self::Clouds => "clouds",
+            Self::CloudShadow => "cloud-shadow",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
         }
@@ -109,7 +123,7 @@ impl Available {
             normal: body.maps.normal.is_some() && !emissive,
             specular: body.maps.specular.is_some() && !emissive,
             night: body.maps.night.is_some() && !emissive,
-            cloud_shadow: false,
+            cloud_shadow: body.clouds.is_some() && !emissive,
         };
         Self { ellipsoid: flattening(body) > 0.0, maps, emissive }
     }
@@ -157,6 +171,15 @@ impl Chosen {
     }
 }
 
+impl Chosen {
+    /// The structure of the cloud shell's draw; `None` where the body has no clouds or the view shows what lies under them.
+    pub fn cloud_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
+        let shown = body.clouds.is_some() && matches!(view, PixelView::Shaded | PixelView::Cost);
+        let ground = self.needs(body, view);
+        shown.then_some(Needs { surface: Surface::Cloud, maps: MapSet::default(), ..ground })
+    }
+}
+
 /// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
 pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
     let both = [false, true];
@@ -164,11 +187,13 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
     for body in catalog.bodies() {
         for view in PixelView::ALL {
             for ellipsoid in both {
-                for bits in 0..16u8 {
+                for bits in 0..32u8 {
                     let has = |bit: u8| bits & (1 << bit) != 0;
-                    let maps = MapSet { albedo: has(0), normal: has(1), specular: has(2), night: has(3), cloud_shadow: false };
+                    let maps = MapSet { albedo: has(0), normal: has(1), specular: has(2), night: has(3), cloud_shadow: has(4) };
                     for shine in 0..LIGHTS_AT_MOST {
-                        all.insert(Chosen { ellipsoid, maps, shine }.needs(body, view));
+                        let chosen = Chosen { ellipsoid, maps, shine };
+                        all.insert(chosen.needs(body, view));
+                        all.extend(chosen.cloud_needs(body, view));
                     }
                 }
             }

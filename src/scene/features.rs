@@ -132,11 +132,36 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         normal: files(needs.maps.normal, &body.maps.normal),
         specular: files(needs.maps.specular, &body.maps.specular),
         night: files(needs.maps.night, &body.maps.night),
+        cloud: body.clouds.as_ref().filter(|_| needs.maps.cloud_shadow).map(|c| c.map.file.clone()),
     };
-    let amounts = amounts(frame, p, rect, chosen.maps, &shine, share);
-    let draw = Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files };
+    let globe_amounts = amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share);
+    let draw = Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts: globe_amounts, map_files };
+    let mut draws = vec![draw];
+    draws.extend(cloud_draw(frame, p, &mut ledger, chosen, &shine, share));
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
-    (Seen { appearance, diameter_px, decisions: ledger.decisions }, vec![draw], point)
+    (Seen { appearance, diameter_px, decisions: ledger.decisions }, draws, point)
+}
+
+/// The cloud shell over the globe.
+fn cloud_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: Chosen, shine: &[LightOn], share: f64) -> Option<Draw> {
+    let body = p.body;
+    let clouds = body.clouds.as_ref()?;
+    let needs = chosen.cloud_needs(body, frame.request.pixel_view)?;
+    let shell = super::clouds::shell(&p.placement, super::clouds::shell_scale(body, clouds));
+    if shell.camera_is_inside() {
+        ledger.note(Effect::Clouds.name(), false, format!("the camera is below them, {} km over the ground", clouds.height_km));
+        return None;
+    }
+    let part = frame.exposure.white().recip() * clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
+    if !ledger.map(Effect::Clouds, Some(&clouds.map), || (part > VISIBLE_CHANGE, format!("a closed deck is {}", of_white(part)))) {
+        return None;
+    }
+    let rect = Outline::of(frame.camera, &shell).rect(frame.camera)?;
+    let mut amounts = amounts(frame, p, &shell, rect, MapSet::default(), shine, share);
+    let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);
+    amounts.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * share));
+    let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
+    Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), needs, amounts, map_files })
 }
 
 /// Sum of the body's radiance over the pixels, linear RGB.
@@ -184,6 +209,10 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
         let part = body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE / white;
         (part > VISIBLE_CHANGE, format!("brightest lamps {}", of_white(part)))
     });
+    if let Some(clouds) = &body.clouds {
+        chosen.maps.cloud_shadow =
+            ledger.map(Effect::CloudShadow, Some(&clouds.map), || super::clouds::shadow_bound(body, clouds, diameter_px));
+    }
     ledger.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
     let everything = frame.request.effects.asked(Effect::PlanetShine) == Some(true);
     let (mut shine, strongest) = lights::planet_shine(body, p.position_km, frame.reflectors, white, everything);
@@ -202,10 +231,18 @@ fn name_of<'a>(frame: &Frame<'a>, id: NaifId) -> &'a str {
     frame.reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str())
 }
 
-/// The amounts of the draw. `share`: part of the light that the disc carries.
-fn amounts(frame: &Frame<'_>, p: &Placed<'_>, rect: camera::ClipRect, maps: MapSet, shine: &[LightOn], share: f64) -> Amounts {
+/// The amounts of a draw of the globe, or of a shell around it by its own placement. `share`: part of the light that the disc carries.
+fn amounts(
+    frame: &Frame<'_>,
+    p: &Placed<'_>,
+    placement: &camera::Placement,
+    rect: camera::ClipRect,
+    maps: MapSet,
+    shine: &[LightOn],
+    share: f64,
+) -> Amounts {
     let (camera, body) = (frame.camera, p.body);
-    let rays = camera.view_rays(&p.placement, rect, AnchorForm::Auto);
+    let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
     let in_body = |l: &LightOn| Light {
         direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
         irradiance: camera::narrow(l.irradiance),
@@ -263,6 +300,7 @@ fn amounts(frame: &Frame<'_>, p: &Placed<'_>, rect: camera::ClipRect, maps: MapS
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         specular_power: camera::narrow_scalar(GLINT_POWER),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
+        clouds: super::clouds::amounts(body),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
     }

@@ -4,6 +4,7 @@
 //! draws far to near and the points. Everything is f64 until [`camera`] narrows it. Nothing here knows of shaders or keeps state.
 
 pub mod camera;
+mod clouds;
 pub mod draw;
 pub mod effects;
 mod features;

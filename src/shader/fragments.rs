@@ -14,6 +14,7 @@ fragments![
     "entry/point.wgsl",
     "entry/probe_disc_overlap.wgsl",
     "entry/tone_map.wgsl",
+    "lib/clouds.wgsl",
     "lib/draw.wgsl",
     "lib/glint.wgsl",
     "lib/intersection.wgsl",

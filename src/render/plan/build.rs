@@ -9,7 +9,7 @@ use super::{
 };
 use crate::image::{SharedTexture, TexelFormat};
 use crate::scene::Scene;
-use crate::scene::draw::{Amounts, Draw, Light, Point};
+use crate::scene::draw::{Amounts, Draw, Light, Part, Point};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::LayoutError;
 use crate::shader::{Layout, UniformWriter};
@@ -48,10 +48,10 @@ const MAP_SAMPLER_BINDING: u32 = 8;
 /// The binding of the tone map's input.
 const HDR_BINDING: u32 = 1;
 
-/// Albedo and night maps hold colours, normal and water maps plain numbers.
+/// Albedo and night maps hold colours, normal, water and cloud maps plain numbers.
 pub fn map_format(binding: u32) -> TexelFormat {
     match binding {
-        2 | 3 => TexelFormat::Rgba8Unorm,
+        2 | 3 | 7 => TexelFormat::Rgba8Unorm,
         _ => TexelFormat::Rgba8Srgb,
     }
 }
@@ -136,6 +136,10 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "specular_strength" => w.f32(name, a.specular_strength),
         "specular_power" => w.f32(name, a.specular_power),
         "normal_strength" => w.f32(name, a.normal_strength),
+        "cloud_clear" => w.f32(name, a.clouds.clear),
+        "cloud_full" => w.f32(name, a.clouds.full),
+        "cloud_radius" | "shell_scale" => w.f32(name, a.clouds.radius),
+        "cloud_albedo" => w.f32(name, a.clouds.albedo),
         "camera_in_unit_sphere" => w.vec3(name, a.camera_in_unit_sphere),
         "pixel_size" => w.vec2(name, a.pixel_size),
         _ => Err(LayoutError::Unknown(name.to_owned())),
@@ -176,7 +180,8 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::PremultipliedOver,
         cull: Cull::None,
-        depth: DepthState { test: true, write: true },
+        // What shows through leaves the depth of what it lies over.
+        depth: DepthState { test: true, write: draw.part == Part::Globe },
         scissor: scissor(draw.amounts.rect_in_clip, width, height),
     })
 }

@@ -38,11 +38,11 @@ fn shows_normal(n: &Needs) -> bool {
     (lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
         && n.surface != Surface::Sky
 }
-/// Whether the pixel's value depends on the surface's own colour. A ring's and a cloud's map holds their opacity, too.
+/// Whether the pixel's value depends on the surface's own colour. A ring's map holds its opacity, too; a cloud has a map of its own.
 fn shows_albedo(n: &Needs) -> bool {
     match n.surface {
-        Surface::Sky => false,
-        Surface::Cloud | Surface::Ring => true,
+        Surface::Sky | Surface::Cloud => false,
+        Surface::Ring => true,
         _ => lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Albedo,
     }
 }
