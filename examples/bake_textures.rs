@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// (source under textures/, our name): taken over byte for byte.
 const COPIED: &[(&str, &str)] = &[
-    ("earth_day_4096.jpg", "earth_day.jpg"),
+    ("earth_day_flatocean_2048.jpg", "earth_day.jpg"),
     ("earth_citylights_2048.jpg", "earth_night.jpg"),
     ("moon_4096.jpg", "moon.jpg"),
     ("sss_mercurymap.jpg", "mercury.jpg"),
