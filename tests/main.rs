@@ -19,4 +19,5 @@ mod software_lower;
 mod software_math;
 mod software_raster;
 mod software_sampling;
+mod software_speed;
 mod textures;

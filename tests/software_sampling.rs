@@ -3,6 +3,7 @@
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
 use orrery::render::software::exec::{Gradients, TextureUnit};
+use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::math::Real;
 use orrery::render::software::sample::texels::Texels;
 use orrery::render::software::sample::{Bound, Textures};
@@ -42,7 +43,11 @@ fn noise(width: u32, height: u32) -> Texture {
 }
 
 fn bind(texture: &Texture, sampler: SamplerState) -> Textures<'_> {
-    Textures(vec![Bound { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }])
+    bind_in(texture, sampler, KernelClass::detect())
+}
+
+fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
+    Textures::new(vec![Bound { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
 }
 
 /// Samples with gradients (du, dv) along x and y; one lane each.
@@ -181,6 +186,58 @@ fn a_constant_texture_stays_constant_whatever_is_asked() {
                 }
             }
         }
+    }
+}
+
+/// 128 lanes whose levels, numbers of taps and places all differ.
+fn scattered<R: Real>(textures: &Textures<'_>, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
+    let lanes = |f: &dyn Fn(f64) -> f64| (first..first + count).map(|k| R::from_f64(f(k as f64))).collect::<Vec<R>>();
+    let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
+    let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 9.0 - 8.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
+    let (c, d) = (lanes(&|k| (k * 0.23).cos() * 0.03), lanes(&|k| f64::exp2(k * 0.53 % 7.0 - 7.0)));
+    let mut out = [const { Vec::new() }; 4].map(|_: Vec<R>| vec![R::from_f64(7.0); count]);
+    let [r, g, bl, al] = &mut out;
+    textures.sample_gradients(0, &u, &v, Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d }, active, [r, g, bl, al]);
+    out
+}
+
+fn bits<R: Real>(v: R) -> u64 {
+    v.f64().to_bits()
+}
+
+fn neighbours_do_not_matter<R: Real>(texture: &Texture, state: SamplerState) {
+    let textures = bind(texture, state);
+    let all = scattered::<R>(&textures, 0, 128, u128::MAX);
+    for class in KernelClass::available() {
+        let other = scattered::<R>(&bind_in(texture, state, class), 0, 128, u128::MAX);
+        for k in 0..4 {
+            assert!(all[k].iter().zip(&other[k]).all(|(a, b)| bits(*a) == bits(*b)), "{} differs in channel {k}", class.name());
+        }
+    }
+    let mask = 0xdead_beef_0000_0001_8000_5555_1234_ffff_u128;
+    let some = scattered::<R>(&textures, 0, 128, mask);
+    for lane in 0..128 {
+        let alone = scattered::<R>(&textures, lane, 1, 1);
+        for k in 0..4 {
+            assert_eq!(bits(all[k][lane]), bits(alone[k][0]), "lane {lane} alone, channel {k}");
+            if mask >> lane & 1 == 1 {
+                assert_eq!(bits(all[k][lane]), bits(some[k][lane]), "lane {lane} among some, channel {k}");
+            }
+        }
+    }
+    assert!((1..128).any(|k| bits(all[0][k]) != bits(all[0][0])), "the lanes must not all be the same");
+}
+
+#[test]
+fn a_lane_depends_neither_on_its_neighbours_nor_on_the_instruction_set() {
+    let float = noise(256, 128);
+    let bytes: Vec<u8> = (0..256 * 128 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let srgb = Texture::from_rgba8(256, 128, bytes, TexelFormat::Rgba8Srgb).expect("whole");
+    for (linear, anisotropy) in [(false, 1), (true, 1), (true, 8), (true, 16)] {
+        let state = SamplerState { linear, anisotropy, ..REPEAT };
+        neighbours_do_not_matter::<f32>(&srgb, state);
+        neighbours_do_not_matter::<f32>(&float, state);
+        neighbours_do_not_matter::<f64>(&srgb, state);
     }
 }
 

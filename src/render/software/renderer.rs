@@ -190,7 +190,7 @@ impl SoftwareRenderer {
     ) -> Result<Bindings<'a, R>, RenderError> {
         let mut images = HashMap::new();
         let mut stage = |program: &'a Program| {
-            let textures = textures_of(draw, program, outputs, &mut images)?;
+            let textures = textures_of(draw, program, outputs, &mut images, self.options.kernels)?;
             TapeStage::new(program, &draw.uniforms, Box::new(textures), self.options.kernels)
                 .map_err(|what| RenderError::Module { draw: draw.label.clone(), what })
         };
@@ -212,6 +212,7 @@ fn textures_of<'a>(
     program: &Program,
     outputs: &[Result<Arc<Texels<'a>>, String>],
     images: &mut HashMap<u32, Arc<Texels<'a>>>,
+    class: KernelClass,
 ) -> Result<Textures<'a>, RenderError> {
     let missing = |binding| RenderError::Binding { draw: draw.label.clone(), binding };
     let mut bound = Vec::new();
@@ -239,5 +240,5 @@ fn textures_of<'a>(
         };
         bound.push(Bound { texels, sampler });
     }
-    Ok(Textures(bound))
+    Ok(Textures::new(bound, class))
 }

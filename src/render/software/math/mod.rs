@@ -54,6 +54,8 @@ pub trait Real:
     fn with_sign(self, s: Self) -> Self;
     /// Nearest integer, ties to even.
     fn round(self) -> Self;
+    /// The nearest integer (ties to even) of |self| <= 2^22, as an element and as an integer; anything of larger ones and NaN.
+    fn nearest_small(self) -> (Self, i32);
     fn is_nan(self) -> bool;
     fn is_inf(self) -> bool;
     /// self times 2^n.
@@ -167,6 +169,13 @@ macro_rules! common {
             let a = <$t>::abs(self);
             let r = (a + $magic) - $magic;
             (if a < $magic { r } else { a }).copysign(self)
+        }
+        #[inline(always)]
+        fn nearest_small(self) -> (Self, i32) {
+            // With 1.5 times that power the integer stands in the low bits: no conversion that saturates, which has no vector form.
+            const MAGIC: $t = 1.5 * $magic;
+            let sum = self + MAGIC;
+            (sum - MAGIC, (sum.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32))
         }
         #[inline(always)]
         fn is_nan(self) -> bool {

@@ -1,163 +1,362 @@
-//! Filtering: nearest, bilinear, trilinear, anisotropic.
+//! Filtering a batch: nearest, bilinear, trilinear, anisotropic.
 //!
-//! In: texture coordinates (0..1 across the texture) and their gradients per pixel. Out: four linear floats.
-//!
-//! A pixel's footprint is the ellipse that its unit circle becomes in texels. Its axes are the singular values of the gradient matrix; up to
-//! `anisotropy` trilinear taps are spread evenly along the major axis, and the mip level is log2 of the minor one (or of the major over
-//! `anisotropy`, whichever is greater), as Direct3D and Vulkan describe. Without anisotropy the level is log2 of the longer
-//! gradient. Coordinates that are not finite read some texel and never trap.
+//! In: a batch's coordinates and footprints, whole arrays of [`MOST`] lanes. Out: four linear values a lane, for the active lanes.
+//! Lanes are first put in order of (mip level, number of taps), by counting: then each level's lanes are one run, those that take a further tap are the
+//! first of it, inactive lanes are left out, and level and size are the same for all lanes of a loop. A lane's result does not
+//! depend on its neighbours, nor on the instruction set: nothing here fuses multiply and add, and every lane sums its taps in the
+//! same order. Integers wrap on purpose: a check for overflow would keep loops from becoming vector code in checked builds. Coordinates that are not finite read some texel and never trap.
 
+// Loops by index over several arrays of one fixed length are what becomes vector code.
+#![allow(clippy::needless_range_loop)]
+
+use super::footprint::{Footprint, floor};
 use super::texels::{Decode, TexelLevel};
 use crate::render::plan::{AddressMode, SamplerState};
+use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 
-/// The taps of one lane.
-#[derive(Clone, Copy, Debug)]
-pub struct Footprint<R> {
-    /// Mip level, not yet clamped.
-    pub level: R,
-    pub taps: u32,
-    /// Step from tap to tap in texture coordinates.
-    pub step: [R; 2],
+/// Lanes of a batch.
+pub const MOST: usize = 128;
+/// Lanes of one piece: what is fetched and weighed in one go.
+const PIECE: usize = 32;
+/// Arrays that pieces run over end with room for the last one.
+const ROOM: usize = MOST + PIECE;
+/// Taps are at most these.
+pub const MOST_TAPS: usize = 16;
+/// Levels of a texture are at most these (a side has at most 2^22 texels).
+const MOST_LEVELS: usize = 31;
+
+/// What the lanes of a batch ask for.
+pub struct Wanted<R> {
+    pub u: [R; MOST],
+    pub v: [R; MOST],
+    pub level: [R; MOST],
+    pub taps: [R; MOST],
+    pub step_u: [R; MOST],
+    pub step_v: [R; MOST],
 }
 
-#[inline(always)]
-fn floor<R: Real>(x: R) -> R {
-    let r = x.round();
-    if r > x { r - R::ONE } else { r }
-}
-
-#[inline(always)]
-fn from_f32<R: Real>(x: f32) -> R {
-    R::from_f32_bits(x.to_bits())
-}
-
-/// Gradients `[du, dv]` per pixel in x and in y to a footprint on a texture of `size` texels.
-#[inline(always)]
-pub fn footprint<R: Real>(size: [u32; 2], dx: [R; 2], dy: [R; 2], anisotropy: u8) -> Footprint<R> {
-    let (w, h) = (R::from_u32(size[0]), R::from_u32(size[1]));
-    let (ux, vx, uy, vy) = (dx[0] * w, dx[1] * h, dy[0] * w, dy[1] * h);
-    let half = R::from_f64(0.5);
-    let one_tap = |square: R| Footprint { level: half * square.log2::<false>(), taps: 1, step: [R::ZERO; 2] };
-    if anisotropy <= 1 {
-        let (x, y) = (ux * ux + vx * vx, uy * uy + vy * vy);
-        return one_tap(if x > y { x } else { y });
+impl<R: Real> Wanted<R> {
+    pub fn new() -> Self {
+        let z = [R::ZERO; MOST];
+        Self { u: z, v: z, level: z, taps: [R::ONE; MOST], step_u: z, step_v: z }
     }
-    // J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
-    let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
-    let (mean, difference) = (half * (a + c), half * (a - c));
-    let major_sq = mean + (difference * difference + b * b).sqrt();
-    // NaN counts as magnified.
-    let minified = major_sq > R::ONE;
-    if !minified {
-        return one_tap(major_sq);
+
+    /// Fills levels and taps from the gradients du/dx, dv/dx, du/dy, dv/dy.
+    #[inline(always)]
+    pub fn footprints(&mut self, size: [u32; 2], g: &[[R; MOST]; 4], anisotropy: u8) {
+        let size = [R::from_u32(size[0]), R::from_u32(size[1])];
+        let most = R::from_u32(u32::from(anisotropy).min(MOST_TAPS as u32));
+        if anisotropy <= 1 {
+            for i in 0..MOST {
+                self.level[i] = Footprint::isotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]).level;
+            }
+            return;
+        }
+        for i in 0..MOST {
+            let f = Footprint::anisotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], most);
+            (self.level[i], self.taps[i], self.step_u[i], self.step_v[i]) = (f.level, f.taps, f.step[0], f.step[1]);
+        }
     }
-    let det = ux * vy - uy * vx;
-    let minor_sq = det * det / major_sq;
-    let most = R::from_u32(anisotropy.into());
-    let least_sq = major_sq / (most * most);
-    let kept_sq = if minor_sq > least_sq { minor_sq } else { least_sq };
-    // Below one texel there is nothing finer to read.
-    let kept_sq = if kept_sq > R::ONE { kept_sq } else { R::ONE };
-    // 1 % under the next whole number is still that number of taps.
-    let taps = ((major_sq / kept_sq).sqrt() + R::from_f64(0.99)).to_u32().clamp(1, anisotropy.into());
-    let mut f = one_tap(kept_sq);
-    if taps > 1 {
-        // The eigenvector of the major axis, by whichever row is better conditioned.
-        let (x, y) = if difference > R::ZERO { (major_sq - c, b) } else { (b, major_sq - a) };
-        let scale = (major_sq / (x * x + y * y)).sqrt() / R::from_u32(taps);
-        f.taps = taps;
-        f.step = [x * scale / w, y * scale / h];
-    }
-    f
 }
 
-/// Whole texel and fraction of a coordinate; the two neighbours by the address mode.
+impl<R: Real> Default for Wanted<R> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Lanes in the order of their work.
+struct Order {
+    lane: [u8; MOST],
+    count: usize,
+    /// All lanes, as they are: nothing need be moved.
+    plain: bool,
+    /// `starts[key]`: the first place of lanes of that key or a later one; keys run by level, then from many taps to few.
+    starts: [u8; (MOST_LEVELS + 1) * MOST_TAPS + 1],
+    levels: std::ops::Range<usize>,
+}
+
+impl Order {
+    #[inline(always)]
+    fn new(key: &[u16; MOST], active: LaneMask) -> Self {
+        let mut order = Self { lane: [0; MOST], count: active.count_ones() as usize, plain: false, starts: [0; _], levels: 0..0 };
+        let (mut least, mut most) = (u16::MAX, 0);
+        for k in key {
+            least = least.min(*k);
+            most = most.max(*k);
+        }
+        let (least, most) = (usize::from(least), usize::from(most));
+        order.levels = least / MOST_TAPS..most / MOST_TAPS + 1;
+        let last = order.levels.end * MOST_TAPS;
+        if active == LaneMask::MAX && least == most {
+            order.plain = true;
+            order.starts[most + 1..=last].fill(MOST as u8);
+            return order;
+        }
+        let mut left = active;
+        while left != 0 {
+            order.starts[usize::from(key[left.trailing_zeros() as usize]) + 1] += 1;
+            left &= left - 1;
+        }
+        for k in least + 1..=last {
+            order.starts[k] += order.starts[k - 1];
+        }
+        let mut next = order.starts;
+        let mut left = active;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let at = &mut next[usize::from(key[lane])];
+            order.lane[usize::from(*at)] = lane as u8;
+            *at += 1;
+        }
+        order
+    }
+
+    #[inline(always)]
+    fn sorted<R: Real>(&self, values: &[R; MOST]) -> [R; ROOM] {
+        let mut out = [R::ZERO; ROOM];
+        if self.plain {
+            out[..MOST].copy_from_slice(values);
+        } else {
+            for i in 0..MOST {
+                out[i] = values[usize::from(self.lane[i] & 127)];
+            }
+        }
+        out
+    }
+
+    /// Puts sorted values back where they belong.
+    #[inline(always)]
+    fn unsorted<R: Real>(&self, sorted: &[R; ROOM], out: &mut [R; MOST]) {
+        if self.plain {
+            out.copy_from_slice(&sorted[..MOST]);
+        } else {
+            for i in 0..self.count.min(MOST) {
+                out[usize::from(self.lane[i] & 127)] = sorted[i];
+            }
+        }
+    }
+}
+
+/// One piece of an array.
 #[inline(always)]
-fn neighbours<R: Real>(coordinate: R, size: u32, mode: AddressMode) -> (u32, u32, R) {
+fn piece<T>(values: &[T; ROOM], at: usize) -> &[T; PIECE] {
+    match values[at..].first_chunk() {
+        Some(p) => p,
+        None => unreachable!("pieces begin below MOST"),
+    }
+}
+
+/// Whole texels below and above a coordinate, and the fraction between them.
+struct Between<R> {
+    below: [u32; PIECE],
+    above: [u32; PIECE],
+    fraction: [R; PIECE],
+}
+
+#[inline(always)]
+fn between<R: Real>(coordinate: &[R; PIECE], size: u32, mode: AddressMode) -> Between<R> {
     let n = R::from_u32(size);
-    let wrapped = match mode {
-        AddressMode::Repeat => coordinate - floor(coordinate),
-        AddressMode::ClampToEdge => coordinate,
-    };
-    let x = wrapped * n - R::from_f64(0.5);
-    // Written so that NaN becomes the first texel.
-    let x = if x > -R::ONE { x } else { -R::ONE };
-    let x = if x < n { x } else { n };
-    let whole = floor(x);
-    let fraction = x - whole;
-    let i = whole.to_i32();
     let last = size as i32 - 1;
-    let (i0, i1) = match mode {
-        AddressMode::Repeat => (if i < 0 { last } else { i.min(last) }, if i >= last { 0 } else { i + 1 }),
-        AddressMode::ClampToEdge => (i.clamp(0, last), (i + 1).clamp(0, last)),
+    let repeat = mode == AddressMode::Repeat;
+    // What lies before the first texel and after the last.
+    let (before, after) = if repeat { (last, 0) } else { (0, last) };
+    let mut out = Between { below: [0; PIECE], above: [0; PIECE], fraction: [R::ZERO; PIECE] };
+    for i in 0..PIECE {
+        let c = coordinate[i];
+        let x = if repeat { c - floor(c) } else { c } * n - R::from_f64(0.5);
+        // Written so that NaN becomes the first texel.
+        let x = if x > -R::ONE { x } else { -R::ONE };
+        let x = if x < n { x } else { n };
+        let (r, k) = x.nearest_small();
+        let over = r > x;
+        out.fraction[i] = x - if over { r - R::ONE } else { r };
+        let k = if over { k.wrapping_sub(1) } else { k };
+        out.below[i] = (if k < 0 { before } else { k.min(last) }) as u32;
+        out.above[i] = (if k >= last { after } else { k.wrapping_add(1) }) as u32;
+    }
+    out
+}
+
+#[inline(always)]
+fn bilinear<R: Real, D: Decode>(
+    decode: D,
+    level: &TexelLevel<'_>,
+    u: &[R; PIECE],
+    v: &[R; PIECE],
+    state: &SamplerState,
+) -> [[R; PIECE]; 4] {
+    let x = between(u, level.width, state.address_u);
+    let y = between(v, level.height, state.address_v);
+    let fetch = |column: &[u32; PIECE], row: &[u32; PIECE]| {
+        let mut index = [0; PIECE];
+        for i in 0..PIECE {
+            index[i] = row[i].wrapping_mul(level.width).wrapping_add(column[i]);
+        }
+        // SAFETY: `between` clamps columns and rows to the level.
+        unsafe { decode.fetch(level, &index) }
     };
-    (i0 as u32, i1 as u32, fraction)
+    let t = [fetch(&x.below, &y.below), fetch(&x.above, &y.below), fetch(&x.below, &y.above), fetch(&x.above, &y.above)];
+    let mut out = [[R::ZERO; PIECE]; 4];
+    let [r, g, b, a] = &mut out;
+    weighed::<R, D, 0>(decode, &t, &x.fraction, &y.fraction, r);
+    weighed::<R, D, 1>(decode, &t, &x.fraction, &y.fraction, g);
+    weighed::<R, D, 2>(decode, &t, &x.fraction, &y.fraction, b);
+    weighed::<R, D, 3>(decode, &t, &x.fraction, &y.fraction, a);
+    out
 }
 
+// Written out below where an array's `map` would read better: that is a call which is not inlined into code for another instruction set.
 #[inline(always)]
-fn bilinear<R: Real, D: Decode>(decode: D, level: &TexelLevel<'_>, uv: [R; 2], state: &SamplerState) -> [R; 4] {
-    let (x0, x1, fx) = neighbours(uv[0], level.width, state.address_u);
-    let (y0, y1, fy) = neighbours(uv[1], level.height, state.address_v);
-    let texel = |x, y| decode.texel(level, x, y).map(from_f32::<R>);
-    let (t00, t10, t01, t11) = (texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1));
-    std::array::from_fn(|k| {
-        let top = t00[k] + fx * (t10[k] - t00[k]);
-        let bottom = t01[k] + fx * (t11[k] - t01[k]);
-        top + fy * (bottom - top)
-    })
+fn channel<R: Real, D: Decode, const K: usize>(decode: D, texel: D::Texel) -> R {
+    R::from_f32_bits(decode.channel::<K>(texel).to_bits())
 }
 
+/// Channel `K` between the four texels of each lane.
 #[inline(always)]
-fn nearest_texel<R: Real>(coordinate: R, size: u32, mode: AddressMode) -> u32 {
+fn weighed<R: Real, D: Decode, const K: usize>(
+    decode: D,
+    t: &[[D::Texel; PIECE]; 4],
+    x: &[R; PIECE],
+    y: &[R; PIECE],
+    out: &mut [R; PIECE],
+) {
+    for i in 0..PIECE {
+        let (a, b) = (channel::<R, D, K>(decode, t[0][i]), channel::<R, D, K>(decode, t[1][i]));
+        let (c, d) = (channel::<R, D, K>(decode, t[2][i]), channel::<R, D, K>(decode, t[3][i]));
+        let top = a + x[i] * (b - a);
+        let bottom = c + x[i] * (d - c);
+        out[i] = top + y[i] * (bottom - top);
+    }
+}
+
+/// Nearest texel along one axis.
+#[inline(always)]
+fn nearest_texel<R: Real>(c: R, size: u32, mode: AddressMode) -> u32 {
     let n = R::from_u32(size);
-    let wrapped = match mode {
-        AddressMode::Repeat => coordinate - floor(coordinate),
-        AddressMode::ClampToEdge => coordinate,
-    };
-    let x = wrapped * n;
+    let x = if mode == AddressMode::Repeat { c - floor(c) } else { c } * n;
     let x = if x > R::ZERO { x } else { R::ZERO };
-    x.to_u32().min(size - 1)
+    let x = if x < n { x } else { n };
+    let (r, k) = x.nearest_small();
+    (if r > x { k.wrapping_sub(1) } else { k }).min(size as i32 - 1) as u32
 }
 
-/// One lane.
+#[inline(always)]
+fn nearest<R: Real, D: Decode>(decode: D, level: &TexelLevel<'_>, u: &[R; PIECE], v: &[R; PIECE], state: &SamplerState) -> [[R; PIECE]; 4] {
+    let mut index = [0; PIECE];
+    for i in 0..PIECE {
+        let row = nearest_texel(v[i], level.height, state.address_v);
+        index[i] = row.wrapping_mul(level.width).wrapping_add(nearest_texel(u[i], level.width, state.address_u));
+    }
+    // SAFETY: both are below the level's size.
+    let texels = unsafe { decode.fetch(level, &index) };
+    let mut out = [[R::ZERO; PIECE]; 4];
+    let [r, g, b, a] = &mut out;
+    for i in 0..PIECE {
+        (r[i], g[i]) = (channel::<R, D, 0>(decode, texels[i]), channel::<R, D, 1>(decode, texels[i]));
+        (b[i], a[i]) = (channel::<R, D, 2>(decode, texels[i]), channel::<R, D, 3>(decode, texels[i]));
+    }
+    out
+}
+
+/// Adds the first `count` lanes.
+#[inline(always)]
+fn accumulate<R: Real>(sum: &mut [[R; ROOM]; 4], at: usize, count: usize, value: &[[R; PIECE]; 4]) {
+    for (sum, value) in sum.iter_mut().zip(value) {
+        let Some(sum) = sum[at..at + PIECE].first_chunk_mut::<PIECE>() else { return };
+        for i in 0..PIECE {
+            sum[i] = if i < count { sum[i] + value[i] } else { sum[i] };
+        }
+    }
+}
+
+#[inline(always)]
+fn any_positive<R: Real>(values: &[R; PIECE]) -> bool {
+    let mut any = false;
+    for v in values {
+        any |= *v > R::ZERO;
+    }
+    any
+}
+
+/// Filters the active lanes of a batch into `out`, whose other lanes stay as they are.
 #[inline(always)]
 pub fn sample<R: Real, D: Decode>(
     decode: D,
     levels: &[TexelLevel<'_>],
-    uv: [R; 2],
-    footprint: &Footprint<R>,
+    wanted: &Wanted<R>,
     state: &SamplerState,
-) -> [R; 4] {
-    let last = R::from_u32(levels.len() as u32 - 1);
-    let level = if footprint.level > R::ZERO { footprint.level } else { R::ZERO };
-    let level = if level < last { level } else { last };
-    if !state.linear {
-        let at = &levels[((level + R::from_f64(0.5)).to_u32() as usize).min(levels.len() - 1)];
-        let (x, y) = (nearest_texel(uv[0], at.width, state.address_u), nearest_texel(uv[1], at.height, state.address_v));
-        return decode.texel(at, x, y).map(from_f32::<R>);
+    active: LaneMask,
+    out: &mut [[R; MOST]; 4],
+) {
+    let last = levels.len().min(MOST_LEVELS) - 1;
+    let last_level = R::from_u32(last as u32);
+    let round = if state.linear { R::ZERO } else { R::from_f64(0.5) };
+    let (mut key, mut part) = ([0_u16; MOST], [R::ZERO; MOST]);
+    for i in 0..MOST {
+        let level = if wanted.level[i] > R::ZERO { wanted.level[i] } else { R::ZERO };
+        let level = if level < last_level { level } else { last_level };
+        let fine = floor(level + round);
+        let fine = if fine < last_level { fine } else { last_level };
+        part[i] = level - fine;
+        let few = R::from_u32(MOST_TAPS as u32) - wanted.taps[i];
+        key[i] = (fine * R::from_u32(MOST_TAPS as u32) + few).nearest_small().1 as u16;
     }
-    let fine = (level.to_u32() as usize).min(levels.len() - 1);
-    let between = level - R::from_u32(fine as u32);
-    let mut sum = [R::ZERO; 4];
-    let centre = R::from_f64(0.5) * (R::from_u32(footprint.taps) - R::ONE);
-    for tap in 0..footprint.taps {
-        let offset = R::from_u32(tap) - centre;
-        let place = [uv[0] + offset * footprint.step[0], uv[1] + offset * footprint.step[1]];
-        let mut value = bilinear(decode, &levels[fine], place, state);
-        if between > R::ZERO && fine + 1 < levels.len() {
-            let coarse = bilinear(decode, &levels[fine + 1], place, state);
-            for k in 0..4 {
-                value[k] = value[k] + between * (coarse[k] - value[k]);
+    let order = Order::new(&key, active);
+    let (u, v) = (order.sorted(&wanted.u), order.sorted(&wanted.v));
+    let mut sum = [[R::ZERO; ROOM]; 4];
+    if !state.linear {
+        for level in order.levels.clone() {
+            let (from, to) = (order.starts[level * MOST_TAPS], order.starts[(level + 1) * MOST_TAPS]);
+            for at in (usize::from(from)..usize::from(to)).step_by(PIECE) {
+                let value = nearest(decode, &levels[level], piece(&u, at), piece(&v, at), state);
+                accumulate(&mut sum, at, usize::from(to) - at, &value);
             }
         }
-        for k in 0..4 {
-            sum[k] = sum[k] + value[k];
+    } else {
+        let part = order.sorted(&part);
+        let (step_u, step_v, taps) = (order.sorted(&wanted.step_u), order.sorted(&wanted.step_v), order.sorted(&wanted.taps));
+        for level in order.levels.clone() {
+            let from = usize::from(order.starts[level * MOST_TAPS]);
+            for tap in 0..MOST_TAPS {
+                // Lanes with more taps than this come first.
+                let to = usize::from(order.starts[(level + 1) * MOST_TAPS - tap]);
+                if to == from {
+                    break;
+                }
+                for at in (from..to).step_by(PIECE) {
+                    let (u, v, taps) = (piece(&u, at), piece(&v, at), piece(&taps, at));
+                    let (step_u, step_v) = (piece(&step_u, at), piece(&step_v, at));
+                    let (mut tap_u, mut tap_v) = ([R::ZERO; PIECE], [R::ZERO; PIECE]);
+                    for i in 0..PIECE {
+                        let offset = R::from_u32(tap as u32) - R::from_f64(0.5) * (taps[i] - R::ONE);
+                        tap_u[i] = u[i] + offset * step_u[i];
+                        tap_v[i] = v[i] + offset * step_v[i];
+                    }
+                    let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state);
+                    let part = piece(&part, at);
+                    if level < last && any_positive(part) {
+                        let coarse = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state);
+                        for (value, coarse) in value.iter_mut().zip(&coarse) {
+                            for i in 0..PIECE {
+                                let mixed = value[i] + part[i] * (coarse[i] - value[i]);
+                                value[i] = if part[i] > R::ZERO { mixed } else { value[i] };
+                            }
+                        }
+                    }
+                    accumulate(&mut sum, at, to - at, &value);
+                }
+            }
+        }
+        for sum in &mut sum {
+            for i in 0..MOST {
+                sum[i] = sum[i] / taps[i];
+            }
         }
     }
-    if footprint.taps > 1 {
-        let share = R::ONE / R::from_u32(footprint.taps);
-        sum = sum.map(|v| v * share);
+    for (out, sum) in out.iter_mut().zip(&sum) {
+        order.unsorted(sum, out);
     }
-    sum
 }

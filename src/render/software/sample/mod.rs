@@ -1,18 +1,24 @@
 //! Texture sampling: what the executor asks of its textures, batch by batch.
 //!
-//! [`texels`] borrows and decodes, [`filter`] chooses taps and weighs them, [`Textures`] binds both to the texture uses of one program.
-//! Weights are of the lanes' own type; texels are f32, as stored.
+//! [`texels`] borrows and decodes, [`footprint`] chooses levels and taps, [`filter`] weighs them, [`Textures`] binds them to the texture
+//! uses of one program and runs them in a kernel class. Weights are of the lanes' own type; texels are f32, exact to f32 rounding.
+//!
+//! Texels stay as the map has them, 4 bytes each, and are decoded when read: a map of 8192x4096 then takes 179 MB with its mip levels, where
+//! half floats or 16-bit integers would take 358 MB and f32 716 MB, and sRGB by a table of 1 kB costs three loads a texel.
+//! Every class gives the same bits.
 
 pub mod filter;
+pub mod footprint;
 pub mod texels;
 
 use super::exec::{Gradients, LaneMask, TextureUnit};
+use super::kernels::KernelClass;
 use super::math::Real;
 use crate::image::TexelFormat;
 use crate::render::plan::{AddressMode, SamplerState};
-use filter::{Footprint, footprint, sample};
+use filter::{MOST, Wanted, sample};
 use std::sync::Arc;
-use texels::{Decode, Float, Srgb, Texels, Unorm};
+use texels::{Decode, Float, Srgb, TexelLevel, Texels, Unorm};
 
 /// One texture use of a program, bound.
 #[derive(Clone, Debug)]
@@ -23,93 +29,163 @@ pub struct Bound<'a> {
 }
 
 /// The textures of one draw, in the order of the program's texture uses.
-#[derive(Clone, Debug, Default)]
-pub struct Textures<'a>(pub Vec<Bound<'a>>);
+#[derive(Clone, Debug)]
+pub struct Textures<'a> {
+    bound: Vec<Bound<'a>>,
+    class: KernelClass,
+}
 
 const PLAIN: SamplerState =
     SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 1 };
 
-fn lanes(active: LaneMask, count: usize) -> impl Iterator<Item = usize> {
-    let mut left = active;
-    std::iter::from_fn(move || {
-        (left != 0).then(|| {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            lane
-        })
-    })
-    .take_while(move |lane| *lane < count)
+/// A batch's coordinates and how their levels are to be found.
+#[derive(Clone, Copy)]
+struct Request<'a, R> {
+    u: &'a [R],
+    v: &'a [R],
+    levels: Levels<'a, R>,
+    active: LaneMask,
 }
 
-impl Bound<'_> {
-    fn each<R: Real>(&self, u: &[R], v: &[R], active: LaneMask, out: [&mut [R]; 4], of: impl Fn(usize, &SamplerState) -> Footprint<R>) {
-        let state = self.sampler.unwrap_or(PLAIN);
-        match self.texels.format {
-            TexelFormat::Rgba8Srgb => self.run(Srgb::new(), &state, u, v, active, out, of),
-            TexelFormat::Rgba8Unorm => self.run(Unorm, &state, u, v, active, out, of),
-            TexelFormat::Rgba32Float => self.run(Float, &state, u, v, active, out, of),
+#[derive(Clone, Copy)]
+enum Levels<'a, R> {
+    Given(&'a [R]),
+    Of(Gradients<'a, R>),
+}
+
+#[inline(always)]
+fn padded<R: Real>(values: &[R]) -> [R; MOST] {
+    let mut all = [R::ZERO; MOST];
+    let count = values.len().min(MOST);
+    all[..count].copy_from_slice(&values[..count]);
+    all
+}
+
+#[inline(always)]
+fn batch<R: Real, D: Decode>(
+    decode: D,
+    levels: &[TexelLevel<'_>],
+    state: &SamplerState,
+    request: Request<'_, R>,
+    out: &mut [[R; MOST]; 4],
+) {
+    let mut wanted = Wanted::new();
+    wanted.u = padded(request.u);
+    wanted.v = padded(request.v);
+    match request.levels {
+        Levels::Given(level) => wanted.level = padded(level),
+        Levels::Of(g) => {
+            let size = [levels[0].width, levels[0].height];
+            wanted.footprints(size, &[padded(g.du_dx), padded(g.dv_dx), padded(g.du_dy), padded(g.dv_dy)], state.anisotropy);
+        }
+    }
+    sample(decode, levels, &wanted, state, request.active, out);
+}
+
+macro_rules! class {
+    ($name:ident, $(#[$feature:meta])*) => {
+        /// # Safety
+        /// The instruction set of this class is available.
+        $(#[$feature])*
+        unsafe fn $name<R: Real, D: Decode>(
+            decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: &mut [[R; MOST]; 4],
+        ) {
+            batch(decode, levels, state, request, out);
+        }
+    };
+}
+
+class!(plain,);
+#[cfg(target_arch = "x86_64")]
+class!(avx2, #[target_feature(enable = "avx2,fma")]);
+#[cfg(target_arch = "x86_64")]
+class!(avx512, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]);
+#[cfg(target_arch = "aarch64")]
+class!(neon, #[target_feature(enable = "neon")]);
+
+impl<'a> Textures<'a> {
+    /// Bound textures, sampled in a class that this machine has (another one falls back to plain code).
+    pub fn new(bound: Vec<Bound<'a>>, class: KernelClass) -> Self {
+        let class = if KernelClass::available().contains(&class) { class } else { KernelClass::Portable };
+        Self { bound, class }
+    }
+
+    fn sample<R: Real>(&self, texture: usize, request: Request<'_, R>, out: [&mut [R]; 4]) {
+        let bound = &self.bound[texture];
+        match bound.texels.format {
+            TexelFormat::Rgba8Srgb => self.decoded(bound, Srgb::new(), request, out),
+            TexelFormat::Rgba8Unorm => self.decoded(bound, Unorm, request, out),
+            TexelFormat::Rgba32Float => self.decoded(bound, Float, request, out),
         }
     }
 
-    fn run<R: Real, D: Decode>(
-        &self,
-        decode: D,
-        state: &SamplerState,
-        u: &[R],
-        v: &[R],
-        active: LaneMask,
-        out: [&mut [R]; 4],
-        of: impl Fn(usize, &SamplerState) -> Footprint<R>,
-    ) {
-        let [r, g, b, a] = out;
-        for lane in lanes(active, u.len()) {
-            [r[lane], g[lane], b[lane], a[lane]] = sample(decode, &self.texels.levels, [u[lane], v[lane]], &of(lane, state), state);
+    fn decoded<R: Real, D: Decode>(&self, bound: &Bound<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
+        let state = bound.sampler.unwrap_or(PLAIN);
+        let count = request.u.len().min(MOST);
+        let there = if count == MOST { LaneMask::MAX } else { (1 << count) - 1 };
+        let request = Request { active: request.active & there, ..request };
+        if request.active == 0 {
+            return;
+        }
+        let run = match self.class {
+            #[cfg(target_arch = "x86_64")]
+            KernelClass::Avx512 => avx512::<R, D>,
+            #[cfg(target_arch = "x86_64")]
+            KernelClass::Avx2Fma => avx2::<R, D>,
+            #[cfg(target_arch = "aarch64")]
+            KernelClass::Neon => neon::<R, D>,
+            _ => plain::<R, D>,
+        };
+        let mut filtered = [[R::ZERO; MOST]; 4];
+        // SAFETY: `new` keeps only classes that this machine has.
+        unsafe { run(decode, &bound.texels.levels, &state, request, &mut filtered) };
+        for (out, filtered) in out.into_iter().zip(&filtered) {
+            out[..count].copy_from_slice(&filtered[..count]);
         }
     }
+}
 
-    fn load<R: Real, D: Decode>(&self, decode: D, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        let [r, g, b, a] = out;
-        for lane in lanes(active, x.len()) {
-            let (x, y) = (x[lane].int(), y[lane].int());
-            // Negative integers are large ones here; what lies outside reads as zero.
-            let texel = match self.texels.levels.get(level[lane].int() as usize) {
-                Some(at) if x < at.width && y < at.height => decode.texel(at, x, y),
-                _ => [0.0; 4],
-            };
-            [r[lane], g[lane], b[lane], a[lane]] = texel.map(|t| R::from_f32_bits(t.to_bits()));
-        }
+/// Single texels by integer coordinates.
+fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 3], active: LaneMask, out: [&mut [R]; 4]) {
+    let [x, y, level] = place;
+    let [r, g, b, a] = out;
+    for lane in (0..x.len().min(MOST)).filter(|lane| active >> lane & 1 != 0) {
+        let (x, y) = (x[lane].int(), y[lane].int());
+        // Negative integers are large ones here; what lies outside reads as zero.
+        let texel = match levels.get(level[lane].int() as usize) {
+            // SAFETY: both lie inside the level.
+            Some(at) if x < at.width && y < at.height => decode.channels(unsafe { decode.stored(at, y * at.width + x) }),
+            _ => [0.0; 4],
+        };
+        [r[lane], g[lane], b[lane], a[lane]] = texel.map(|t| R::from_f32_bits(t.to_bits()));
     }
 }
 
 impl<R: Real> TextureUnit<R> for Textures<'_> {
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], g: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]) {
-        let bound = &self.0[texture];
-        let size = [bound.texels.levels[0].width, bound.texels.levels[0].height];
-        bound.each(u, v, active, out, |lane, state| {
-            footprint(size, [g.du_dx[lane], g.dv_dx[lane]], [g.du_dy[lane], g.dv_dy[lane]], state.anisotropy)
-        });
+        self.sample(texture, Request { u, v, levels: Levels::Of(g), active }, out);
     }
 
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        self.0[texture].each(u, v, active, out, |lane, _| Footprint { level: level[lane], taps: 1, step: [R::ZERO; 2] });
+        self.sample(texture, Request { u, v, levels: Levels::Given(level), active }, out);
     }
 
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        let bound = &self.0[texture];
-        match bound.texels.format {
-            TexelFormat::Rgba8Srgb => bound.load(Srgb::new(), x, y, level, active, out),
-            TexelFormat::Rgba8Unorm => bound.load(Unorm, x, y, level, active, out),
-            TexelFormat::Rgba32Float => bound.load(Float, x, y, level, active, out),
+        let texels = &self.bound[texture].texels;
+        match texels.format {
+            TexelFormat::Rgba8Srgb => load(Srgb::new(), &texels.levels, [x, y, level], active, out),
+            TexelFormat::Rgba8Unorm => load(Unorm, &texels.levels, [x, y, level], active, out),
+            TexelFormat::Rgba32Float => load(Float, &texels.levels, [x, y, level], active, out),
         }
     }
 
     fn dimensions(&self, texture: usize, level: u32) -> [u32; 2] {
-        let levels = &self.0[texture].texels.levels;
+        let levels = &self.bound[texture].texels.levels;
         let at = &levels[(level as usize).min(levels.len() - 1)];
         [at.width, at.height]
     }
 
     fn levels(&self, texture: usize) -> u32 {
-        self.0[texture].texels.levels.len() as u32
+        self.bound[texture].texels.levels.len() as u32
     }
 }

@@ -15,6 +15,11 @@ static SRGB_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
+/// Texels of one level at most: indices are 32 bits wide.
+const MOST_TEXELS: u64 = 1 << 30;
+/// Texels along a side at most: see [`crate::render::software::math::Real::nearest_small`].
+const MOST_SIDE: u32 = 1 << 22;
+
 /// One mip level.
 #[derive(Clone, Copy, Debug)]
 pub struct TexelLevel<'a> {
@@ -41,7 +46,10 @@ impl<'a> Texels<'a> {
         let mut all = Vec::new();
         for (k, (width, height, bytes)) in levels.enumerate() {
             let needed = u64::from(width) * u64::from(height) * texel;
-            if needed == 0 || bytes.len() as u64 != needed || width > i32::MAX as u32 / 2 || height > i32::MAX as u32 / 2 {
+            if width.max(height) > MOST_SIDE || needed / texel > MOST_TEXELS {
+                return Err(format!("level {k} is {width}x{height}, which is more than can be read"));
+            }
+            if needed == 0 || bytes.len() as u64 != needed {
                 return Err(format!("level {k} is {width}x{height} with {} bytes, which should be {needed}", bytes.len()));
             }
             all.push(TexelLevel { width, height, bytes });
@@ -58,7 +66,30 @@ impl<'a> Texels<'a> {
 
 /// How bytes become four linear floats; one type per format, so that the inner loops are made for each.
 pub trait Decode: Copy {
-    fn texel(self, level: &TexelLevel<'_>, x: u32, y: u32) -> [f32; 4];
+    /// A texel as stored.
+    type Texel: Copy + Default;
+    /// # Safety
+    /// `index` is less than the level's width times its height.
+    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
+    /// One of its four channels.
+    fn channel<const K: usize>(self, texel: Self::Texel) -> f32;
+    #[inline(always)]
+    fn channels(self, texel: Self::Texel) -> [f32; 4] {
+        [self.channel::<0>(texel), self.channel::<1>(texel), self.channel::<2>(texel), self.channel::<3>(texel)]
+    }
+
+    /// Texels of several lanes.
+    /// # Safety
+    /// As [`Decode::stored`], for every lane.
+    #[inline(always)]
+    unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [Self::Texel; N] {
+        let mut out = [Self::Texel::default(); N];
+        for (o, i) in out.iter_mut().zip(index) {
+            // SAFETY: passed on to the caller.
+            *o = unsafe { self.stored(level, *i) };
+        }
+        out
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -80,32 +111,56 @@ impl Default for Srgb {
     }
 }
 
+/// # Safety
+/// As [`Decode::stored`]; texels have four bytes.
 #[inline(always)]
-fn at(level: &TexelLevel<'_>, x: u32, y: u32) -> usize {
-    y as usize * level.width as usize + x as usize
+unsafe fn four_bytes(level: &TexelLevel<'_>, index: u32) -> u32 {
+    // SAFETY: a level holds the bytes of all its texels ([`Texels::new`]).
+    u32::from_le(unsafe { level.bytes.as_ptr().cast::<u32>().wrapping_add(index as usize).read_unaligned() })
+}
+
+#[inline(always)]
+fn unorm<const K: usize>(texel: u32) -> f32 {
+    (texel >> (8 * K) & 0xff) as i32 as f32 * (1.0 / 255.0)
 }
 
 impl Decode for Srgb {
+    type Texel = u32;
     #[inline(always)]
-    fn texel(self, level: &TexelLevel<'_>, x: u32, y: u32) -> [f32; 4] {
-        let i = at(level, x, y) * 4;
-        let [r, g, b, a] = [level.bytes[i], level.bytes[i + 1], level.bytes[i + 2], level.bytes[i + 3]];
-        [self.0[usize::from(r)], self.0[usize::from(g)], self.0[usize::from(b)], f32::from(a) * (1.0 / 255.0)]
+    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
+        // SAFETY: passed on to the caller.
+        unsafe { four_bytes(level, index) }
+    }
+    #[inline(always)]
+    fn channel<const K: usize>(self, texel: u32) -> f32 {
+        if K == 3 { unorm::<3>(texel) } else { self.0[(texel >> (8 * K) & 0xff) as usize] }
     }
 }
 
 impl Decode for Unorm {
+    type Texel = u32;
     #[inline(always)]
-    fn texel(self, level: &TexelLevel<'_>, x: u32, y: u32) -> [f32; 4] {
-        let i = at(level, x, y) * 4;
-        [level.bytes[i], level.bytes[i + 1], level.bytes[i + 2], level.bytes[i + 3]].map(|v| f32::from(v) * (1.0 / 255.0))
+    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
+        // SAFETY: passed on to the caller.
+        unsafe { four_bytes(level, index) }
+    }
+    #[inline(always)]
+    fn channel<const K: usize>(self, texel: u32) -> f32 {
+        unorm::<K>(texel)
     }
 }
 
 impl Decode for Float {
+    type Texel = [f32; 4];
     #[inline(always)]
-    fn texel(self, level: &TexelLevel<'_>, x: u32, y: u32) -> [f32; 4] {
-        let texel = &level.bytes[at(level, x, y) * 16..][..16];
-        std::array::from_fn(|k| f32::from_le_bytes([texel[4 * k], texel[4 * k + 1], texel[4 * k + 2], texel[4 * k + 3]]))
+    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
+        // SAFETY: as in `four_bytes`; a texel has sixteen.
+        let bits = unsafe { level.bytes.as_ptr().cast::<[u32; 4]>().wrapping_add(index as usize).read_unaligned() };
+        let f = |k: usize| f32::from_bits(u32::from_le(bits[k]));
+        [f(0), f(1), f(2), f(3)]
+    }
+    #[inline(always)]
+    fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
+        texel[K & 3]
     }
 }
