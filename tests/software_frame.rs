@@ -234,3 +234,27 @@ fn what_does_not_fit_is_named() {
     mesh.vertices = Vertices::Mesh { attributes: Vec::new(), indices: Arc::new(vec![0, 1, 2]) };
     assert!(matches!(error(&scene([8, 8], vec![mesh])), RenderError::Index { .. }));
 }
+
+#[test]
+#[ignore = "prints times"]
+fn times_of_the_passes() {
+    let maps = MapSet { albedo: true, ..MapSet::default() };
+    let map = Arc::new(Texture::from_rgba8(2048, 1024, noise(2048 * 1024), TexelFormat::Rgba8Srgb).expect("whole"));
+    for (what, maps, threads) in [("plain", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
+        let mut body = sphere(Vec3::new(0.6, 0.2, 0.7), maps);
+        if maps.albedo {
+            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 8 };
+            body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::clone(&map)) }];
+            body.samplers = vec![SamplerBinding { binding: 8, state }];
+        }
+        let plan = scene([1024, 1024], vec![body]);
+        let renderer = SoftwareRenderer::new(with_threads(threads)).expect("a renderer");
+        let mut best = [f64::INFINITY; 3];
+        for _ in 0..20 {
+            let timings = renderer.render(&plan, &*LIBRARY, false).expect("a frame").1;
+            let of = [timings.passes[0].wall_ms, timings.passes[1].wall_ms, timings.wall_ms];
+            best = [0, 1, 2].map(|k| f64::min(best[k], of[k]));
+        }
+        println!("{what}, {threads} threads: bodies {:.1} ms, tone map {:.1} ms, frame {:.1} ms", best[0], best[1], best[2]);
+    }
+}

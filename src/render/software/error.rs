@@ -44,3 +44,24 @@ pub fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<V
     vec.resize(count, value);
     Ok(vec)
 }
+
+/// Room for `more` values; an error, not an abort, when memory is short.
+pub fn try_grow<T>(vec: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), RenderError> {
+    let bytes = (vec.len() as u128 + more as u128) * size_of::<T>() as u128;
+    vec.try_reserve(more).map_err(|_| RenderError::Memory { what, bytes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_much_memory_is_an_error_and_not_an_abort() {
+        let mut some = vec![1_u64];
+        assert_eq!(try_grow(&mut some, 7, "a test"), Ok(()));
+        assert!(some.capacity() >= 8);
+        let error = try_grow(&mut some, usize::MAX / 16, "a test").expect_err("more than there is");
+        assert!(error.to_string().contains("not enough memory for a test"), "{error}");
+        assert!(try_vec(usize::MAX, 0_u64, "a test").is_err());
+    }
+}

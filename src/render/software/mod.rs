@@ -24,7 +24,7 @@ pub mod timings;
 pub mod vertex;
 
 pub use error::RenderError;
-use error::try_vec;
+use error::{try_grow, try_vec};
 pub use lower::lowering;
 pub use renderer::{Modules, Options, Precision, SoftwareRenderer};
 pub use timings::{PassTimings, Timings};

@@ -9,7 +9,7 @@ use super::raster::coverage::{TILE, TilePixels};
 use super::raster::setup::Geometry;
 use super::shade::{Batch, FragmentPlan, TileShader};
 use super::stage::{LaneProgram, LaneRun};
-use super::tiles::{TileTarget, unorm8};
+use super::tiles::{PIXELS, TileTarget, unorm8};
 use super::timings::PassTimings;
 use super::vertex::{Assembled, assemble};
 use crate::render::plan::{Blend, ColourFormat, Pass, PlanDraw};
@@ -39,36 +39,59 @@ pub enum PassImage {
 }
 
 /// A thread's buffers, handed from tile to tile.
-struct Worker<'a, R: Real> {
+struct Worker<'a, R: Real, T> {
     target: TileTarget,
     batch: Batch,
+    /// A tile's pixels as they will be stored.
+    converted: Box<[T; PIXELS]>,
     /// By draw; started when first needed.
     runs: Vec<Option<Box<dyn LaneRun<R> + Send + 'a>>>,
     shading_seconds: f64,
     resolve_seconds: f64,
 }
 
-/// Per tile, row by row: (draw, triangle) in draw order.
+/// The triangles of every tile, in draw order, one tile after the other.
 struct Bins {
     across: usize,
-    tiles: Vec<Vec<(u32, u32)>>,
+    /// Where each tile's entries begin, and the end of the last.
+    starts: Vec<usize>,
+    /// (draw, triangle).
+    entries: Vec<(u32, u32)>,
 }
 
 impl Bins {
-    fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Self {
+    fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Result<Self, RenderError> {
         let (across, down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
-        let mut tiles = vec![Vec::new(); across * down];
-        for (d, job) in jobs.iter().enumerate() {
-            for (t, triangle) in job.geometry.triangles.iter().enumerate() {
-                let [x0, y0, x1, y1] = triangle.pixels;
-                for ty in y0 / TILE..y1.div_ceil(TILE) {
-                    for tx in x0 / TILE..x1.div_ceil(TILE) {
-                        tiles[ty as usize * across + tx as usize].push((d as u32, t as u32));
+        let each = |visit: &mut dyn FnMut(usize, (u32, u32))| {
+            for (d, job) in jobs.iter().enumerate() {
+                for (t, triangle) in job.geometry.triangles.iter().enumerate() {
+                    let [x0, y0, x1, y1] = triangle.pixels;
+                    for ty in y0 / TILE..y1.div_ceil(TILE) {
+                        for tx in x0 / TILE..x1.div_ceil(TILE) {
+                            visit(ty as usize * across + tx as usize, (d as u32, t as u32));
+                        }
                     }
                 }
             }
+        };
+        // Counted first, so that memory is asked for once and a refusal is an error.
+        let mut starts = super::try_vec(across * down + 1, 0_usize, "the tiles")?;
+        each(&mut |tile, _| starts[tile + 1] += 1);
+        for k in 1..starts.len() {
+            starts[k] += starts[k - 1];
         }
-        Self { across, tiles }
+        let mut entries = super::try_vec(starts[across * down], (0, 0), "the tiles' triangles")?;
+        let mut next = starts.clone();
+        each(&mut |tile, entry| {
+            entries[next[tile]] = entry;
+            next[tile] += 1;
+        });
+        Ok(Self { across, starts, entries })
+    }
+
+    fn tile(&self, x: usize, y: usize) -> &[(u32, u32)] {
+        let k = y * self.across + x;
+        &self.entries[self.starts[k]..self.starts[k + 1]]
     }
 }
 
@@ -86,7 +109,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
         jobs.push(job);
     }
     let start = Instant::now();
-    let bins = Bins::new(pass.width, pass.height, &jobs);
+    let bins = Bins::new(pass.width, pass.height, &jobs)?;
     timings.binning_ms = 1e3 * start.elapsed().as_secs_f64();
 
     let pixels = pass.width as usize * pass.height as usize;
@@ -97,8 +120,8 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
             PassImage::Float(image)
         }
         ColourFormat::Rgba8Unorm => {
-            let mut image = super::try_vec(pixels, pass.clear.map(unorm8), "a pass of display bytes")?;
-            draw_tiles(pass, &jobs, &bins, &mut image, |c| c.map(unorm8), &mut timings);
+            let mut image = super::try_vec(pixels, unorm8(pass.clear), "a pass of display bytes")?;
+            draw_tiles(pass, &jobs, &bins, &mut image, unorm8, &mut timings);
             PassImage::Unorm(image)
         }
     };
@@ -124,7 +147,7 @@ fn prepare<'a, R: Real>(pass: &Pass, draw: &PlanDraw, stages: &DrawStages<'a, R>
     Ok((DrawJob { geometry, fragment, fragment_plan, blend: draw.blend }, vertex_seconds, setup_seconds))
 }
 
-fn draw_tiles<R: Real, T: Send>(
+fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     pass: &Pass,
     jobs: &[DrawJob<'_, R>],
     bins: &Bins,
@@ -133,21 +156,24 @@ fn draw_tiles<R: Real, T: Send>(
     timings: &mut PassTimings,
 ) {
     let pixels = TilePixels::new();
-    let idle: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
+    let blank = convert(pass.clear);
+    let idle: Mutex<Vec<Worker<'_, R, T>>> = Mutex::new(Vec::new());
     let tile = TILE as usize;
-    image.par_chunks_mut(tile * pass.width as usize).zip(bins.tiles.par_chunks(bins.across)).enumerate().for_each(|(ty, (band, bins))| {
-        let mut tiles: Vec<Vec<&mut [T]>> = bins.iter().map(|b| Vec::with_capacity(if b.is_empty() { 0 } else { tile })).collect();
+    image.par_chunks_mut(tile * pass.width as usize).enumerate().for_each(|(ty, band)| {
+        let wanted = |tx: usize| !bins.tile(tx, ty).is_empty();
+        let mut tiles: Vec<Vec<&mut [T]>> = (0..bins.across).map(|tx| Vec::with_capacity(if wanted(tx) { tile } else { 0 })).collect();
         for row in band.chunks_mut(pass.width as usize) {
-            for (rows, part) in tiles.iter_mut().zip(row.chunks_mut(tile)) {
-                rows.push(part);
+            for (tx, part) in row.chunks_mut(tile).enumerate().filter(|(tx, _)| wanted(*tx)) {
+                tiles[tx].push(part);
             }
         }
-        tiles.par_iter_mut().zip(bins).enumerate().filter(|(_, (_, bin))| !bin.is_empty()).for_each(|(tx, (rows, bin))| {
+        tiles.par_iter_mut().enumerate().filter(|(tx, _)| wanted(*tx)).for_each(|(tx, rows)| {
+            let bin = bins.tile(tx, ty);
             let free = idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-            let mut worker = free.unwrap_or_else(|| Worker::new(pass.samples, jobs.len()));
+            let mut worker = free.unwrap_or_else(|| Worker::new(pass.samples, jobs.len(), blank));
             worker.draw_tile(pass, jobs, bin, [tx as u32 * TILE, ty as u32 * TILE], &pixels);
             let start = Instant::now();
-            worker.target.resolve_to(rows, &convert);
+            worker.target.resolve_to(rows, &mut worker.converted, &convert);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
             idle.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
         });
@@ -158,11 +184,12 @@ fn draw_tiles<R: Real, T: Send>(
     }
 }
 
-impl<'a, R: Real> Worker<'a, R> {
-    fn new(samples: u8, draws: usize) -> Self {
+impl<'a, R: Real, T: Copy> Worker<'a, R, T> {
+    fn new(samples: u8, draws: usize, blank: T) -> Self {
         Self {
             target: TileTarget::new(samples),
             batch: Batch::new(),
+            converted: Box::new([blank; PIXELS]),
             runs: (0..draws).map(|_| None).collect(),
             shading_seconds: 0.0,
             resolve_seconds: 0.0,

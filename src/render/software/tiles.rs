@@ -5,10 +5,10 @@
 //! what the target stores.
 
 use super::blend::{blend_lanes, blended};
-use super::raster::coverage::{TILE, TILE_QUADS};
+use super::raster::coverage::TILE;
 use crate::render::plan::{Blend, ColourFormat};
 
-const PIXELS: usize = (TILE * TILE) as usize;
+pub const PIXELS: usize = (TILE * TILE) as usize;
 const WHOLE: u16 = u16::MAX;
 
 /// Pixels in lane order (see [`super::raster::coverage`]).
@@ -115,24 +115,40 @@ impl TileTarget {
         }
     }
 
-    /// Writes the tile's rows; `rows[y]` holds the pixels of the tile that lie inside the target.
-    pub fn resolve_to<T>(&self, rows: &mut [&mut [T]], convert: impl Fn([f32; 4]) -> T) {
-        for quad in 0..TILE_QUADS {
-            let [x, y] = super::raster::coverage::quad_place(quad);
-            for corner in 0..4 {
-                let (px, py) = (x as usize + (corner & 1), y as usize + (corner >> 1));
-                if let Some(pixel) = rows.get_mut(py).and_then(|row| row.get_mut(px)) {
-                    *pixel = convert(self.resolved(quad * 4 + corner));
+    /// Writes the tile's rows; `rows[y]` holds the pixels of the tile that lie inside the target. `converted` is room for a tile.
+    pub fn resolve_to<T: Copy>(&self, rows: &mut [&mut [T]], converted: &mut [T; PIXELS], convert: impl Fn([f32; 4]) -> T) {
+        let [r, g, b, a] = &self.colour;
+        for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
+            *to = convert([*r, *g, *b, *a]);
+        }
+        if !self.split_colour.is_empty() {
+            for (pixel, to) in converted.iter_mut().enumerate().filter(|(pixel, _)| self.split[*pixel] != WHOLE) {
+                *to = convert(self.resolved(pixel));
+            }
+        }
+        for (quad, pixels) in converted.chunks_exact(4).enumerate() {
+            let [x, y] = super::raster::coverage::quad_place(quad).map(|v| v as usize);
+            for (row, pair) in rows.iter_mut().skip(y).zip(pixels.chunks_exact(2)) {
+                match row.get_mut(x..x + 2) {
+                    Some(to) => to.copy_from_slice(pair),
+                    // The last column of an odd width.
+                    None => row.iter_mut().skip(x).zip(pair).for_each(|(to, from)| *to = *from),
                 }
             }
         }
     }
 }
 
-/// Value 0..=1 to a byte, round to nearest; NaN is 0.
+/// Values 0..=1 to bytes, round to nearest, ties to even; NaN is 0. Free of conversions that saturate, so that loops over it become vector code.
 #[inline(always)]
-pub fn unorm8(value: f32) -> u8 {
-    (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+pub fn unorm8(colour: [f32; 4]) -> [u8; 4] {
+    let byte = |v: f32| {
+        let v = if v > 0.0 { v } else { 0.0 };
+        let v = if v < 1.0 { v } else { 1.0 };
+        // Adding 1.5 * 2^23 leaves the rounded integer in the low bits.
+        (v * 255.0 + 12_582_912.0).to_bits() & 0xff
+    };
+    (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
 }
 
 /// Bytes of one pixel of a target.
@@ -173,7 +189,11 @@ mod tests {
 
     #[test]
     fn bytes_round_to_nearest() {
-        assert_eq!([0.0, 1.0, 0.5, 2.0, -1.0, f32::NAN].map(unorm8), [0, 255, 128, 255, 0, 0]);
-        assert_eq!(unorm8(100.4 / 255.0), 100);
+        assert_eq!(unorm8([0.0, 1.0, 0.5, 2.0]), [0, 255, 128, 255]);
+        assert_eq!(unorm8([-1.0, f32::NAN, f32::INFINITY, -0.0]), [0, 0, 255, 0]);
+        for byte in 0..=255_u8 {
+            let [below, at, above] = [-0.49, 0.0, 0.49].map(|d| (f32::from(byte) + d) / 255.0);
+            assert_eq!(unorm8([below, at, above, 0.0]), [byte, byte, byte, 0]);
+        }
     }
 }

@@ -13,6 +13,9 @@ use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
 
+/// Triangles that one thread sets up in one go.
+const SET_UP_TOGETHER: usize = 4096;
+
 /// The triangles of one draw, and what they took.
 #[derive(Clone, Debug)]
 pub struct Assembled {
@@ -152,17 +155,34 @@ pub fn assemble<R: Real>(
     let bounds = Bounds { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
     let corners = indices.map_or(vertex_count, <[u32]>::len);
     let per_instance = corners / 3;
-    let mut geometry = Geometry::default();
-    for triangle in 0..per_instance * instances {
-        let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
-        let rows = [first, first + 1, first + 2].map(|c| {
-            let vertex = indices.map_or(c, |i| i[c] as usize);
-            let at = (instance * vertex_count + vertex) * scalars;
-            &shaded[at..at + scalars]
-        });
-        let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
-        let carried = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
-        set_up(positions, carried, &bounds, &mut geometry);
-    }
+    let set_up_range = |range: std::ops::Range<usize>| {
+        let mut geometry = Geometry::default();
+        for triangle in range {
+            let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
+            let rows = [first, first + 1, first + 2].map(|c| {
+                let vertex = indices.map_or(c, |i| i[c] as usize);
+                let at = (instance * vertex_count + vertex) * scalars;
+                &shaded[at..at + scalars]
+            });
+            let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
+            let carried = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
+            geometry.reserve(varyings.len())?;
+            set_up(positions, carried, &bounds, &mut geometry);
+        }
+        Ok(geometry)
+    };
+    let count = per_instance.saturating_mul(instances);
+    let geometry = if count <= SET_UP_TOGETHER {
+        set_up_range(0..count)?
+    } else {
+        // Parts in any order on any thread, put together in drawing order.
+        let part = |k: usize| k * SET_UP_TOGETHER..((k + 1) * SET_UP_TOGETHER).min(count);
+        let parts = (0..count.div_ceil(SET_UP_TOGETHER)).into_par_iter().map(|k| set_up_range(part(k))).collect::<Result<Vec<_>, _>>()?;
+        let mut all = Geometry::default();
+        for part in &parts {
+            all.append(part)?;
+        }
+        all
+    };
     Ok(Assembled { geometry, vertex_seconds, setup_seconds: start.elapsed().as_secs_f64() })
 }

@@ -126,10 +126,11 @@ unsafe fn quad_difference<R: Real, const STEP: usize>(dst: *mut R, a: *const R, 
     for (d, s) in dst.chunks_exact_mut(4).zip(a.chunks_exact(4)) {
         if STEP == 1 {
             let (top, bottom) = (s[1] - s[0], s[3] - s[2]);
-            d.copy_from_slice(&[top, top, bottom, bottom]);
+            // Value by value: a copied array would be four small stores read back at once by a large load, which stalls.
+            (d[0], d[1], d[2], d[3]) = (top, top, bottom, bottom);
         } else {
             let (left, right) = (s[2] - s[0], s[3] - s[1]);
-            d.copy_from_slice(&[left, right, left, right]);
+            (d[0], d[1], d[2], d[3]) = (left, right, left, right);
         }
     }
 }

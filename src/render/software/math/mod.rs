@@ -3,7 +3,8 @@
 //! Every function is generic over `F`: true uses fused multiply-add, false rounds product and sum apart. For one value of `F` the result
 //! is the same bit pattern on every kernel class, because only IEEE basic operations occur. Errors are measured in tests/software_math.rs.
 //!
-//! f32 `sin` and `cos` reduce in f64; the less frequent f32 functions (tan, pow, hyperbolic and inverse hyperbolic) are the f64 ones, rounded.
+//! f32 `sin` and `cos` reduce in f64; `pow` passes through f64 polynomials of the length that an f32 needs; the less frequent
+//! f32 functions (tan, hyperbolic and inverse hyperbolic) are the f64 ones, rounded.
 
 pub mod double;
 pub mod single;
@@ -255,7 +256,7 @@ macro_rules! common {
         }
         #[inline(always)]
         fn pow<const F: bool>(self, y: Self) -> Self {
-            double::pow::<F>(f64::from(self), f64::from(y)) as $t
+            $module::pow::<F>(self, y)
         }
     };
 }

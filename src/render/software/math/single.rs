@@ -1,6 +1,6 @@
 //! f32 functions. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf).
 
-use super::{double, poly};
+use super::{Real, double, poly};
 
 const MAGIC: f32 = 12_582_912.0; // 1.5 * 2^23: adding it rounds to an integer that stands in the low bits
 
@@ -171,4 +171,63 @@ pub fn atan2<const F: bool>(y: f32, x: f32) -> f32 {
     let t = if x.is_sign_negative() { std::f32::consts::PI - t } else { t };
     let t = t.copysign(y);
     if x.is_nan() | y.is_nan() { f32::NAN } else { t }
+}
+
+/// x^y for x >= 0 (WGSL leaves negative x open: NaN here). x^0 = 1, 1^y = 1. By way of f64 polynomials that are as long as an f32 result
+/// needs (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2), because y log2(x) must be good to 2^-32.
+#[inline(always)]
+pub fn pow<const F: bool>(x: f32, y: f32) -> f32 {
+    const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+    const BIAS: u64 = 1024;
+    let bits = f64::from(x).to_bits().wrapping_sub(ROOT_HALF);
+    // The exponent as a float without an integer conversion, which has no vector form below AVX-512.
+    let e = bits.wrapping_add(BIAS << 52) >> 52;
+    let k = f64::from_bits(e | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
+    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(ROOT_HALF)) - 1.0;
+    let q = poly::<f64, F, 14>(
+        f,
+        [
+            -6.806_287_590_390_596e-2,
+            1.311_374_375_368_668_4e-1,
+            -1.347_892_873_836_604_3e-1,
+            1.306_289_025_602_109_6e-1,
+            -1.425_234_075_541_001_6e-1,
+            1.601_822_613_029_602_6e-1,
+            -1.804_326_852_102_011_7e-1,
+            2.061_086_952_930_662_8e-1,
+            -2.404_466_267_772_730_4e-1,
+            2.885_387_623_299_674_6e-1,
+            -3.606_737_897_710_07e-1,
+            4.808_983_490_727_960_8e-1,
+            -7.213_475_203_430_863e-1,
+            1.442_695_040_886_203_3,
+        ],
+    );
+    let log2 = f.fma::<F>(q, k);
+    // Beyond 1e20 every x but 1 over- or underflows; the bound keeps the product finite.
+    let b = f64::from(y);
+    let b = if b > 1e20 { 1e20 } else { b };
+    let b = if b < -1e20 { -1e20 } else { b };
+    let exponent = log2 * b;
+    let exponent = if exponent > 130.0 { 130.0 } else { exponent };
+    let exponent = if exponent < -152.0 { -152.0 } else { exponent };
+    let (whole, n) = exponent.nearest_small();
+    let p = poly::<f64, F, 8>(
+        exponent - whole,
+        [
+            1.529_732_376_070_107_4e-5,
+            1.546_144_469_856_913e-4,
+            1.333_350_238_616_277e-3,
+            9.618_056_678_524_638e-3,
+            5.550_410_883_909_618_4e-2,
+            2.402_265_092_227_135e-1,
+            6.931_471_805_599_453e-1,
+            1.0,
+        ],
+    );
+    let r = (p * f64::from_bits((n.wrapping_add(1023) as u64) << 52)) as f32;
+    let r = if (x == 0.0) | (x == f32::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f32::INFINITY } } else { r };
+    let r = if x < 0.0 { f32::NAN } else { r };
+    let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
+    if x.is_nan() | y.is_nan() { f32::NAN } else { r }
 }

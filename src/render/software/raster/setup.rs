@@ -5,6 +5,7 @@
 //! 1997), so clipped parts share the planes of the whole.
 
 use super::clip::{Corner, clip};
+use crate::render::software::{RenderError, try_grow};
 
 /// Fixed-point steps per pixel.
 pub const SUBPIXEL: i64 = 4096;
@@ -74,6 +75,36 @@ pub struct Geometry {
     pub triangles: Vec<RasterTriangle>,
     pub surfaces: Vec<Surface>,
     pub planes: Vec<Plane>,
+}
+
+/// Raster triangles that one triangle can become: it is cut by the near plane and four sides of the guard band.
+const MOST_PARTS: usize = 7;
+
+impl Geometry {
+    /// Room for one more triangle with this many varying scalars.
+    ///
+    /// # Errors
+    /// Memory that is not there.
+    pub fn reserve(&mut self, varyings: usize) -> Result<(), RenderError> {
+        try_grow(&mut self.triangles, MOST_PARTS, "the triangles")?;
+        try_grow(&mut self.surfaces, 1, "the triangles' depth planes")?;
+        try_grow(&mut self.planes, varyings, "the triangles' varyings")
+    }
+
+    /// Appends the triangles of `other` after those that are here.
+    ///
+    /// # Errors
+    /// Memory that is not there.
+    pub fn append(&mut self, other: &Self) -> Result<(), RenderError> {
+        try_grow(&mut self.triangles, other.triangles.len(), "the triangles")?;
+        try_grow(&mut self.surfaces, other.surfaces.len(), "the triangles' depth planes")?;
+        try_grow(&mut self.planes, other.planes.len(), "the triangles' varyings")?;
+        let (surfaces, planes) = (self.surfaces.len(), self.planes.len());
+        self.triangles.extend(other.triangles.iter().map(|t| RasterTriangle { surface: t.surface + surfaces as u32, ..t.clone() }));
+        self.surfaces.extend(other.surfaces.iter().map(|s| Surface { first_plane: s.first_plane + planes, ..s.clone() }));
+        self.planes.extend_from_slice(&other.planes);
+        Ok(())
+    }
 }
 
 /// How a varying is carried across the triangle.

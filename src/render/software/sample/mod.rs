@@ -148,16 +148,34 @@ impl<'a> Textures<'a> {
 /// Single texels by integer coordinates.
 fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 3], active: LaneMask, out: [&mut [R]; 4]) {
     let [x, y, level] = place;
+    let count = x.len().min(MOST);
     let [r, g, b, a] = out;
-    for lane in (0..x.len().min(MOST)).filter(|lane| active >> lane & 1 != 0) {
+    let (x, y, level) = (&x[..count], &y[..count], &level[..count]);
+    let (r, g, b, a) = (&mut r[..count], &mut g[..count], &mut b[..count], &mut a[..count]);
+    // Where every lane lies inside level 0 there is no more to ask. Negative integers are large ones here.
+    let mut inside = true;
+    for i in 0..count {
+        inside &= (x[i].int() < levels[0].width) & (y[i].int() < levels[0].height) & (level[i].int() == 0);
+    }
+    let width = levels[0].width;
+    for lane in 0..count {
         let (x, y) = (x[lane].int(), y[lane].int());
-        // Negative integers are large ones here; what lies outside reads as zero.
-        let texel = match levels.get(level[lane].int() as usize) {
-            // SAFETY: both lie inside the level.
-            Some(at) if x < at.width && y < at.height => decode.channels(unsafe { decode.stored(at, y * at.width + x) }),
-            _ => [0.0; 4],
+        let stored = if inside {
+            // SAFETY: tested above.
+            unsafe { decode.stored(&levels[0], y.wrapping_mul(width).wrapping_add(x)) }
+        } else {
+            match levels.get(level[lane].int() as usize) {
+                // SAFETY: both lie inside the level.
+                Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.stored(at, y * at.width + x) },
+                // What lies outside reads as zero, and zero bytes are zero in every format.
+                _ => D::Texel::default(),
+            }
         };
-        [r[lane], g[lane], b[lane], a[lane]] = texel.map(|t| R::from_f32_bits(t.to_bits()));
+        let [red, green, blue, alpha] = decode.channels(stored);
+        r[lane] = R::from_f32_bits(red.to_bits());
+        g[lane] = R::from_f32_bits(green.to_bits());
+        b[lane] = R::from_f32_bits(blue.to_bits());
+        a[lane] = R::from_f32_bits(alpha.to_bits());
     }
 }
 
