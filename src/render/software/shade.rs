@@ -211,6 +211,17 @@ impl TileShader<'_> {
         let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
         for (from, to, _) in runs {
             let [x0, y0] = quad_place(quads[*from].place.into()).map(|v| v as f32);
+            let at = usize::from(quads[*from].place) * 4;
+            if quads[*from..*to].windows(2).all(|w| w[1].place == w[0].place + 1) {
+                let (lanes, pixels) = (from * 4..to * 4, at..at + (to - from) * 4);
+                for (lane, p) in x[lanes.clone()].iter_mut().zip(&self.pixels.x[pixels.clone()]) {
+                    *lane = R::from_f64((p - x0).into());
+                }
+                for (lane, p) in y[lanes].iter_mut().zip(&self.pixels.y[pixels]) {
+                    *lane = R::from_f64((p - y0).into());
+                }
+                continue;
+            }
             for (q, quad) in quads.iter().enumerate().take(*to).skip(*from) {
                 let at = usize::from(quad.place) * 4;
                 for corner in 0..4 {
@@ -283,10 +294,9 @@ impl TileShader<'_> {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();
         for (q, quad) in quads.iter_mut().enumerate() {
-            for corner in 0..4 {
-                if alive >> (q * 4 + corner) & 1 == 0 {
-                    quad.coverage &= !(0xf << (4 * corner));
-                }
+            let living = (alive >> (q * 4)) as u16 & 0xf;
+            for corner in (0..4).filter(|corner| living >> corner & 1 == 0) {
+                quad.coverage &= !(0xf << (4 * corner));
             }
             if !uses_depth || quad.coverage == 0 {
                 continue;

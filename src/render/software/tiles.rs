@@ -57,12 +57,10 @@ impl TileTarget {
         let stored = &mut self.depth[pixel];
         let mut passed = 0;
         for s in 0..4 {
-            if covered >> s & 1 == 1 && (!test || new[s] > stored[s]) {
-                passed |= 1 << s;
-                if write && !new[s].is_nan() {
-                    stored[s] = new[s];
-                }
-            }
+            // Without branches: which samples pass is hard to foretell along an edge.
+            let hit = (covered >> s & 1 == 1) & (!test | (new[s] > stored[s]));
+            passed |= u16::from(hit) << s;
+            stored[s] = if hit & write & !new[s].is_nan() { new[s] } else { stored[s] };
         }
         passed
     }

@@ -34,6 +34,17 @@ pub trait TextureUnit<R: Real> {
     fn levels(&self, texture: usize) -> u32;
 }
 
+/// The 32 single bits: loops that spread or collect bits by this table become vector code, those that shift by the lane do not.
+const BITS: [u32; 32] = {
+    let mut bits = [0; 32];
+    let mut k = 0;
+    while k < 32 {
+        bits[k] = 1 << k;
+        k += 1;
+    }
+    bits
+};
+
 /// Derivatives of texture coordinates by pixel, one per lane.
 #[derive(Clone, Copy)]
 pub struct Gradients<'a, R> {
@@ -244,8 +255,11 @@ impl<R: Real, const N: usize> Executor<R, N> {
         if active == 0 || prepared.registers.len() != self.registers.len() {
             return 0;
         }
-        for (i, m) in self.slots[self.inputs.len()].0.iter_mut().enumerate() {
-            *m = R::from_mask(active >> i & 1 != 0);
+        for (k, lanes) in self.slots[self.inputs.len()].0.chunks_exact_mut(32).enumerate() {
+            let part = (active >> (32 * k)) as u32;
+            for (lane, bit) in lanes.iter_mut().zip(&BITS) {
+                *lane = R::from_mask(part & bit != 0);
+            }
         }
         self.registers.copy_from_slice(&prepared.registers);
         if !self.walk(prepared, textures) {
@@ -258,8 +272,8 @@ impl<R: Real, const N: usize> Executor<R, N> {
         let mut bits = 0u128;
         for (k, four) in self.slots[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;
-            for (i, m) in four.iter().enumerate() {
-                part |= u32::from(m.mask()) << i;
+            for (lane, bit) in four.iter().zip(&BITS) {
+                part |= if lane.mask() { *bit } else { 0 };
             }
             bits |= u128::from(part) << (32 * k);
         }

@@ -263,4 +263,27 @@ mod tests {
         assert!(s.affine);
         assert_eq!(varying, Plane { at_origin: 0.1, dx: 0.0, dy: 0.0 });
     }
+
+    #[test]
+    fn parts_put_together_are_the_whole() {
+        let triangle = |k: f64| [[-0.9, -0.5, 0.5, 1.0], [0.3 + 0.1 * k, -0.5, 0.5, 1.0], [0.0, 0.5, 0.1, 1.0 - 0.8 * k]];
+        let set_up_all = |range: std::ops::Range<u32>| {
+            let mut g = Geometry::default();
+            for k in range.map(f64::from) {
+                g.reserve(2).expect("memory");
+                let varyings = [(Interpolation::Flat, [k; 3]), (Interpolation::Perspective, [k, 1.0, 2.0])];
+                set_up(triangle(k), varyings.into_iter(), &BOUNDS, &mut g);
+            }
+            g
+        };
+        let whole = set_up_all(0..4);
+        let mut parts = Geometry::default();
+        for range in [0..1, 1..1, 1..4] {
+            parts.append(&set_up_all(range)).expect("memory");
+        }
+        assert!(whole.surfaces.len() == 4 && whole.triangles.len() > 4, "some must be clipped into several");
+        assert_eq!(parts.triangles, whole.triangles);
+        assert_eq!(parts.surfaces, whole.surfaces);
+        assert_eq!(parts.planes, whole.planes);
+    }
 }
