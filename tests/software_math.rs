@@ -320,3 +320,23 @@ fn every_kernel_of_every_class_computes_its_scalar_form() {
     kernels_match::<f32>();
     kernels_match::<f64>();
 }
+
+fn converts_as_rust_does<R: Real>() {
+    let limit = 2_147_483_648.0;
+    let edges =
+        [0.0, -0.0, 0.99, -0.99, 1.5, -1.5, 8_388_609.0, limit, -limit, limit - 128.0, limit + 256.0, -limit - 256.0, 1e30, f64::INFINITY];
+    for x in edges.into_iter().flat_map(|x| [x, -x]).chain([f64::NAN, 1e-40]) {
+        let x = R::from_f64(x);
+        assert_eq!(x.to_i32(), x.f64() as i32, "{}", x.f64());
+        if x.f64().abs() <= 4_194_304.0 {
+            let (whole, k) = x.nearest_small();
+            assert_eq!((whole.f64(), k), (x.f64().round_ties_even(), x.f64().round_ties_even() as i32), "{}", x.f64());
+        }
+    }
+}
+
+#[test]
+fn conversions_to_integers_saturate_and_round() {
+    converts_as_rust_does::<f32>();
+    converts_as_rust_does::<f64>();
+}

@@ -115,18 +115,26 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let pixels = pass.width as usize * pass.height as usize;
     let image = match pass.format {
         ColourFormat::Rgba32Float => {
-            let mut image = super::try_vec(pixels, pass.clear, "a pass of f32 colour")?;
+            let mut image = cleared(pixels, pass.clear, "a pass of f32 colour")?;
             draw_tiles(pass, &jobs, &bins, &mut image, |c| c, &mut timings);
             PassImage::Float(image)
         }
         ColourFormat::Rgba8Unorm => {
-            let mut image = super::try_vec(pixels, unorm8(pass.clear), "a pass of display bytes")?;
+            let mut image = cleared(pixels, unorm8(pass.clear), "a pass of display bytes")?;
             draw_tiles(pass, &jobs, &bins, &mut image, unorm8, &mut timings);
             PassImage::Unorm(image)
         }
     };
     timings.wall_ms = 1e3 * whole.elapsed().as_secs_f64();
     Ok((image, timings))
+}
+
+/// An image of one colour, written by all threads: most of its cost is that the memory is touched for the first time.
+fn cleared<T: Copy + Send + Sync>(pixels: usize, colour: T, what: &'static str) -> Result<Vec<T>, RenderError> {
+    let mut image = Vec::new();
+    super::try_grow(&mut image, pixels, what)?;
+    image.par_extend(rayon::iter::repeat_n(colour, pixels));
+    Ok(image)
 }
 
 fn check(pass: &Pass) -> Result<(), RenderError> {

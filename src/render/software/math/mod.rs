@@ -134,7 +134,15 @@ macro_rules! common {
         }
         #[inline(always)]
         fn to_i32(self) -> i32 {
-            self as i32
+            // `self as i32` in steps that have vector forms.
+            const LIMIT: $t = 2_147_483_648.0;
+            let over = self >= LIMIT;
+            let under = self < -LIMIT;
+            let inside = if over | under | (self != self) { 0.0 } else { self };
+            // SAFETY: what lies outside i32 is zero now.
+            let k = unsafe { inside.to_int_unchecked::<i32>() };
+            let k = if over { i32::MAX } else { k };
+            if under { i32::MIN } else { k }
         }
         #[inline(always)]
         fn to_u32(self) -> u32 {
