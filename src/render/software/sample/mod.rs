@@ -157,25 +157,35 @@ fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 
     for i in 0..count {
         inside &= (x[i].int() < levels[0].width) & (y[i].int() < levels[0].height) & (level[i].int() == 0);
     }
-    let width = levels[0].width;
-    for lane in 0..count {
-        let (x, y) = (x[lane].int(), y[lane].int());
-        let stored = if inside {
-            // SAFETY: tested above.
-            unsafe { decode.stored(&levels[0], y.wrapping_mul(width).wrapping_add(x)) }
-        } else {
-            match levels.get(level[lane].int() as usize) {
-                // SAFETY: both lie inside the level.
-                Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.stored(at, y * at.width + x) },
-                // What lies outside reads as zero, and zero bytes are zero in every format.
-                _ => D::Texel::default(),
-            }
-        };
+    let mut put = |lane: usize, stored: D::Texel| {
         let [red, green, blue, alpha] = decode.channels(stored);
         r[lane] = R::from_f32_bits(red.to_bits());
         g[lane] = R::from_f32_bits(green.to_bits());
         b[lane] = R::from_f32_bits(blue.to_bits());
         a[lane] = R::from_f32_bits(alpha.to_bits());
+    };
+    if inside {
+        // Without branches, so that many reads are under way at once: they wait for memory more than anything.
+        let width = levels[0].width;
+        let mut index = [0_u32; MOST];
+        for i in 0..count {
+            index[i] = y[i].int().wrapping_mul(width).wrapping_add(x[i].int());
+        }
+        for (lane, i) in index[..count].iter().enumerate() {
+            // SAFETY: tested above.
+            put(lane, unsafe { decode.stored(&levels[0], *i) });
+        }
+        return;
+    }
+    for lane in 0..count {
+        let (x, y) = (x[lane].int(), y[lane].int());
+        let stored = match levels.get(level[lane].int() as usize) {
+            // SAFETY: both lie inside the level.
+            Some(at) if active >> lane & 1 == 1 && x < at.width && y < at.height => unsafe { decode.stored(at, y * at.width + x) },
+            // What lies outside reads as zero, and zero bytes are zero in every format.
+            _ => D::Texel::default(),
+        };
+        put(lane, stored);
     }
 }
 
