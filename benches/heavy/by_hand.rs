@@ -1,0 +1,224 @@
+//! The heavy shader written by hand for AVX2 and FMA, eight pixels at a time: what a tape is measured against.
+//!
+//! The same formulas and constants as heavy.wgsl; polynomials of Cephes' order. x86-64 only.
+
+use super::heavy::UNIFORMS;
+use std::arch::x86_64::*;
+
+type V = __m256;
+
+#[target_feature(enable = "avx2,fma")]
+fn k(x: f32) -> V {
+    _mm256_set1_ps(x)
+}
+
+macro_rules! ops {
+    ($($name:ident = $intrinsic:ident),*) => { $(
+        #[target_feature(enable = "avx2,fma")]
+        fn $name(a: V, b: V) -> V { $intrinsic(a, b) }
+    )* };
+}
+ops!(add = _mm256_add_ps, sub = _mm256_sub_ps, mul = _mm256_mul_ps, div = _mm256_div_ps, min = _mm256_min_ps, max = _mm256_max_ps);
+
+/// a b + c
+#[target_feature(enable = "avx2,fma")]
+fn fma(a: V, b: V, c: V) -> V {
+    _mm256_fmadd_ps(a, b, c)
+}
+#[target_feature(enable = "avx2,fma")]
+fn sqrt(a: V) -> V {
+    _mm256_sqrt_ps(a)
+}
+/// yes where the mask is set, else no
+#[target_feature(enable = "avx2,fma")]
+fn select(no: V, yes: V, mask: V) -> V {
+    _mm256_blendv_ps(no, yes, mask)
+}
+#[target_feature(enable = "avx2,fma")]
+fn less(a: V, b: V) -> V {
+    _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)
+}
+#[target_feature(enable = "avx2,fma")]
+fn abs(a: V) -> V {
+    _mm256_andnot_ps(k(-0.0), a)
+}
+#[target_feature(enable = "avx2,fma")]
+fn neg(a: V) -> V {
+    _mm256_xor_ps(k(-0.0), a)
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn exp(x: V) -> V {
+    let x = max(min(x, k(88.0)), k(-87.0));
+    let n = _mm256_round_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(mul(x, k(std::f32::consts::LOG2_E)));
+    let r = fma(n, k(2.121_944_4e-4), fma(n, k(-0.693_359_4), x));
+    let mut p = k(1.987_569_1e-4);
+    for c in [1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 0.166_666_65, 0.5] {
+        p = fma(p, r, k(c));
+    }
+    let p = add(fma(mul(r, r), p, r), k(1.0));
+    let power = _mm256_slli_epi32::<23>(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)));
+    mul(p, _mm256_castsi256_ps(power))
+}
+
+/// asin of 0 to 1 by the half-angle above 1/2.
+#[target_feature(enable = "avx2,fma")]
+fn asin(x: V) -> V {
+    let a = abs(x);
+    let large = less(k(0.5), a);
+    let z = select(mul(a, a), mul(k(0.5), sub(k(1.0), a)), large);
+    let s = select(a, sqrt(z), large);
+    let mut p = k(4.216_32e-2);
+    for c in [2.418_131_1e-2, 4.547_002_5e-2, 7.495_300_3e-2, 0.166_667_52] {
+        p = fma(p, z, k(c));
+    }
+    let r = fma(mul(p, z), s, s);
+    let r = select(r, fma(k(-2.0), r, k(std::f32::consts::FRAC_PI_2)), large);
+    _mm256_or_ps(r, _mm256_and_ps(x, k(-0.0)))
+}
+#[target_feature(enable = "avx2,fma")]
+fn acos(x: V) -> V {
+    sub(k(std::f32::consts::FRAC_PI_2), asin(x))
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn atan2(y: V, x: V) -> V {
+    let (ax, ay) = (abs(x), abs(y));
+    let steep = less(ax, ay);
+    let t = div(select(ay, ax, steep), max(select(ax, ay, steep), k(1e-30)));
+    let z = mul(t, t);
+    let mut p = k(-0.011_719_135);
+    for c in [0.052_647_349, -0.116_432_87, 0.193_543_46, -0.332_622_85, 0.999_977_3] {
+        p = fma(p, z, k(c));
+    }
+    let a = mul(p, t);
+    let a = select(a, sub(k(std::f32::consts::FRAC_PI_2), a), steep);
+    let a = select(a, sub(k(std::f32::consts::PI), a), less(x, k(0.0)));
+    _mm256_or_ps(a, _mm256_and_ps(y, k(-0.0)))
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn column(height: V, cosine: V, x: f32) -> V {
+    let c = (std::f32::consts::FRAC_PI_2 * x).sqrt();
+    let below = less(cosine, k(0.0));
+    let up = mul(div(k(c), fma(k(c - 1.0), abs(cosine), k(1.0))), exp(neg(height)));
+    if _mm256_movemask_ps(below) == 0 {
+        return up;
+    }
+    let s = sqrt(max(sub(k(1.0), mul(cosine, cosine)), k(1e-6)));
+    let lowest = _mm256_fmsub_ps(add(k(x), height), s, k(x));
+    let down = sub(mul(k(2.0 * c), exp(neg(max(lowest, k(0.0))))), up);
+    select(up, down, below)
+}
+
+/// The texture as linear RGBA floats, first level.
+pub struct Texels {
+    pub width: i32,
+    pub height: i32,
+    pub linear: Vec<[f32; 4]>,
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn sample(map: &Texels, u: V, v: V) -> [V; 3] {
+    let x = fma(u, k(map.width as f32), k(-0.5));
+    let y = fma(v, k(map.height as f32), k(-0.5));
+    let (x0, y0) = (_mm256_floor_ps(x), _mm256_floor_ps(y));
+    let (fx, fy) = (sub(x, x0), sub(y, y0));
+    let (mut xi, mut yi, mut wx, mut wy) = ([0i32; 8], [0i32; 8], [0f32; 8], [0f32; 8]);
+    // SAFETY: each array holds eight numbers.
+    unsafe {
+        _mm256_storeu_si256(xi.as_mut_ptr().cast(), _mm256_cvtps_epi32(x0));
+        _mm256_storeu_si256(yi.as_mut_ptr().cast(), _mm256_cvtps_epi32(y0));
+        _mm256_storeu_ps(wx.as_mut_ptr(), fx);
+        _mm256_storeu_ps(wy.as_mut_ptr(), fy);
+    }
+    let mut out = [[0f32; 8]; 3];
+    for lane in 0..8 {
+        let at = |dx: i32, dy: i32| {
+            let x = (xi[lane] + dx).rem_euclid(map.width);
+            let y = (yi[lane] + dy).clamp(0, map.height - 1);
+            map.linear[(y * map.width + x) as usize]
+        };
+        let (a, b, c, d) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1));
+        for channel in 0..3 {
+            let top = a[channel] + (b[channel] - a[channel]) * wx[lane];
+            let bottom = c[channel] + (d[channel] - c[channel]) * wx[lane];
+            out[channel][lane] = top + (bottom - top) * wy[lane];
+        }
+    }
+    // SAFETY: each array holds eight numbers.
+    out.map(|channel| unsafe { _mm256_loadu_ps(channel.as_ptr()) })
+}
+
+/// Draws the whole picture, rows top first.
+///
+/// # Safety
+/// The machine has AVX2 and FMA; `size` is a multiple of 8.
+#[target_feature(enable = "avx2,fma")]
+pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
+    let [sun, caster, air] = UNIFORMS;
+    let sun_v = [k(sun[0]), k(sun[1]), k(sun[2])];
+    let dot_sun = |p: [V; 3]| fma(p[2], sun_v[2], fma(p[1], sun_v[1], mul(p[0], sun_v[0])));
+    let top = 1.0 + 8.0 * air[0];
+    let x = 1.0 / air[0];
+    let offsets = _mm256_setr_ps(0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5);
+    let scale = 2.0 / size as f32 * 1.2;
+    for row in 0..size {
+        let py = k((1.0 - (row as f32 + 0.5) * 2.0 / size as f32) * 1.2);
+        for column_start in (0..size).step_by(8) {
+            let px = fma(add(k(column_start as f32), offsets), k(scale), k(-1.2));
+            let r2 = fma(px, px, mul(py, py));
+            let inside = less(r2, k(top * top));
+            let pixels = &mut out[row * size + column_start..row * size + column_start + 8];
+            if _mm256_movemask_ps(inside) == 0 {
+                pixels.fill([0.0, 0.0, 0.0, 1.0]);
+                continue;
+            }
+            let hits = less(r2, k(1.0));
+            let z_top = sqrt(max(sub(k(top * top), r2), k(0.0)));
+            let z_end = select(neg(z_top), sqrt(max(sub(k(1.0), r2), k(0.0))), hits);
+            let step = mul(sub(z_top, z_end), k(1.0 / 16.0));
+            let (mut light, mut seen) = ([k(0.0); 3], [k(1.0); 3]);
+            for n in 0..16 {
+                let p = [px, py, _mm256_fnmadd_ps(k(n as f32 + 0.5), step, z_top)];
+                let radius = sqrt(fma(p[2], p[2], fma(p[1], p[1], mul(p[0], p[0]))));
+                let height = mul(max(sub(radius, k(1.0)), k(0.0)), k(x));
+                let density = mul(exp(neg(height)), step);
+                let cosine = div(dot_sun(p), radius);
+                let depth = mul(column(height, cosine, x), k(air[0]));
+                for c in 0..3 {
+                    let lit = exp(mul(k(-air[c + 1]), depth));
+                    seen[c] = mul(seen[c], exp(mul(k(-air[c + 1]), density)));
+                    light[c] = fma(mul(k(air[c + 1]), density), mul(lit, seen[c]), light[c]);
+                }
+            }
+            let mut colour = light;
+            if _mm256_movemask_ps(hits) != 0 {
+                let p = [px, py, z_end];
+                let u = fma(atan2(px, z_end), k(0.159_154_94), k(0.5));
+                let v = mul(acos(max(min(py, k(1.0)), k(-1.0))), k(0.318_309_89));
+                let ground = sample(map, u, v);
+                let to = [sub(k(caster[0]), px), sub(k(caster[1]), py), sub(k(caster[2]), z_end)];
+                let distance = sqrt(fma(to[2], to[2], fma(to[1], to[1], mul(to[0], to[0]))));
+                let separation = acos(max(min(div(dot_sun(to), distance), k(1.0)), k(-1.0)));
+                let radius = asin(min(div(k(caster[3]), distance), k(1.0)));
+                let t = div(sub(separation, sub(radius, k(0.05))), k(0.1));
+                let t = max(min(t, k(1.0)), k(0.0));
+                let shadow = mul(mul(t, t), _mm256_fnmadd_ps(k(2.0), t, k(3.0)));
+                let sunlit = mul(max(dot_sun(p), k(0.0)), shadow);
+                for c in 0..3 {
+                    let on_ground = fma(mul(ground[c], seen[c]), sunlit, light[c]);
+                    colour[c] = select(light[c], on_ground, hits);
+                }
+            }
+            let mut lanes = [[0f32; 8]; 3];
+            for c in 0..3 {
+                // SAFETY: eight numbers each.
+                unsafe { _mm256_storeu_ps(lanes[c].as_mut_ptr(), _mm256_and_ps(colour[c], inside)) };
+            }
+            for (lane, pixel) in pixels.iter_mut().enumerate() {
+                *pixel = [lanes[0][lane], lanes[1][lane], lanes[2][lane], 1.0];
+            }
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The heavy fragment shader as a plan for the software renderer. In: a size. Out: plan and module, ready to run.
+
+use glam::Vec4;
+use orrery::image::{TexelFormat, Texture};
+use orrery::render::plan::{
+    AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
+    TextureBinding, TextureSource, Vertices,
+};
+use orrery::render::software::{Modules, lowering};
+use orrery::shader::reflect::Layout;
+use orrery::shader::{ShaderModule, SourceMap};
+use std::sync::Arc;
+
+pub const WGSL: &str = include_str!("heavy.wgsl");
+
+/// The uniform block: the Sun's direction, the caster, the air.
+pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
+
+/// A map with detail at every scale, 1024 x 512, sRGB.
+pub fn map() -> Texture {
+    let (width, height) = (1024u32, 512u32);
+    let mut rgba = Vec::new();
+    for y in 0..height {
+        for x in 0..width {
+            let mixed = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35) >> 24;
+            rgba.extend([(x >> 2) as u8, (y >> 1) as u8, mixed as u8, 255]);
+        }
+    }
+    Texture::from_rgba8(width, height, rgba, TexelFormat::Rgba8Srgb).expect("a texture of this size")
+}
+
+/// One hand-written module, whatever its name.
+pub struct Only(pub Arc<ShaderModule>);
+
+impl Modules for Only {
+    fn module(&self, _: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+        Ok(Arc::clone(&self.0))
+    }
+}
+
+pub fn module() -> Only {
+    let module = naga::front::wgsl::parse_str(WGSL).expect("the bench's shader parses");
+    let info = orrery::shader::module::validate(&module).expect("and is valid");
+    let tape = (lowering().lower)(&module, &info).expect("and can be lowered");
+    let layout = Layout::of(&module).expect("its bindings are usual ones");
+    Only(Arc::new(ShaderModule {
+        id: ModuleName::Simple("tone_map"),
+        wgsl: WGSL.into(),
+        module,
+        info,
+        layout,
+        source_map: SourceMap::default(),
+        tape,
+    }))
+}
+
+pub fn plan(size: u32) -> Plan {
+    let uniforms = UNIFORMS.map(|v| Vec4::from_array(v).to_array()).concat().iter().flat_map(|v| v.to_le_bytes()).collect();
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 1 };
+    let draw = PlanDraw {
+        label: "heavy".into(),
+        module: ModuleName::Simple("tone_map"),
+        uniforms,
+        textures: vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(map())) }],
+        samplers: vec![SamplerBinding { binding: 8, state }],
+        vertices: Vertices::Count(3),
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::Replace,
+        cull: Cull::None,
+        depth: DepthState { test: false, write: false },
+        scissor: [0, 0, size, size],
+    };
+    let pass = Pass {
+        name: "heavy",
+        width: size,
+        height: size,
+        format: ColourFormat::Rgba32Float,
+        samples: 1,
+        clear: [0.0; 4],
+        depth: false,
+        draws: vec![draw],
+    };
+    Plan { passes: vec![pass] }
+}
+
+/// CPU seconds that the process has used, all threads.
+pub fn cpu_seconds() -> f64 {
+    // /proc counts in clock ticks of 10 ms; schedstat counts nanoseconds of each thread.
+    let mut nanoseconds = 0.0;
+    for task in std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten() {
+        let text = std::fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
+        nanoseconds += text.split_whitespace().next().and_then(|w| w.parse::<f64>().ok()).unwrap_or(0.0);
+    }
+    nanoseconds * 1e-9
+}
+
+/// The median of some numbers.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

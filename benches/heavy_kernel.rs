@@ -1,0 +1,67 @@
+//! The tape against a kernel written by hand, on one thread, in turns within one process: CPU time and the median of the rounds' ratios.
+//!
+//! `cargo bench --bench heavy_kernel`. Prints one line a kernel class, then the ratio tape over hand for AVX2.
+
+#[cfg(target_arch = "x86_64")]
+#[path = "heavy/by_hand.rs"]
+mod by_hand;
+#[path = "heavy/mod.rs"]
+mod heavy;
+
+#[cfg(not(target_arch = "x86_64"))]
+fn main() {
+    println!("the kernel written by hand is for x86-64");
+}
+
+#[cfg(target_arch = "x86_64")]
+fn main() {
+    use heavy::{UNIFORMS, cpu_seconds, map, median, module, plan};
+    use orrery::render::software::kernels::KernelClass;
+    use orrery::render::software::{Options, Precision, SoftwareRenderer};
+
+    assert!(UNIFORMS.iter().flatten().all(|v| v.is_finite()));
+    if !KernelClass::available().contains(&KernelClass::Avx2Fma) {
+        return println!("this machine has no AVX2 and FMA");
+    }
+    const SIZE: usize = 1024;
+    const ROUNDS: usize = 11;
+    let texture = map();
+    let decoded = |v: u8| {
+        let c = f32::from(v) / 255.0;
+        if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    };
+    let linear = texture.levels[0].bytes.chunks_exact(4).map(|t| [decoded(t[0]), decoded(t[1]), decoded(t[2]), 1.0]).collect();
+    let texels = by_hand::Texels { width: 1024, height: 512, linear };
+    let (plan, module) = (plan(SIZE as u32), module());
+    let classes: Vec<_> = KernelClass::available().into_iter().collect();
+    let renderers: Vec<_> = classes
+        .iter()
+        .map(|c| SoftwareRenderer::new(Options { threads: 1, kernels: *c, precision: Precision::F32 }).expect("a renderer"))
+        .collect();
+    let mut by_hand_picture = vec![[0f32; 4]; SIZE * SIZE];
+    let mut hand_s = Vec::new();
+    let mut tape_s = vec![Vec::new(); classes.len()];
+    for _ in 0..ROUNDS {
+        let start = cpu_seconds();
+        // SAFETY: the class was found available above; the size is a multiple of 8.
+        unsafe { by_hand::draw(SIZE, &texels, &mut by_hand_picture) };
+        hand_s.push(cpu_seconds() - start);
+        for (renderer, times) in renderers.iter().zip(&mut tape_s) {
+            let start = cpu_seconds();
+            let (frame, _) = renderer.render(&plan, &module, true).expect("draws");
+            times.push(cpu_seconds() - start);
+            let worst = frame
+                .hdr
+                .iter()
+                .zip(&by_hand_picture)
+                .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()))
+                .fold(0.0, f32::max);
+            assert!(worst < 2e-3, "the two draw different pictures: {worst}");
+        }
+    }
+    println!("by hand, AVX2: {:.1} ms", 1e3 * median(hand_s.clone()));
+    for (class, times) in classes.iter().zip(&tape_s) {
+        let ratio = median(times.iter().zip(&hand_s).map(|(t, h)| t / h).collect());
+        println!("tape, {}: {:.1} ms, {ratio:.2} of the kernel by hand", class.name(), 1e3 * median(times.clone()));
+    }
+}
