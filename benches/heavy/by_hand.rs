@@ -159,6 +159,15 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
     let [sun, caster, air] = UNIFORMS;
     let sun_v = [k(sun[0]), k(sun[1]), k(sun[2])];
     let dot_sun = |p: [V; 3]| fma(p[2], sun_v[2], fma(p[1], sun_v[1], mul(p[0], sun_v[0])));
+    let shadow = |p: [V; 3]| {
+        let to = [sub(k(caster[0]), p[0]), sub(k(caster[1]), p[1]), sub(k(caster[2]), p[2])];
+        let distance = sqrt(fma(to[2], to[2], fma(to[1], to[1], mul(to[0], to[0]))));
+        let separation = acos(max(min(div(dot_sun(to), distance), k(1.0)), k(-1.0)));
+        let radius = asin(min(div(k(caster[3]), distance), k(1.0)));
+        let t = mul(sub(separation, sub(radius, k(0.05))), k(10.0));
+        let t = max(min(t, k(1.0)), k(0.0));
+        mul(mul(t, t), _mm256_fnmadd_ps(k(2.0), t, k(3.0)))
+    };
     let top = 1.0 + 8.0 * air[0];
     let x = 1.0 / air[0];
     let offsets = _mm256_setr_ps(0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5);
@@ -178,7 +187,7 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
             let z_top = sqrt(max(sub(k(top * top), r2), k(0.0)));
             let z_end = select(neg(z_top), sqrt(max(sub(k(1.0), r2), k(0.0))), hits);
             let step = mul(sub(z_top, z_end), k(1.0 / 16.0));
-            let (mut light, mut seen) = ([k(0.0); 3], [k(1.0); 3]);
+            let (mut light, mut passed) = ([k(0.0); 3], k(0.0));
             for n in 0..16 {
                 let p = [px, py, _mm256_fnmadd_ps(k(n as f32 + 0.5), step, z_top)];
                 let radius = sqrt(fma(p[2], p[2], fma(p[1], p[1], mul(p[0], p[0]))));
@@ -186,10 +195,11 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
                 let density = mul(exp(neg(height)), step);
                 let cosine = div(dot_sun(p), radius);
                 let depth = mul(column(height, cosine, x), k(air[0]));
+                passed = add(passed, density);
+                let (way, arriving) = (add(passed, depth), mul(density, shadow(p)));
                 for c in 0..3 {
-                    let lit = exp(mul(k(-air[c + 1]), depth));
-                    seen[c] = mul(seen[c], exp(mul(k(-air[c + 1]), density)));
-                    light[c] = fma(mul(k(air[c + 1]), density), mul(lit, seen[c]), light[c]);
+                    let seen = exp(mul(k(-air[c + 1]), way));
+                    light[c] = fma(mul(k(air[c + 1]), seen), arriving, light[c]);
                 }
             }
             let mut colour = light;
@@ -198,16 +208,9 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
                 let u = fma(atan2(px, z_end), k(0.159_154_94), k(0.5));
                 let v = mul(acos(max(min(py, k(1.0)), k(-1.0))), k(0.318_309_89));
                 let ground = sample(map, u, v);
-                let to = [sub(k(caster[0]), px), sub(k(caster[1]), py), sub(k(caster[2]), z_end)];
-                let distance = sqrt(fma(to[2], to[2], fma(to[1], to[1], mul(to[0], to[0]))));
-                let separation = acos(max(min(div(dot_sun(to), distance), k(1.0)), k(-1.0)));
-                let radius = asin(min(div(k(caster[3]), distance), k(1.0)));
-                let t = div(sub(separation, sub(radius, k(0.05))), k(0.1));
-                let t = max(min(t, k(1.0)), k(0.0));
-                let shadow = mul(mul(t, t), _mm256_fnmadd_ps(k(2.0), t, k(3.0)));
-                let sunlit = mul(max(dot_sun(p), k(0.0)), shadow);
+                let sunlit = mul(max(dot_sun(p), k(0.0)), shadow(p));
                 for c in 0..3 {
-                    let on_ground = fma(mul(ground[c], seen[c]), sunlit, light[c]);
+                    let on_ground = fma(mul(ground[c], exp(mul(k(-air[c + 1]), passed))), sunlit, light[c]);
                     colour[c] = select(light[c], on_ground, hits);
                 }
             }

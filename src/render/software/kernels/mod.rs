@@ -176,6 +176,10 @@ macro_rules! class {
                 unsafe { quad_difference::<R, 2>(dst, a, n) }
             }
 
+            fn unary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
+                kinds[0].then_some(fixed::<O, R, N, true, false, false>)
+            }
+
             fn binary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 Some(match kinds {
                     [true, true, _] => fixed::<O, R, N, true, true, false>,
@@ -203,6 +207,18 @@ macro_rules! class {
                 match op {
                     Op::Copy if kinds[0] => Some(fixed::<ops::Copy, R, N, true, false, false>),
                     Op::Copy => Some(fixed::<ops::Copy, R, N, false, false, false>),
+                    Op::Neg => unary::<ops::Neg, R, N>(kinds),
+                    Op::Abs => unary::<ops::Abs, R, N>(kinds),
+                    Op::Sqrt => unary::<ops::Sqrt, R, N>(kinds),
+                    Op::InverseSqrt => unary::<ops::InverseSqrt, R, N>(kinds),
+                    Op::Floor => unary::<ops::Floor, R, N>(kinds),
+                    Op::Fract => unary::<ops::Fract, R, N>(kinds),
+                    Op::BNot => unary::<ops::BNot, R, N>(kinds),
+                    Op::Exp => unary::<ops::Exp, R, N>(kinds),
+                    Op::Exp2 => unary::<ops::Exp2, R, N>(kinds),
+                    Op::Log => unary::<ops::Log, R, N>(kinds),
+                    Op::Asin => unary::<ops::Asin, R, N>(kinds),
+                    Op::Acos => unary::<ops::Acos, R, N>(kinds),
                     Op::Add => binary::<ops::Add, R, N>(kinds),
                     Op::Sub => binary::<ops::Sub, R, N>(kinds),
                     Op::Mul => binary::<ops::Mul, R, N>(kinds),
