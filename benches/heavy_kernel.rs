@@ -50,12 +50,8 @@ fn main() {
             let start = cpu_seconds();
             let (frame, _) = renderer.render(&plan, &module, true).expect("draws");
             times.push(cpu_seconds() - start);
-            let worst = frame
-                .hdr
-                .iter()
-                .zip(&by_hand_picture)
-                .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()))
-                .fold(0.0, f32::max);
+            let worst =
+                frame.hdr.iter().zip(&by_hand_picture).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs())).fold(0.0, f32::max);
             assert!(worst < 2e-3, "the two draw different pictures: {worst}");
         }
     }
