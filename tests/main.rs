@@ -2,6 +2,7 @@
 
 mod apparent;
 mod catalog;
+mod cli;
 mod clouds;
 mod ephemeris;
 mod layering;

@@ -3,44 +3,42 @@
 use super::{CliError, Common};
 use crate::catalog::{Catalog, Kind};
 use crate::image::{MapOrigin, MapStore};
-use std::path::Path;
+use crate::render::software::Options;
+use crate::render::software::kernels::KernelClass;
+use crate::session::{SessionError, read_catalog};
 
 #[derive(clap::Args, Debug, Default)]
+#[command(after_help = "Example: orrery doctor --textures maps/")]
 pub struct DoctorArgs {}
 
-/// The user's catalog files: (name, text), by name.
-fn catalog_files(folder: &Path) -> std::io::Result<Vec<(String, String)>> {
-    let mut paths: Vec<_> = std::fs::read_dir(folder)?.collect::<Result<Vec<_>, _>>()?.into_iter().map(|e| e.path()).collect();
-    paths.retain(|p| p.extension().is_some_and(|e| e == "toml"));
-    paths.sort();
-    paths.into_iter().map(|p| Ok((p.display().to_string(), std::fs::read_to_string(&p)?))).collect()
-}
-
 fn catalogs(common: &Common) -> Catalog {
+    let folder = common.catalogs.as_ref().map(|f| f.display().to_string());
     let embedded = Catalog::embedded();
-    let Some(folder) = &common.catalogs else {
-        println!("catalogs  embedded, {} bodies", embedded.bodies().len());
-        return embedded;
-    };
-    let files = match catalog_files(folder) {
-        Ok(files) => files,
-        Err(e) => {
-            println!("catalogs  {}: {e}; name a readable folder with --catalogs", folder.display());
-            return embedded;
-        }
-    };
-    match Catalog::with_files(&files) {
+    match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
-            println!("catalogs  embedded and {} files of {}, {} bodies", files.len(), folder.display(), catalog.bodies().len());
+            let over = folder.map_or(String::new(), |f| format!(" under the files of {f}"));
+            println!("catalogs  embedded{over}, {} bodies", catalog.bodies().len());
             catalog
         }
-        Err(e) => {
-            println!("catalogs  {} wrong fields in {}; mend these:", e.problems.len(), folder.display());
-            for problem in e.problems {
-                println!("          {problem}");
-            }
+        Err(SessionError::Catalog(e)) => {
+            println!("catalogs  {} wrong fields; mend these:", e.problems.len());
+            e.problems.iter().for_each(|problem| println!("          {problem}"));
             embedded
         }
+        Err(e) => {
+            println!("catalogs  {e}; name a readable folder with --catalogs");
+            embedded
+        }
+    }
+}
+
+fn kernel(common: &Common, catalog: &Catalog) {
+    match super::inputs::ephemeris(common, catalog) {
+        Ok(_) => match &common.kernel {
+            Some(path) => println!("kernel    {} over the embedded one, 1900 to 2100", path.display()),
+            None => println!("kernel    embedded, 1900 to 2100; outside it series and mean elements answer"),
+        },
+        Err(e) => println!("kernel    {e}"),
     }
 }
 
@@ -68,8 +66,13 @@ fn textures(common: &Common, catalog: &Catalog) {
 }
 
 pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
-    println!("renderer  software: it draws every frame");
+    let options = Options::default();
+    let threads = common.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    println!("renderer  software, {} kernels on {threads} threads: it draws every frame", options.kernels.name());
+    let others: Vec<_> = KernelClass::available().iter().filter(|k| **k != options.kernels).map(|k| k.name()).collect();
+    println!("          this machine could run {} too; ORRERY_KERNELS names one to try", others.join(", "));
     let catalog = catalogs(common);
+    kernel(common, &catalog);
     textures(common, &catalog);
     match super::library::cache_directory(common).map(|cache| cache.join("orrery")) {
         Some(folder) if folder.is_dir() => println!("cache     {}", folder.display()),

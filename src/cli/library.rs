@@ -2,6 +2,7 @@
 
 use super::shader::reachable_keys;
 use super::{CliError, Common};
+use crate::session::open_library;
 use crate::shader::fragments::SIMPLE_MODULES;
 use crate::shader::{Library, Lowering, ModuleId};
 use std::path::PathBuf;
@@ -35,13 +36,7 @@ pub fn cache_directory(common: &Common) -> Option<PathBuf> {
 
 /// The library that this command line asks for. Troubles with the disk go to standard error.
 pub fn open(common: &Common) -> Library {
-    match cache_directory(common) {
-        Some(cache) => Library::open(&cache, lowering(), |line| eprintln!("orrery: {line}")),
-        None => {
-            eprintln!("orrery: this system names no cache directory; shaders are kept in memory only, --cache DIR names a place");
-            Library::in_memory(lowering())
-        }
-    }
+    open_library(common.cache.clone(), lowering(), std::sync::Arc::new(|line: &str| eprintln!("orrery: {line}")))
 }
 
 /// How modules become tapes.

@@ -73,7 +73,7 @@ pub struct Common {
     /// Which renderer draws
     #[arg(long, global = true, value_enum, default_value = "auto")]
     pub renderer: RendererChoice,
-    /// Trade of speed for accuracy
+    /// Trade of speed for accuracy: draft has one sample a pixel, standard four, reference four in f64
     #[arg(long, global = true, value_enum, default_value = "standard")]
     pub quality: Quality,
     /// Where the shader library lives
@@ -102,7 +102,7 @@ pub struct Common {
 pub struct CliError(pub String);
 
 impl Quality {
-    /// What the quality changes now: samples a pixel and taps of anisotropic filtering.
+    /// Samples a pixel and taps of anisotropic filtering. `reference` computes in f64 too.
     pub fn fineness(self) -> Fineness {
         match self {
             Self::Draft => Fineness { samples: 1, anisotropy: 1 },
@@ -121,6 +121,7 @@ impl Common {
             kernel: self.kernel.clone(),
             cache: self.cache.clone(),
             threads: self.threads,
+            double_precision: self.quality == Quality::Reference,
         }
     }
 }

@@ -4,7 +4,10 @@ use super::inputs::catalog;
 use super::library::lowering;
 use super::output::put;
 use super::{CliError, Common};
+use crate::render::software::{TapeCost, tape_costs};
 use crate::scene::effects::possible_needs;
+use crate::scene::request::ViewRequest;
+use crate::session::{Session, ms_per_megapixel};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module;
 use crate::shader::fragments::{SIMPLE_MODULES, probe_samples};
@@ -31,6 +34,15 @@ enum ShaderVerb {
         /// Instead: keys in which every combination of this many dimension values occurs
         #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
         covering: Option<u8>,
+        /// Instead: the keys that the default view of this body needs
+        #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
+        of: Option<String>,
+        /// When: ISO 8601 UTC, jd_tdb:DAY, or now
+        #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
+        time: Option<String>,
+        /// Print one JSON list
+        #[arg(long)]
+        json: bool,
         /// Print how many there are; the nominal size goes to standard error
         #[arg(long)]
         count: bool,
@@ -55,10 +67,13 @@ enum ShaderVerb {
         #[arg(value_parser = module_id)]
         second: ModuleId,
     },
-    /// Operations by kind, texture reads, bytes, and the time to make the module
+    /// Operations by kind, texture reads, registers, and the software renderer's time by the million pixels
     Cost {
         #[arg(value_parser = module_id)]
         key: ModuleId,
+        /// Print one JSON value
+        #[arg(long)]
+        json: bool,
     },
     /// Make every reachable and covering module, translate it to every language, compare with the recorded digests
     Verify {
@@ -107,6 +122,15 @@ pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> 
     Ok(key::keys_of(possible_needs(&catalog(common)?)))
 }
 
+/// The keys of every draw in the default view of a body.
+fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
+    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+    let id = session.catalog().find_place(body).filter(|id| session.catalog().body(*id).is_some());
+    let id = id.ok_or_else(|| CliError(format!("--for {body}: no body of the catalog has that name")))?;
+    let scene = session.scene(&ViewRequest::of(id, super::view_words::instant(time)?))?;
+    Ok(key::keys_of(scene.draws.iter().map(|d| d.needs)).into_iter().collect())
+}
+
 /// Every module that is verified: the simple ones, the reachable keys, the covering sets.
 fn verified_modules(common: &Common) -> Result<Vec<ModuleId>, CliError> {
     let mut keys = reachable_keys(common)?;
@@ -145,7 +169,7 @@ fn difference_text(a: &crate::shader::Emitted, b: &crate::shader::Emitted) -> St
     text
 }
 
-fn cost_text(module: &ShaderModule, making: std::time::Duration) -> String {
+fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option<f64>, making: std::time::Duration) -> String {
     let cost = ir_cost(module);
     let mut operations: Vec<_> = cost.operations.iter().collect();
     operations.sort_by_key(|(name, n)| (std::cmp::Reverse(**n), *name));
@@ -159,17 +183,36 @@ fn cost_text(module: &ShaderModule, making: std::time::Duration) -> String {
         operations.iter().map(|(_, n)| **n).sum::<u32>()
     );
     operations.iter().for_each(|(name, n)| text.push_str(&format!("  {n:>4}  {name}\n")));
+    for tape in tapes {
+        let operations: usize = tape.operations.values().sum();
+        let _ = writeln!(
+            text,
+            "{:<8} tape  {operations} lane operations, {} once a draw, {} texture reads, {} jumps, {} slots, {} registers",
+            tape.stage, tape.uniform_operations, tape.texture_reads, tape.jumps, tape.slots, tape.registers
+        );
+        let mut kinds: Vec<_> = tape.operations.iter().collect();
+        kinds.sort_by_key(|(name, n)| (std::cmp::Reverse(**n), *name));
+        kinds.iter().for_each(|(name, n)| text.push_str(&format!("  {n:>4}  {name}\n")));
+    }
+    match ms_per_megapixel {
+        Some(ms) => text.push_str(&format!("software       {ms:.1} ms a million pixels on this machine\n")),
+        None => text.push_str("software       not timed: only bodies that are met by view rays are\n"),
+    }
     let _ = writeln!(text, "made in        {:.2} ms", making.as_secs_f64() * 1000.0);
     text
 }
 
 pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
     match &args.verb {
-        ShaderVerb::Keys { covering: t, count } => {
-            let keys: Vec<ShaderKey> = match t {
-                Some(t) => covering(usize::from(*t)),
-                None => reachable_keys(common)?.into_iter().collect(),
+        ShaderVerb::Keys { covering: t, of, time, json, count } => {
+            let keys: Vec<ShaderKey> = match (t, of) {
+                (Some(t), _) => covering(usize::from(*t)),
+                (None, Some(body)) => keys_for(common, body, time.as_deref().unwrap_or("now"))?,
+                (None, None) => reachable_keys(common)?.into_iter().collect(),
             };
+            if *json && !*count {
+                return put(&format!("{}\n", serde_json::json!(keys)));
+            }
             if *count {
                 eprintln!("of {} nominal combinations", key::nominal_size());
                 return put(&format!("{}\n", keys.len()));
@@ -188,10 +231,21 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
         ShaderVerb::Diff { first, second } => {
             put(&difference_text(&emit_module(first).map_err(failed)?, &emit_module(second).map_err(failed)?))
         }
-        ShaderVerb::Cost { key } => {
+        ShaderVerb::Cost { key, json } => {
             let start = Instant::now();
             let module = ShaderModule::build(key, &lowering()).map_err(failed)?;
-            put(&cost_text(&module, start.elapsed()))
+            let making = start.elapsed();
+            let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+            let ms = ms_per_megapixel(session.renderer(), session.library(), key)?;
+            let tapes = tape_costs(&module).map_err(failed)?;
+            if *json {
+                let value = serde_json::json!({
+                    "key": key.to_string(), "ir": ir_cost(&module), "tapes": tapes, "ms_per_megapixel": ms,
+                    "making_ms": making.as_secs_f64() * 1e3,
+                });
+                return put(&format!("{value}\n"));
+            }
+            put(&cost_text(&module, &tapes, ms, making))
         }
         ShaderVerb::Verify { update, record } => verify(common, *update, record),
     }

@@ -7,9 +7,11 @@
 mod software;
 mod stages;
 mod standard_scenes;
+mod timing;
 
 pub use stages::{Stage, Stages};
 pub use standard_scenes::{StandardScene, standard_scenes};
+pub use timing::ms_per_megapixel;
 
 use crate::catalog::{Catalog, CatalogError};
 use crate::ephemeris::{Ephemeris, EphemerisError};
@@ -38,6 +40,8 @@ pub struct Sources {
     pub cache: Option<PathBuf>,
     /// Worker threads; `None`: one per core.
     pub threads: Option<usize>,
+    /// The modules' lanes compute in f64.
+    pub double_precision: bool,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -74,7 +78,11 @@ pub struct Session {
     stages: Mutex<Stages>,
 }
 
-fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
+/// The built-in catalog under the `*.toml` files of a folder, in order of name.
+///
+/// # Errors
+/// A file that cannot be read, or every wrong field.
+pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
     let failed = |path: &Path, e: std::io::Error| SessionError::File { path: path.display().to_string(), why: e.to_string() };
     let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
@@ -88,11 +96,15 @@ fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     Ok(Catalog::with_files(&files)?)
 }
 
-fn open_library(cache: Option<PathBuf>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
+/// The library below a cache folder, or the user's own; in memory where the system names none.
+pub fn open_library(cache: Option<PathBuf>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
     let folder = cache.or_else(|| directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned()));
     match folder {
         Some(folder) => Library::open(&folder, lowering, move |line| say(line)),
-        None => Library::in_memory(lowering),
+        None => {
+            say("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place");
+            Library::in_memory(lowering)
+        }
     }
 }
 
@@ -110,7 +122,7 @@ impl Session {
             Ok(embedded.with_kernel(&name, bytes)?)
         })?;
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
-        let renderer = software::renderer(sources.threads).map_err(SessionError::Renderer)?;
+        let renderer = software::renderer(sources.threads, sources.double_precision).map_err(SessionError::Renderer)?;
         Ok(Self {
             catalog,
             ephemeris,
@@ -125,6 +137,9 @@ impl Session {
 
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
+    }
+    pub fn renderer(&self) -> &SoftwareRenderer {
+        &self.renderer
     }
     pub fn ephemeris(&self) -> &Ephemeris {
         &self.ephemeris

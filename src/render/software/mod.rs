@@ -6,6 +6,7 @@
 //! lanes and [`tiles`] keeps what comes out.
 
 pub mod blend;
+mod cost;
 pub mod error;
 pub mod exec;
 pub mod kernels;
@@ -23,6 +24,7 @@ pub mod tiles;
 pub mod timings;
 pub mod vertex;
 
+pub use cost::{TapeCost, tape_costs};
 pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub use lower::lowering;

@@ -1,0 +1,107 @@
+//! The command line as a user meets it: statuses, JSON fields, one clear line for each wrong word, the same bytes twice.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+fn orrery(words: &[&str]) -> Output {
+    let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
+    Command::new(env!("CARGO_BIN_EXE_orrery")).args(words).arg("--cache").arg(cache).output().expect("the program starts")
+}
+
+fn json(words: &[&str]) -> Value {
+    let out = orrery(words);
+    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{words:?}: {e}"))
+}
+
+const ECLIPSE: &str = "2024-04-08T18:17:16Z";
+
+#[test]
+fn every_verb_has_help_and_an_example() {
+    for verb in ["view", "render", "explain", "shader", "library", "ephemeris", "probe", "bench", "doctor"] {
+        let out = orrery(&[verb, "--help"]);
+        let text = String::from_utf8_lossy(&out.stdout).to_lowercase();
+        assert!(out.status.success() && text.contains("usage"), "{verb}");
+        assert!(text.contains("example"), "{verb} --help shows no example");
+    }
+}
+
+#[test]
+fn wrong_words_end_with_2_and_what_cannot_be_done_with_1_and_one_line() {
+    for words in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {
+        assert_eq!(orrery(words).status.code(), Some(2), "{words:?}");
+    }
+    for (words, about) in [
+        (&["render", "--target", "nibiru", "-o", "/dev/null/x.png"][..], "nibiru"),
+        (&["render", "--target", "earth", "--size", "0x9", "-o", "x.png"], "0"),
+        (&["render", "--target", "earth", "--time", "someday", "-o", "x.png"], "someday"),
+        (&["render", "--target", "earth", "--effects", "+fog", "-o", "x.png"], "fog"),
+        (&["shader", "keys", "--for", "nibiru"], "nibiru"),
+        (&["ephemeris", "--body", "moon", "--center", "earth", "--time", "soon"], "soon"),
+        (&["probe", "{}"], "\"q\""),
+        (&["explain", "--target", "earth", "--kernel", "/nowhere.bsp"], "/nowhere.bsp"),
+        (&["explain", "--target", "earth", "--catalogs", "/nowhere"], "/nowhere"),
+    ] {
+        let out = orrery(words);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(1), "{words:?}: {said}");
+        assert!(said.trim().lines().count() == 1 && said.contains(about), "{words:?}: {said}");
+        assert!(out.stdout.is_empty(), "{words:?} printed a result");
+    }
+}
+
+#[test]
+fn the_same_command_writes_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let draw = |name: &str| {
+        let path = folder.path().join(name);
+        let words = ["render", "--target", "earth", "--time", ECLIPSE, "--size", "96x64", "-o"];
+        let out = orrery(&[&words[..], &[path.to_str().expect("a path")]].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        std::fs::read(path).expect("written")
+    };
+    for kind in ["png", "exr"] {
+        assert_eq!(draw(&format!("a.{kind}")), draw(&format!("b.{kind}")), "{kind}");
+    }
+}
+
+/// Evaluation in f64 moves no pixel by more than the rounding of maps' coordinates at an edge allows, and most by nothing.
+#[test]
+fn the_reference_quality_draws_the_standard_picture() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let draw = |quality: &str| {
+        let path = folder.path().join(format!("{quality}.png"));
+        let words = ["render", "--target", "mars", "--time", ECLIPSE, "--size", "96x96", "--quality", quality, "-o"];
+        let out = orrery(&[&words[..], &[path.to_str().expect("a path")]].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        image::open(path).expect("a picture").into_rgb8().into_raw()
+    };
+    let (standard, reference) = (draw("standard"), draw("reference"));
+    let far = standard.iter().zip(&reference).filter(|(a, b)| a.abs_diff(**b) > 12).count();
+    let mean = standard.iter().zip(&reference).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / standard.len() as f64;
+    assert!(far < 20 && mean < 0.3, "{far} values differ by more than 12 of 255, {mean} in the mean");
+    assert!(standard.iter().any(|v| *v > 60), "the picture is not black");
+}
+
+#[test]
+fn json_answers_have_their_fields() {
+    let state = json(&["ephemeris", "--body", "moon", "--center", "earth", "--time", ECLIPSE, "--json"]);
+    assert!(state["pos_km"].as_array().is_some_and(|v| v.len() == 3) && state["error_km"].is_number(), "{state}");
+    let explained = json(&["explain", "--target", "earth", "--time", ECLIPSE, "--json"]);
+    let earth = explained["bodies"].as_array().and_then(|b| b.iter().find(|b| b["name"] == "Earth")).expect("the Earth");
+    assert!(earth["features"].as_array().is_some_and(|f| f.len() > 5) && earth["key"].is_string(), "{earth}");
+    let keys = json(&["shader", "keys", "--for", "earth", "--time", ECLIPSE, "--json"]);
+    assert!(keys.as_array().is_some_and(|k| k.iter().any(|k| *k == earth["key"])), "{keys}");
+    let cost = json(&["shader", "cost", "lambert.albedo.sun1.ellipsoid", "--json"]);
+    assert!(cost["ms_per_megapixel"].as_f64().is_some_and(|ms| ms > 0.0), "{cost}");
+    let fragment = &cost["tapes"][1];
+    assert!(fragment["texture_reads"] == 1 && fragment["slots"].as_u64() > Some(3), "{fragment}");
+    let status = json(&["library", "status", "--json"]);
+    assert!(status["entries"].is_number(), "{status}");
+}
+
+#[test]
+fn a_mesh_is_not_timed_and_says_so() {
+    let out = orrery(&["shader", "cost", "lambert.sun1.mesh"]);
+    assert!(String::from_utf8_lossy(&out.stdout).contains("not timed"));
+}
