@@ -8,6 +8,7 @@ mod ephemeris;
 mod layering;
 mod library;
 mod orientation;
+mod permutations;
 mod plan;
 mod probe;
 mod satellites;

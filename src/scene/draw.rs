@@ -59,6 +59,8 @@ pub struct Amounts {
     /// Unit camera position for distant views or camera in unit-sphere frame, f32.
     pub camera_in_unit_sphere: Vec3,
     pub pixel_size: Vec2,
+    /// Clip place of a mesh's points, reversed depth.
+    pub clip_from_unit_sphere: glam::Mat4,
 }
 
 /// The cloud shell, for its own draw and for its shadow on the ground.

@@ -303,5 +303,6 @@ fn amounts(
         clouds: super::clouds::amounts(body),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
+        ..Amounts::default()
     }
 }

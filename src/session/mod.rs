@@ -4,14 +4,14 @@
 //! took. A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a map
 //! that is missing, a cache that cannot be written) goes to `say`, once each. It reads no clock but to measure.
 
+mod sample;
 mod software;
 mod stages;
 mod standard_scenes;
-mod timing;
 
+pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, sample_plan};
 pub use stages::{Stage, Stages};
 pub use standard_scenes::{StandardScene, standard_scenes};
-pub use timing::ms_per_megapixel;
 
 use crate::catalog::{Catalog, CatalogError};
 use crate::ephemeris::{Ephemeris, EphemerisError};

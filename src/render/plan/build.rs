@@ -141,6 +141,7 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "cloud_radius" | "shell_scale" => w.f32(name, a.clouds.radius),
         "cloud_albedo" => w.f32(name, a.clouds.albedo),
         "camera_in_unit_sphere" => w.vec3(name, a.camera_in_unit_sphere),
+        "clip_from_unit_sphere" => w.mat4(name, a.clip_from_unit_sphere),
         "pixel_size" => w.vec2(name, a.pixel_size),
         _ => Err(LayoutError::Unknown(name.to_owned())),
     }

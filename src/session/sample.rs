@@ -1,0 +1,173 @@
+//! One body under everything, for any planet's module: what a key costs, and what it does in f32 and f64.
+//!
+//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body from afar, a little above its equator,
+//! lit from the side. Maps are small and the same for every key, so that two keys' pictures differ by what the keys differ in.
+
+use super::SessionError;
+use crate::image::Texture;
+use crate::render::plan::{
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
+    TextureBinding, TextureSource, Vertices, map_format, uniforms_of,
+};
+use crate::render::software::SoftwareRenderer;
+use crate::scene::draw::{Amounts, CloudAmounts, Light, Shape};
+use crate::shader::key::ShaderKey;
+use crate::shader::{Library, ModuleId};
+use glam::{Mat4, Vec3, Vec4};
+use std::sync::Arc;
+use std::time::Instant;
+
+const TIMED_SIDE: u32 = 1000;
+const ROUNDS: usize = 5;
+/// Half the picture's side in radii where corners are to be on the body, and where its limb is to show.
+pub const WITHIN: f32 = 0.7;
+pub const WITH_LIMB: f32 = 1.25;
+/// Meridians and parallels of the mesh.
+const MESH: (u32, u32) = (48, 24);
+
+/// The axis ratios of the sample body: an ellipsoid's, where the key has one.
+fn axis_ratios(key: &ShaderKey) -> Vec3 {
+    if key.needs().shape == Shape::Sphere { Vec3::ONE } else { Vec3::new(1.0, 1.0, 0.95) }
+}
+
+fn amounts(key: &ShaderKey, half: f32) -> Amounts {
+    let suns = [Vec3::new(0.6, 0.5, 0.624_5), Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
+    let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.needs().lights));
+    Amounts {
+        rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
+        anchor_origin: Vec3::new(0.0, -half, half),
+        anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
+        anchor_dv: Vec3::new(0.0, 0.0, -2.0 * half),
+        ray_origin: Vec3::NEG_X,
+        depth_row: Vec4::new(-1.0, 0.0, 0.0, 1.0e3),
+        axis_ratios: axis_ratios(key),
+        // The same view for a mesh: x towards the viewer into depth, y right, z up.
+        clip_from_unit_sphere: Mat4::from_cols(
+            Vec4::new(0.0, 0.0, 0.25, 0.0),
+            Vec4::new(1.0 / half, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, 1.0 / half, 0.0, 0.0),
+            Vec4::new(0.0, 0.0, 0.5, 1.0),
+        ),
+        albedo: Vec3::new(0.6, 0.5, 0.4),
+        lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize(), irradiance: Vec3::splat(i) }).collect(),
+        photometric_parameter: 0.1,
+        limb_u1: Vec3::splat(0.4),
+        limb_u2: Vec3::splat(0.2),
+        map_latitude_stretch: 1.0,
+        night_radiance: Vec3::splat(0.2),
+        specular_strength: 1.0,
+        specular_power: 60.0,
+        normal_strength: 1.0,
+        clouds: CloudAmounts { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
+        camera_in_unit_sphere: Vec3::X * 1.0e3,
+        ..Amounts::default()
+    }
+}
+
+/// Smooth in u and v, so that filtering and not aliasing is seen; as a normal map it leans by some degrees.
+fn map(binding: u32) -> Result<Texture, SessionError> {
+    let (width, height) = (64u32, 32u32);
+    let wave = |k: u32, n: u32, turns: f64| (f64::from(k) / f64::from(n) * std::f64::consts::TAU * turns).sin();
+    let byte = |x: f64| (127.5 + 127.5 * x).round().clamp(0.0, 255.0) as u8;
+    let mut rgba = Vec::new();
+    for y in 0..height {
+        for x in 0..width {
+            let (a, b) = (wave(x, width, 2.0), wave(y, height, 1.5));
+            rgba.extend(if binding == 2 {
+                [byte(0.2 * a), byte(0.2 * b), 250, 255]
+            } else {
+                [byte(0.8 * a), byte(0.8 * b), byte(a * b), 200]
+            });
+        }
+    }
+    Texture::from_rgba8(width, height, rgba, map_format(binding)).map_err(|e| SessionError::Renderer(e.to_string()))
+}
+
+/// The sphere as triangles: position, normal, map place, colour; seams closed by doubled vertices.
+fn mesh(vertex_colour: bool) -> Vertices {
+    let (around, down) = MESH;
+    let (mut position, mut normal, mut place, mut colour, mut indices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for j in 0..=down {
+        for i in 0..=around {
+            let (u, v) = (i as f32 / around as f32, j as f32 / down as f32);
+            let (longitude, latitude) = ((u - 0.5) * std::f32::consts::TAU, (0.5 - v) * std::f32::consts::PI);
+            let p = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin()];
+            position.extend(p);
+            normal.extend(p);
+            place.extend([u, v]);
+            colour.extend([u, v, 0.5, 1.0]);
+            if i < around && j < down {
+                let at = j * (around + 1) + i;
+                let below = at + around + 1;
+                indices.extend([at, below, at + 1, at + 1, below, below + 1]);
+            }
+        }
+    }
+    let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
+    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, place)];
+    if vertex_colour {
+        attributes.push(attribute(4, colour));
+    }
+    Vertices::Mesh { attributes, indices: Arc::new(indices) }
+}
+
+/// The sample body drawn by a key's module into a linear square picture; `half`: half its side in radii.
+///
+/// # Errors
+/// The module cannot be made, or wants a uniform that no amount fills.
+pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
+    let failed = |e: String| SessionError::Renderer(e);
+    let id = ModuleId::Planet(*key);
+    let module = library.get(&id).map_err(|e| failed(e.to_string()))?;
+    let uniforms = uniforms_of(&module.layout, &amounts(key, half)).map_err(|e| failed(format!("{id}: {e}")))?;
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 8 };
+    let mut textures = Vec::new();
+    for t in &module.layout.textures {
+        textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(Arc::new(map(t.binding)?)) });
+    }
+    let needs = key.needs();
+    let draw = PlanDraw {
+        label: id.to_string(),
+        module: id,
+        uniforms,
+        textures,
+        samplers: module.layout.samplers.iter().map(|s| SamplerBinding { binding: s.binding, state }).collect(),
+        vertices: if needs.shape == Shape::Mesh { mesh(needs.flags.vertex_colour) } else { Vertices::Count(6) },
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::Replace,
+        cull: Cull::None,
+        depth: DepthState { test: true, write: true },
+        scissor: [0, 0, side, side],
+    };
+    let pass = Pass {
+        name: "sample",
+        width: side,
+        height: side,
+        format: ColourFormat::Rgba32Float,
+        samples: 1,
+        clear: [0.0; 4],
+        depth: true,
+        draws: vec![draw],
+    };
+    Ok(Plan { passes: vec![pass] })
+}
+
+/// Milliseconds of wall time for a million pixels that all lie on the sample body, best of five; `None` for a module that draws no planet,
+/// and for a mesh, whose time is that of its triangles.
+///
+/// # Errors
+/// The module cannot be made or run.
+pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &Library, id: &ModuleId) -> Result<Option<f64>, SessionError> {
+    let ModuleId::Planet(key) = id else { return Ok(None) };
+    if key.needs().shape == Shape::Mesh {
+        return Ok(None);
+    }
+    let plan = sample_plan(library, key, TIMED_SIDE, WITHIN)?;
+    let mut best = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        renderer.render(&plan, library, false).map_err(|e| SessionError::Renderer(e.to_string()))?;
+        best = best.min(1e3 * start.elapsed().as_secs_f64());
+    }
+    Ok(Some(best))
+}
