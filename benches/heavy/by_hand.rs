@@ -206,7 +206,7 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
             if _mm256_movemask_ps(hits) != 0 {
                 let p = [px, py, z_end];
                 let u = fma(atan2(px, z_end), k(0.159_154_94), k(0.5));
-                let v = mul(acos(max(min(py, k(1.0)), k(-1.0))), k(0.318_309_89));
+                let v = mul(acos(max(min(py, k(1.0)), k(-1.0))), k(std::f32::consts::FRAC_1_PI));
                 let ground = sample(map, u, v);
                 let sunlit = mul(max(dot_sun(p), k(0.0)), shadow(p));
                 for c in 0..3 {

@@ -49,7 +49,7 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
             Vec4::new(0.0, 0.0, 0.5, 1.0),
         ),
         albedo: Vec3::new(0.6, 0.5, 0.4),
-        lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize(), irradiance: Vec3::splat(i) }).collect(),
+        lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize_or_zero(), irradiance: Vec3::splat(i) }).collect(),
         photometric_parameter: 0.1,
         limb_u1: Vec3::splat(0.4),
         limb_u2: Vec3::splat(0.2),
