@@ -24,7 +24,7 @@ fn each_column_answers_its_own_question() {
     let questions: Vec<_> = (0..1000)
         .map(|k| {
             let mut q = [0.0; 12];
-            (q[0], q[1]) = (1.0, 2.0 * f64::from(k) / 1000.0);
+            (q[0], q[1], q[2]) = (1.0, 1.0, 2.0 * f64::from(k) / 1000.0);
             q
         })
         .collect();
@@ -32,7 +32,7 @@ fn each_column_answers_its_own_question() {
         let answers = lanes.answers(&renderer(precision), SESSION.library(), &questions).expect("answers");
         assert_eq!(answers.len(), questions.len());
         for (rows, q) in answers.iter().zip(&questions) {
-            let expected = 1.0 - q[1] / 2.0;
+            let expected = 1.0 - q[2] / 2.0;
             assert!((f64::from(rows[0][0]) - expected).abs() < tolerance, "{precision:?}: {} for {expected}", rows[0][0]);
         }
     }

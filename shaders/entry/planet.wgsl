@@ -173,6 +173,13 @@ fn fragment_main(in: Varyings) -> Pixel {
 //: if view.uv
     radiance = vec3f(fract(place.uv), 0.0);
 //: end
+//: if view.eclipse
+  //: if eclipse.1
+    radiance = sunlight / draw.light_irradiance[0].rgb;
+  //: else
+    radiance = vec3f(1.0);
+  //: end
+//: end
 //: if view.sunlight
   //: if lights.1
     radiance += irradiance_on(normal, seen.normal, draw.light_direction[0].xyz, sunlight);

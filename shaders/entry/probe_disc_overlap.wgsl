@@ -1,19 +1,28 @@
-// The part of the Sun's light that one disc takes.
+// The part of the Sun's light that one disc or ellipse takes.
 //
-// Question: a = (caster's radius, distance of the centres, u1, u2), lengths in solar radii. Answer: the part blocked, in every channel.
+// Question: a = (semi-axes, centre along and across the long axis), b = (u1, u2), lengths in solar radii. Answer: the part blocked, in
+// every channel.
 
 //: use lib/lane.wgsl
+//: if eclipse.linear
+//: use lib/eclipse/linear.wgsl
+//: else
+//: use lib/eclipse/overlap.wgsl
+//: end
 
 @fragment
 fn fragment_main(in: Varyings) -> @location(0) vec4f {
     let q = question(in);
-    let radius = q.a.x;
-    let distance = q.a.y;
+    let s = Silhouette(q.a.zw, vec2f(1.0, 0.0), q.a.xy);
     var blocked = 0.0;
+    if near_sun(s) {
 //: if eclipse.linear
-    // From first contact to the greatest overlap in a straight line.
-    let most = min(radius * radius, 1.0);
-    blocked = most * clamp((1.0 + radius - distance) / max(1.0 + radius - abs(1.0 - radius), 1.0e-30), 0.0, 1.0);
+        blocked = ramp_hidden_by(s);
+//: else
+        let hidden = hidden_by(s);
+        let law = vec3f(1.0 - q.b.x - q.b.y, q.b.x + 2.0 * q.b.y, -q.b.y);
+        blocked = min(dot(law, hidden) / dot(law, WHOLE_SUN), 1.0);
 //: end
+    }
     return vec4f(blocked);
 }

@@ -57,6 +57,40 @@ struct Draw {
     //: end
   //: end
 //: end
+//: if eclipse.1
+    // Unit vector from the body's centre to the Sun's (xyz), and 1 / their distance (w); lengths here are equatorial radii.
+    eclipse_axis: vec4f,
+    // Two unit vectors across it (xyz). w: cotangent of the Sun's angular radius, and that over the distance.
+    eclipse_across: array<vec4f, 2>,
+  //: if eclipse.linear
+  //: else
+    // Radiance of the Sun's disc per unit of its light and of its radius squared: factors of 1, mu, mu^2 per channel.
+    eclipse_limb: array<vec4f, 3>,
+  //: end
+    // Casters: centre across the axis (xy) and along it (z); unit vector of the long axis (xy) and semi-axes of the outline (zw).
+  //: if eclipse.4
+    caster_place: array<vec4f, 4>,
+    caster_shape: array<vec4f, 4>,
+  //: else
+    //: if eclipse.3
+    caster_place: array<vec4f, 3>,
+    caster_shape: array<vec4f, 3>,
+    //: else
+      //: if eclipse.2
+    caster_place: array<vec4f, 2>,
+    caster_shape: array<vec4f, 2>,
+      //: else
+    caster_place: array<vec4f, 1>,
+    caster_shape: array<vec4f, 1>,
+      //: end
+    //: end
+  //: end
+  //: if eclipse.refracted
+    // The first caster's air by layers, upward: radius and bending (radians) at the lower (xy) and the upper edge (zw); part let through.
+    caster_air_edges: array<vec4f, 32>,
+    caster_air_passes: array<vec4f, 32>,
+  //: end
+//: end
 //: if surface.lunar-lambert|surface.oren-nayar
     // Lunar weight L, or Oren-Nayar's sigma squared (rad^2).
     photometric_parameter: f32,

@@ -1,4 +1,4 @@
-//! `disc-overlap`: the part of the Sun's light that a disc takes.
+//! `disc-overlap`: the part of the Sun's light that a disc or an ellipse takes.
 
 use super::lanes::{Lanes, Numbers};
 use super::{Prober, fields};
@@ -11,9 +11,15 @@ use serde_json::{Value, json};
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Fields {
-    /// Caster's radius and distance of the centres, solar radii.
-    k: f64,
-    d: f64,
+    /// A disc's radius and the distance of the centres, solar radii.
+    k: Option<f64>,
+    d: Option<f64>,
+    /// An ellipse, solar radii.
+    semi_major: Option<f64>,
+    semi_minor: Option<f64>,
+    centre_distance: Option<f64>,
+    #[serde(default)]
+    offset_angle_from_major_axis_deg: f64,
     #[serde(default)]
     u1: f64,
     #[serde(default)]
@@ -21,23 +27,61 @@ struct Fields {
     model: Model,
 }
 
+/// The models whose answer depends on the outline alone.
 #[derive(Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
     Linear,
+    UniformDisc,
+    LimbDarkened,
+}
+
+impl Fields {
+    /// Semi-axes and distance of the centres.
+    fn outline(&self) -> Result<[f64; 3], String> {
+        let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
+        let [major, minor, distance] = match (self.k, self.semi_major) {
+            (Some(_), Some(_)) => return Err("give k and d, or semi_major, semi_minor and centre_distance, not both".into()),
+            (Some(k), None) => [k, k, self.d.ok_or_else(|| missing("d"))?],
+            (None, Some(a)) => {
+                let b = self.semi_minor.ok_or_else(|| missing("semi_minor"))?;
+                [a, b, self.centre_distance.ok_or_else(|| missing("centre_distance"))?]
+            }
+            (None, None) => return Err(missing("k")),
+        };
+        let length = |v: f64| v >= 0.0 && v.is_finite();
+        if !(length(major) && length(minor) && length(distance)) {
+            return Err(match self.k {
+                Some(_) => "fields \"k\" and \"d\" are lengths: 0 or more".into(),
+                None => "fields \"semi_major\", \"semi_minor\" and \"centre_distance\" are lengths: 0 or more".into(),
+            });
+        }
+        if minor > major {
+            return Err(format!("field \"semi_minor\" is {minor}: not above semi_major, {major}"));
+        }
+        if !self.offset_angle_from_major_axis_deg.is_finite() {
+            return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
+        }
+        // The law's flux: 1 - u1/3 - u2/6 of the even disc's.
+        if !(1.0 - self.u1 / 3.0 - self.u2 / 6.0 > 0.0 && self.u1.is_finite() && self.u2.is_finite()) {
+            return Err(format!("fields \"u1\" {} and \"u2\" {} leave the disc dark", self.u1, self.u2));
+        }
+        Ok([major, minor, distance])
+    }
 }
 
 pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let f: Fields = fields(question)?;
-    if !(f.k >= 0.0 && f.d >= 0.0) {
-        return Err("fields \"k\" and \"d\" are lengths: 0 or more".into());
-    }
+    let [major, minor, distance] = f.outline()?;
     let model = match f.model {
         Model::Linear => EclipseModel::Linear,
+        Model::UniformDisc => EclipseModel::UniformDisc,
+        Model::LimbDarkened => EclipseModel::LimbDarkened,
     };
     let key = ShaderKey::for_draw(&Needs { lights: 1, eclipse: Eclipse { casters: 1, model }, ..Needs::LEAST });
+    let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
     let mut numbers: Numbers = [0.0; 12];
-    numbers[..4].copy_from_slice(&[f.k, f.d, f.u1, f.u2]);
+    numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, f.u1, f.u2]);
     let lanes = Lanes::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
     let blocked = answers.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;

@@ -16,6 +16,14 @@ fragments![
     "entry/tone_map.wgsl",
     "lib/clouds.wgsl",
     "lib/draw.wgsl",
+    "lib/eclipse/casters.wgsl",
+    "lib/eclipse/chords.wgsl",
+    "lib/eclipse/circle.wgsl",
+    "lib/eclipse/linear.wgsl",
+    "lib/eclipse/nodes.wgsl",
+    "lib/eclipse/overlap.wgsl",
+    "lib/eclipse/refraction.wgsl",
+    "lib/eclipse/silhouette.wgsl",
     "lib/glint.wgsl",
     "lib/intersection.wgsl",
     "lib/lane.wgsl",
@@ -44,5 +52,6 @@ pub fn probe_samples() -> Vec<ModuleId> {
     let keys = |name: &'static str, texts: &[&str]| {
         texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
     };
-    keys("probe_disc_overlap", &["lambert.sun1.eclipse1-linear.sphere"])
+    let models = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
+    keys("probe_disc_overlap", &models.each_ref().map(String::as_str))
 }
