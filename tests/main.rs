@@ -4,6 +4,7 @@ mod apparent;
 mod catalog;
 mod cli;
 mod clouds;
+mod eclipse;
 mod ephemeris;
 mod layering;
 mod library;

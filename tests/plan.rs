@@ -38,6 +38,7 @@ fn amounts(lights: u8) -> Amounts {
         pixel_size: Vec2::splat(26.0),
         clip_from_unit_sphere: glam::Mat4::from_cols_array(&[31.0; 16]),
         clouds: CloudAmounts { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
+        eclipse: Default::default(),
     }
 }
 

@@ -169,6 +169,8 @@ pub struct Species {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
     pub top_km: f64,
+    /// Refractive index less 1 at the reference level, green light; `None`: its bending of light is not counted.
+    pub refractivity: Option<f64>,
     pub species: Vec<Species>,
 }
 

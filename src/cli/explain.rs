@@ -22,7 +22,8 @@ pub struct ExplainArgs {
 
 pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
-    let request = args.view.request(session.catalog())?;
+    let mut request = args.view.request(session.catalog())?;
+    request.quality = common.quality.of_request();
     let scene = session.scene(&request)?;
     let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
     let text = if args.json {

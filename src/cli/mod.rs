@@ -102,6 +102,14 @@ pub struct Common {
 pub struct CliError(pub String);
 
 impl Quality {
+    /// What scene knows it as.
+    pub fn of_request(self) -> crate::scene::request::Quality {
+        match self {
+            Self::Draft => crate::scene::request::Quality::Draft,
+            Self::Standard => crate::scene::request::Quality::Standard,
+            Self::Reference => crate::scene::request::Quality::Reference,
+        }
+    }
     /// Samples a pixel and taps of anisotropic filtering. `reference` computes in f64 too.
     pub fn fineness(self) -> Fineness {
         match self {

@@ -122,7 +122,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         return Err(CliError("--shard needs files: frames of one stream come in order from one run".into()));
     }
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
-    let request = args.view.request(session.catalog())?;
+    let request = ViewRequest { quality: common.quality.of_request(), ..args.view.request(session.catalog())? };
     let fineness = common.quality.fineness();
     let mut written = Stages::default();
     let mut stream = std::io::BufWriter::new(std::io::stdout());

@@ -50,7 +50,7 @@ pub struct ViewWords {
     /// Switch features by hand: ellipsoid, albedo, normal, specular, night, planet-shine, points
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
     pub effects: Option<String>,
-    /// What each pixel shows: shaded, depth, normal, albedo, uv or sunlight
+    /// What each pixel shows: shaded, depth, normal, albedo, uv, sunlight or eclipse
     #[arg(long, value_name = "WHAT", default_value = "shaded")]
     pub pixels: String,
 }
@@ -79,7 +79,7 @@ fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
     let known = PixelView::ALL.into_iter().find(|v| format!("{v:?}").eq_ignore_ascii_case(text));
-    known.ok_or_else(|| wrong("--pixels", text, "one of shaded, depth, normal, albedo, uv, sunlight"))
+    known.ok_or_else(|| wrong("--pixels", text, "one of shaded, depth, normal, albedo, uv, sunlight, eclipse"))
 }
 
 impl ViewWords {

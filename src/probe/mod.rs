@@ -6,6 +6,7 @@
 
 pub mod lanes;
 mod overlap;
+pub mod sunlight;
 
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
@@ -56,7 +57,7 @@ impl Prober<'_> {
 type Ask = fn(&Prober<'_>, Value) -> Result<Value, String>;
 
 /// Every kind of question.
-static KINDS: &[(&str, Ask)] = &[("disc-overlap", overlap::ask)];
+static KINDS: &[(&str, Ask)] = &[("disc-overlap", overlap::ask), ("sunlight", sunlight::ask)];
 
 fn kinds() -> String {
     let names: Vec<_> = KINDS.iter().map(|(name, _)| *name).collect();

@@ -1,5 +1,6 @@
 //! How much a draw needs: amounts, maps, points. The structure beside them is [`Needs`]; uniforms come from [`Amounts`].
 
+pub use super::eclipse::EclipseAmounts;
 pub use super::needs::*;
 use crate::catalog::NaifId;
 use glam::{Vec2, Vec3, Vec4};
@@ -56,6 +57,7 @@ pub struct Amounts {
     /// Normal map strength.
     pub normal_strength: f32,
     pub clouds: CloudAmounts,
+    pub eclipse: EclipseAmounts,
     /// Unit camera position for distant views or camera in unit-sphere frame, f32.
     pub camera_in_unit_sphere: Vec3,
     pub pixel_size: Vec2,

@@ -4,9 +4,9 @@
 //! validated ahead of time and the keys that frames use come from the same two functions.
 
 use super::SceneError;
-use super::draw::{MapSet, Needs, PixelView, Shape, Surface};
+use super::draw::{Eclipse, EclipseModel, MapSet, Needs, PixelView, Shape, Surface};
 use crate::catalog::{Body, Catalog, Photometry};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A feature that can be switched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -18,12 +18,13 @@ pub enum Effect {
     Night,
     Clouds,
     CloudShadow,
+    Eclipse,
     PlanetShine,
     Points,
 }
 
 impl Effect {
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Ellipsoid,
         Self::Albedo,
         Self::Normal,
@@ -31,6 +32,7 @@ impl Effect {
         Self::Night,
         Self::Clouds,
         Self::CloudShadow,
+        Self::Eclipse,
         Self::PlanetShine,
         Self::Points,
     ];
@@ -44,8 +46,19 @@ impl Effect {
             Self::Night => "night",
             Self::Clouds => "clouds",
             Self::CloudShadow => "cloud-shadow",
+            Self::Eclipse => "eclipse",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
+        }
+    }
+}
+
+impl Effect {
+    /// The ways in which it can be computed, where the viewer may choose one: `+eclipse=linear`.
+    pub fn ways(self) -> &'static [&'static str] {
+        match self {
+            Self::Eclipse => &["linear", "uniform-disc", "limb-darkened", "refracted"],
+            _ => &[],
         }
     }
 }
@@ -55,10 +68,12 @@ impl Effect {
 pub struct EffectOverrides {
     on: BTreeSet<Effect>,
     off: BTreeSet<Effect>,
+    ways: BTreeMap<Effect, &'static str>,
 }
 
 impl EffectOverrides {
-    /// Reads `+night,-normal`. An effect named twice keeps the last sign.
+    /// Reads `+night,-normal,+eclipse=linear`. An effect named twice keeps the last sign; a way stays until another is named or the
+    /// effect is switched off. A way does not switch an effect on where its bound says no.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut overrides = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
@@ -67,11 +82,16 @@ impl EffectOverrides {
                 (_, Some(name)) => (false, name),
                 _ => return Err(SceneError::Request(format!("effect `{part}`: write +{part} or -{part}"))),
             };
+            let (name, way) = name.split_once('=').map_or((name, None), |(n, w)| (n.trim(), Some(w.trim())));
             let Some(effect) = Effect::ALL.into_iter().find(|e| e.name().eq_ignore_ascii_case(name)) else {
                 let known: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
                 return Err(SceneError::Request(format!("effect `{name}` is not known; there are {}", known.join(", "))));
             };
-            overrides.set(effect, on);
+            match way {
+                None => overrides.set(effect, on),
+                Some(_) if !on => return Err(SceneError::Request(format!("effect `{part}`: only + takes a way; write -{name}"))),
+                Some(way) => overrides.choose(effect, way)?,
+            }
         }
         Ok(overrides)
     }
@@ -80,6 +100,27 @@ impl EffectOverrides {
         let (to, from) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
         to.insert(effect);
         from.remove(&effect);
+        if !on {
+            self.ways.remove(&effect);
+        }
+    }
+
+    /// Chooses one of [`Effect::ways`].
+    pub fn choose(&mut self, effect: Effect, way: &str) -> Result<(), SceneError> {
+        let Some(known) = effect.ways().iter().find(|w| w.eq_ignore_ascii_case(way)) else {
+            return Err(SceneError::Request(match effect.ways() {
+                [] => format!("effect `{}` has one way only: write +{0}", effect.name()),
+                ways => format!("effect `{}` has no way `{way}`; there are {}", effect.name(), ways.join(", ")),
+            }));
+        };
+        self.off.remove(&effect);
+        self.ways.insert(effect, known);
+        Ok(())
+    }
+
+    /// The way that the viewer chose.
+    pub fn way(&self, effect: Effect) -> Option<&'static str> {
+        self.ways.get(&effect).copied()
     }
 
     /// `Some(on)` where the viewer asked.
@@ -141,6 +182,7 @@ pub struct Chosen {
     pub maps: MapSet,
     /// Lights besides the Sun, strongest first.
     pub shine: u8,
+    pub eclipse: Eclipse,
 }
 
 impl Chosen {
@@ -164,6 +206,7 @@ impl Chosen {
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
             lights: if available.emissive { 0 } else { (1 + self.shine).min(LIGHTS_AT_MOST) },
+            eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
             shape: if self.ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
             view,
             ..Needs::LEAST
@@ -180,20 +223,35 @@ impl Chosen {
     }
 }
 
+/// No caster, and every number of casters under every model that the body's system allows.
+fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
+    let (most, refracted) = super::eclipse::possible(catalog.bodies(), body);
+    let mut all = vec![Eclipse::default()];
+    for casters in 1..=most {
+        let models = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
+        all.extend(models.map(|model| Eclipse { casters, model }));
+        all.extend(refracted.then_some(Eclipse { casters, model: EclipseModel::Refracted }));
+    }
+    all
+}
+
 /// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
 pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
     let both = [false, true];
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
+        let eclipses = possible_eclipses(catalog, body);
         for view in PixelView::ALL {
             for ellipsoid in both {
                 for bits in 0..32u8 {
                     let has = |bit: u8| bits & (1 << bit) != 0;
                     let maps = MapSet { albedo: has(0), normal: has(1), specular: has(2), night: has(3), cloud_shadow: has(4) };
                     for shine in 0..LIGHTS_AT_MOST {
-                        let chosen = Chosen { ellipsoid, maps, shine };
-                        all.insert(chosen.needs(body, view));
-                        all.extend(chosen.cloud_needs(body, view));
+                        for &eclipse in &eclipses {
+                            let chosen = Chosen { ellipsoid, maps, shine, eclipse };
+                            all.insert(chosen.needs(body, view));
+                            all.extend(chosen.cloud_needs(body, view));
+                        }
                     }
                 }
             }
@@ -214,8 +272,14 @@ mod tests {
         assert_eq!(o.asked(Effect::Normal), Some(true));
         assert_eq!(o.asked(Effect::Points), Some(false));
         assert_eq!(o.asked(Effect::Albedo), None);
+        let o = EffectOverrides::parse("+eclipse=Linear").expect("a way");
+        assert_eq!((o.way(Effect::Eclipse), o.asked(Effect::Eclipse)), (Some("linear"), None));
+        assert_eq!(EffectOverrides::parse("+eclipse=linear,-eclipse").expect("both").way(Effect::Eclipse), None);
+        assert!(EffectOverrides::parse("+eclipse=round").unwrap_err().to_string().contains("limb-darkened"));
+        assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("one way"));
+        assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
         assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("+night"));
-        assert!(EffectOverrides::parse("+eclipse").unwrap_err().to_string().contains("planet-shine"));
+        assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("planet-shine"));
     }
 
     #[test]
@@ -224,7 +288,7 @@ mod tests {
         let all = possible_needs(&catalog);
         let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
         let everything = MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true };
-        let needs = Chosen { ellipsoid: true, maps: everything, shine: 200 }.needs(sun, PixelView::Shaded);
+        let needs = Chosen { ellipsoid: true, maps: everything, shine: 200, ..Chosen::default() }.needs(sun, PixelView::Shaded);
         assert_eq!((needs.surface, needs.lights, needs.maps.night), (Surface::Emissive, 0, false));
         assert!(all.contains(&needs));
         assert!(all.iter().all(|n| n.lights <= LIGHTS_AT_MOST && (n.surface == Surface::Emissive) == (n.lights == 0)));

@@ -2,12 +2,15 @@
 
 use super::camera::{self, AnchorForm, NEAR_DEPTH_KM};
 use super::draw::{Amounts, Draw, Light, MapFiles, MapSet, Part, Point};
+use super::draw::{EclipseAmounts, EclipseModel};
+use super::eclipse::{self, Extent, Receiver, Wanted};
 use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
 use super::lights::{self, LightOn, Reflector};
-use super::request::ViewRequest;
+use super::request::{Quality, ViewRequest};
 use super::silhouette::Outline;
 use super::{Appearance, Exposure, Placed, of_white, photometry};
-use crate::catalog::{Map, MapLatitude, NaifId, Photometry};
+use crate::catalog::{Catalog, Map, MapLatitude, NaifId, Photometry};
+use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3};
 
 /// What the decisions of all bodies of a frame share.
@@ -16,6 +19,8 @@ pub(super) struct Frame<'a> {
     pub camera: &'a camera::Camera,
     pub exposure: &'a Exposure,
     pub reflectors: &'a [Reflector<'a>],
+    pub catalog: &'a Catalog,
+    pub ephemeris: &'a Ephemeris,
 }
 
 /// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in
@@ -124,7 +129,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         return (Seen { appearance, diameter_px, decisions: ledger.decisions }, Vec::new(), point);
     }
 
-    let (chosen, shine) = choose(frame, p, &mut ledger, diameter_px);
+    let (chosen, shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
     let needs = chosen.needs(body, frame.request.pixel_view);
     let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     let map_files = MapFiles {
@@ -138,6 +143,9 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     let draw = Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts: globe_amounts, map_files };
     let mut draws = vec![draw];
     draws.extend(cloud_draw(frame, p, &mut ledger, chosen, &shine, share));
+    for draw in &mut draws {
+        draw.amounts.eclipse.clone_from(&eclipse);
+    }
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
     (Seen { appearance, diameter_px, decisions: ledger.decisions }, draws, point)
 }
@@ -183,7 +191,7 @@ fn sprite(camera: &camera::Camera, p: &Placed<'_>, clip: DVec2, flux: DVec3) -> 
     }
 }
 
-fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_px: f64) -> (Chosen, Vec<LightOn>) {
+fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_px: f64) -> (Chosen, Vec<LightOn>, EclipseAmounts) {
     let (body, white) = (p.body, frame.exposure.white());
     let available = Available::of(body);
     let lean = flattening(body);
@@ -193,10 +201,10 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
         ledger.note(Effect::Ellipsoid.name(), false, "its axes are equal".into());
     }
     let albedo = ledger.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {diameter_px:.1} px is drawn")));
-    let mut chosen = Chosen { ellipsoid, maps: MapSet { albedo, ..MapSet::default() }, shine: 0 };
+    let mut chosen = Chosen { ellipsoid, maps: MapSet { albedo, ..MapSet::default() }, ..Chosen::default() };
     if available.emissive {
         ledger.note("lights", false, "it glows by itself".into());
-        return (chosen, Vec::new());
+        return (chosen, Vec::new(), EclipseAmounts::default());
     }
     let ground_per_px = (360.0 / std::f64::consts::PI) / diameter_px.max(1e-9);
     chosen.maps.normal = ledger.map(Effect::Normal, body.maps.normal.as_ref(), || {
@@ -224,7 +232,42 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
         shine.clear();
     }
     chosen.shine = shine.len() as u8;
-    (chosen, shine)
+    let eclipse = darkened(frame, p, ledger, &mut chosen, diameter_px);
+    (chosen, shine, eclipse)
+}
+
+/// Who stands before the Sun, and by which model.
+fn darkened(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, diameter_px: f64) -> EclipseAmounts {
+    let body = p.body;
+    let Some(sun) = frame.catalog.body(NaifId::SUN) else { return EclipseAmounts::default() };
+    let moving = frame.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, p.seen_at, None);
+    let receiver = Receiver {
+        velocity_km_s: moving.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
+        body,
+        position_km: p.position_km,
+        time: p.seen_at,
+        body_from_icrf: p.body_from_icrf,
+        sun_from_body_km: p.sun_from_body_km,
+    };
+    let clouds = body.clouds.as_ref().map_or(1.0, |c| super::clouds::shell_scale(body, c));
+    let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
+    let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
+    let extent = Extent { reach: air.max(clouds), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
+    let everything = frame.request.effects.asked(Effect::Eclipse) == Some(true);
+    let mut found = eclipse::find(frame.ephemeris, frame.catalog.bodies().iter(), sun, &receiver, extent, everything);
+    if !ledger.effect(Effect::Eclipse, !found.casters.is_empty(), found.reason) {
+        found.casters.clear();
+    }
+    let wanted = match (frame.request.effects.way(Effect::Eclipse), frame.request.quality) {
+        (Some("linear"), _) => Wanted::Asked(EclipseModel::Linear),
+        (Some("uniform-disc"), _) => Wanted::Asked(EclipseModel::UniformDisc),
+        (Some("limb-darkened"), _) => Wanted::Asked(EclipseModel::LimbDarkened),
+        (Some(_), _) => Wanted::Asked(EclipseModel::Refracted),
+        (None, Quality::Draft) => Wanted::Draft,
+        (None, Quality::Standard | Quality::Reference) => Wanted::Best,
+    };
+    chosen.eclipse = eclipse::model(&mut found.casters, wanted);
+    eclipse::amounts_of(&found.casters, chosen.eclipse.model, &receiver, sun)
 }
 
 fn name_of<'a>(frame: &Frame<'a>, id: NaifId) -> &'a str {
@@ -301,6 +344,7 @@ fn amounts(
         specular_power: camera::narrow_scalar(GLINT_POWER),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
         clouds: super::clouds::amounts(body),
+        eclipse: EclipseAmounts::default(),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
         ..Amounts::default()

@@ -6,6 +6,7 @@
 pub mod camera;
 mod clouds;
 pub mod draw;
+pub mod eclipse;
 pub mod effects;
 mod features;
 mod lights;
@@ -21,7 +22,7 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::KM_PER_AU;
 use camera::{Camera, Placement};
-use draw::{Draw, Point};
+use draw::{Draw, PixelView, Point};
 use effects::{Decision, VISIBLE_CHANGE};
 pub use features::disc_share;
 use features::{Frame, Seen};
@@ -141,6 +142,7 @@ struct Placed<'a> {
     /// Barycentric, when the light left.
     position_km: DVec3,
     sun_from_body_km: DVec3,
+    seen_at: Instant,
     /// When the light left; directions to lights are turned by this one, the view by the placement's.
     body_from_icrf: DMat3,
     placement: Placement,
@@ -172,7 +174,7 @@ impl Scene {
         let exposure = exposure(request, camera, &placed);
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
-        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors };
+        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, catalog, ephemeris };
         let mut draws: Vec<(f64, Draw)> = Vec::new();
         let mut points = Vec::new();
         let mut next = placed.iter();
@@ -239,7 +241,7 @@ fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, 
         photometry::irradiance_at_viewer(body, alpha, sun_from_body_km.length().max(1.0), distance_km, outline_squared_km2)
     };
     let outline = if inside { Outline::Behind } else { Outline::of(camera, &placement) };
-    Ok(Placed { body, position_km, sun_from_body_km, body_from_icrf, placement, distance_km, alpha, outline, irradiance })
+    Ok(Placed { body, position_km, sun_from_body_km, seen_at, body_from_icrf, placement, distance_km, alpha, outline, irradiance })
 }
 
 /// The automatic exposure shows the target's fully lit disc at [`AUTO_EXPOSED_MEAN`] of white; without a target in the frame, that of
@@ -247,6 +249,9 @@ fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, 
 fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>]) -> Exposure {
     if let ExposureRequest::Stops(stops) = request.exposure {
         return Exposure { stops, reason: "asked for".into() };
+    }
+    if request.pixel_view == PixelView::Eclipse {
+        return Exposure { stops: 0.0, reason: "the picture shows a part: 1 is white".into() };
     }
     let in_frame = |p: &&Placed<'_>| p.outline.rect(camera).is_some();
     let area = |p: &Placed<'_>| match p.outline {

@@ -74,6 +74,15 @@ pub enum ExposureRequest {
     Stops(f64),
 }
 
+/// Trade of speed for accuracy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quality {
+    Draft,
+    #[default]
+    Standard,
+    Reference,
+}
+
 /// One view. `target` may be missing only where the look gives a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewRequest {
@@ -89,6 +98,7 @@ pub struct ViewRequest {
     pub height: u32,
     pub exposure: ExposureRequest,
     pub effects: EffectOverrides,
+    pub quality: Quality,
     pub pixel_view: PixelView,
     /// Map files that could not be read: bodies go without, and say so.
     pub missing_maps: BTreeSet<String>,
@@ -115,6 +125,7 @@ impl ViewRequest {
             height: 1024,
             exposure: ExposureRequest::Auto,
             effects: EffectOverrides::default(),
+            quality: Quality::default(),
             pixel_view: PixelView::Shaded,
             missing_maps: BTreeSet::new(),
         }

@@ -13,6 +13,7 @@ fragments![
     "entry/planet.wgsl",
     "entry/point.wgsl",
     "entry/probe_disc_overlap.wgsl",
+    "entry/probe_sunlight.wgsl",
     "entry/tone_map.wgsl",
     "lib/clouds.wgsl",
     "lib/draw.wgsl",
@@ -45,7 +46,7 @@ fragments![
 pub const SIMPLE_MODULES: [&str; 2] = ["point", "tone_map"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
-pub const PROBES: [&str; 1] = ["probe_disc_overlap"];
+pub const PROBES: [&str; 2] = ["probe_disc_overlap", "probe_sunlight"];
 
 /// The keys with which a probe is recorded and tested: one for each model that it may be asked for.
 pub fn probe_samples() -> Vec<ModuleId> {
@@ -53,5 +54,7 @@ pub fn probe_samples() -> Vec<ModuleId> {
         texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
     };
     let models = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
-    keys("probe_disc_overlap", &models.each_ref().map(String::as_str))
+    let mut all = keys("probe_disc_overlap", &models.each_ref().map(String::as_str));
+    all.extend(keys("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
+    all
 }

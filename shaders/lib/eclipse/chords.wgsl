@@ -77,6 +77,14 @@ fn second_of(a: vec2f, b: vec2f) -> vec2f {
     return select(a, b, a.x <= b.x);
 }
 
+// Heights between which a caster lies, within the Sun's.
+fn low_end(s: Sliced) -> f32 {
+    return clamp(s.centre.y - s.half_height, -1.0, 1.0);
+}
+fn high_end(s: Sliced) -> f32 {
+    return clamp(s.centre.y + s.half_height, -1.0, 1.0);
+}
+
 // What a chord adds beyond `reached`.
 fn beyond(ends: vec2f, reached: f32, sun_squared: f32) -> vec3f {
     return between(vec2f(max(ends.x, reached), max(ends.y, reached)), sun_squared);
@@ -94,23 +102,38 @@ fn hidden_together(s0: Silhouette, s1: Silhouette) -> vec3f {
     let up = vec2f(0.0, 1.0);
     let e0 = sliced(s0, up);
     let e1 = sliced(s1, up);
-    var low = min(e0.centre.y - e0.half_height, e1.centre.y - e1.half_height);
-    var high = max(e0.centre.y + e0.half_height, e1.centre.y + e1.half_height);
   //: if eclipse.3
     let e2 = sliced(s2, up);
-    low = min(low, e2.centre.y - e2.half_height);
-    high = max(high, e2.centre.y + e2.half_height);
   //: end
   //: if eclipse.4
     let e3 = sliced(s3, up);
-    low = min(low, e3.centre.y - e3.half_height);
-    high = max(high, e3.centre.y + e3.half_height);
   //: end
-    low = max(low, -1.0);
-    let half_span = 0.5 * max(min(high, 1.0) - low, 0.0);
+    // Between the heights where a caster ends the chords are smooth but for the crossings of outlines.
+  //: if eclipse.4
+    const ENDS: i32 = 8;
+    var ends = array<f32, 8>(low_end(e0), high_end(e0), low_end(e1), high_end(e1), low_end(e2), high_end(e2), low_end(e3), high_end(e3));
+  //: else
+    //: if eclipse.3
+    const ENDS: i32 = 6;
+    var ends = array<f32, 6>(low_end(e0), high_end(e0), low_end(e1), high_end(e1), low_end(e2), high_end(e2));
+    //: else
+    const ENDS: i32 = 4;
+    var ends = array<f32, 4>(low_end(e0), high_end(e0), low_end(e1), high_end(e1));
+    //: end
+  //: end
+    for (var last = ENDS - 1; last > 0; last--) {
+        for (var k = 0; k < last; k++) {
+            let low = min(ends[k], ends[k + 1]);
+            ends[k + 1] = max(ends[k], ends[k + 1]);
+            ends[k] = low;
+        }
+    }
     var hidden = vec3f(0.0);
-    for (var k = 0; k < CHORD_NODES; k++) {
-        let y = low + half_span * (1.0 + CHORD_NODE[k]);
+    for (var step = 0; step < CIRCLE_NODES * (ENDS - 1); step++) {
+        let span = step / CIRCLE_NODES;
+        let node = step % CIRCLE_NODES;
+        let half_span = 0.5 * (ends[span + 1] - ends[span]);
+        let y = ends[span] + half_span * (1.0 + CIRCLE_NODE[node]);
         let sun_squared = max((1.0 - y) * (1.0 + y), 0.0);
         let sun_half = sqrt(sun_squared);
         var a = chord(e0, y, sun_half);
@@ -153,8 +176,8 @@ fn hidden_together(s0: Silhouette, s1: Silhouette) -> vec3f {
         sum += beyond(d, reached, sun_squared);
     //: end
   //: end
-        hidden += CHORD_WEIGHT[k] * sum;
+        hidden += CIRCLE_WEIGHT[node] * half_span * sum;
     }
-    return hidden * half_span;
+    return hidden;
 }
 //: end

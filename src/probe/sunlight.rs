@@ -1,0 +1,145 @@
+//! `sunlight`: the part of the Sun's light that reaches a point of a body's ground past other bodies.
+//!
+//! `fraction` is under one law of limb darkening for all channels, `u1` 0.40 and `u2` 0.26 unless the question names others (the Sun at 550
+//! nm); `rgb` under the catalog's law per channel; `by` is what each body alone takes. The time is that of the ground: when the light meets it.
+
+use super::lanes::{Lanes, Numbers};
+use super::{Prober, fields};
+use crate::catalog::{Body, NaifId, Photometry};
+use crate::render::plan::uniforms_of;
+use crate::scene::draw::{Amounts, Eclipse, EclipseAmounts, EclipseModel, Light, Needs};
+use crate::scene::eclipse::{self, Caster, Extent, Receiver, Wanted};
+use crate::scene::viewpoint::ground_point_km;
+use crate::shader::ModuleId;
+use crate::shader::key::ShaderKey;
+use crate::time::Instant;
+use glam::{DVec3, Vec3};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Fields {
+    body: String,
+    time: String,
+    /// Planetographic latitude and east longitude, degrees.
+    lat: f64,
+    lon: f64,
+    model: Model,
+    #[serde(default = "u1_at_550_nm")]
+    u1: f64,
+    #[serde(default = "u2_at_550_nm")]
+    u2: f64,
+}
+
+fn u1_at_550_nm() -> f64 {
+    0.40
+}
+fn u2_at_550_nm() -> f64 {
+    0.26
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Model {
+    Linear,
+    UniformDisc,
+    LimbDarkened,
+    Refracted,
+}
+
+impl Model {
+    fn wanted(self) -> Wanted {
+        Wanted::Asked(match self {
+            Self::Linear => EclipseModel::Linear,
+            Self::UniformDisc => EclipseModel::UniformDisc,
+            Self::LimbDarkened => EclipseModel::LimbDarkened,
+            Self::Refracted => EclipseModel::Refracted,
+        })
+    }
+}
+
+/// Rec. 709 luminance.
+fn luminance(rgb: [f64; 3]) -> f64 {
+    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+}
+
+pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+    let f: Fields = fields(question)?;
+    let id = prober.catalog().find_place(&f.body).ok_or_else(|| format!("field \"body\": no body is called `{}`", f.body))?;
+    let body = prober.catalog().body(id).ok_or_else(|| format!("field \"body\": `{}` is no body with a surface", f.body))?;
+    if id == NaifId::SUN {
+        return Err("field \"body\": the Sun lights itself".into());
+    }
+    let time = Instant::parse(&f.time).map_err(|e| format!("field \"time\" {}: {e}", f.time))?;
+    if !(-90.0..=90.0).contains(&f.lat) || !(-360.0..=360.0).contains(&f.lon) {
+        return Err("fields \"lat\" and \"lon\" are degrees: -90 to 90 and -360 to 360".into());
+    }
+    if !(1.0 - f.u1 / 3.0 - f.u2 / 6.0 > 0.0 && f.u1.is_finite() && f.u2.is_finite()) {
+        return Err(format!("fields \"u1\" {} and \"u2\" {} leave the disc dark", f.u1, f.u2));
+    }
+    let (point_km, _) = ground_point_km(body.radii_km, f.lat, f.lon, 0.0);
+    let receiver = Receiver::at(prober.ephemeris(), body, time).map_err(|e| e.to_string())?;
+    let sky = Sky::over(prober, &receiver, f.model.wanted())?;
+    let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
+    let at = point_km / body.radii_km.x;
+    let left = |casters: &[Caster<'_>], law| sky.left(casters, &[at], law)?.first().copied().ok_or_else(|| "no answer".to_owned());
+    let fraction = |casters: &[Caster<'_>]| left(casters, Some(&one_law)).map(luminance);
+    let mut by = Map::new();
+    for caster in &sky.casters {
+        let taken = 1.0 - fraction(std::slice::from_ref(caster))?;
+        by.insert(caster.body.name.to_lowercase(), json!(taken));
+    }
+    Ok(json!({ "fraction": fraction(&sky.casters)?, "rgb": left(&sky.casters, None)?, "by": by }))
+}
+
+/// The casters over one body at one time, ready for points of its ground.
+pub struct Sky<'a> {
+    prober: &'a Prober<'a>,
+    receiver: &'a Receiver<'a>,
+    sun: &'a Body,
+    wanted: Wanted,
+    pub casters: Vec<Caster<'a>>,
+}
+
+impl<'a> Sky<'a> {
+    /// Every body that can take any light, at most four.
+    ///
+    /// # Errors
+    /// One line where the catalog has no Sun.
+    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: Wanted) -> Result<Self, String> {
+        let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
+        let extent = Extent { reach: 1.0, camera: None, pixel: 0.0 };
+        let casters = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).casters;
+        Ok(Self { prober, receiver, sun, wanted, casters })
+    }
+
+    /// What the casters leave of the light at points (body axes, equatorial radii), per channel; `law` in place of the catalog's.
+    ///
+    /// # Errors
+    /// One line: the module cannot be made.
+    pub fn left(&self, casters: &[Caster<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, String> {
+        let mut casters = casters.to_vec();
+        let mut sun = self.sun.clone();
+        sun.photometry = law.cloned().unwrap_or(sun.photometry);
+        let eclipse = eclipse::model(&mut casters, self.wanted);
+        let amounts = eclipse::amounts_of(&casters, eclipse.model, self.receiver, &sun);
+        left_by(self.prober, eclipse, amounts, points)
+    }
+}
+
+/// What the fragments leave of the light at points for given amounts.
+///
+/// # Errors
+/// One line: the module cannot be made, or asks for what the amounts lack.
+pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, amounts: EclipseAmounts, points: &[DVec3]) -> Result<Vec<[f64; 3]>, String> {
+    let key = ShaderKey::for_draw(&Needs { lights: 1, eclipse, ..Needs::LEAST });
+    let module = ModuleId::Probe("probe_sunlight", key);
+    let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
+    let built = prober.library().get(&module).map_err(|e| e.to_string())?;
+    let uniforms = uniforms_of(&built.layout, &Amounts { lights, eclipse: amounts, ..Amounts::default() }).map_err(|e| e.to_string())?;
+    let numbers = |p: &DVec3| -> Numbers { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
+    let questions: Vec<_> = points.iter().map(numbers).collect();
+    let answers = Lanes { uniforms, ..Lanes::plain(module, 1) }.answers(prober.renderer, prober.library(), &questions)?;
+    answers.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".to_owned())).collect()
+}
