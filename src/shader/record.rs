@@ -1,6 +1,7 @@
 //! Recorded digests of modules, and why a module is no longer what was recorded.
 //!
-//! In: finished modules. Out: a text of one line per fragment and per module, and the list of changes between two such records, each
+//! In: finished modules. Out: a text of one line per fragment and per module (names as what they share with the name before them, and the
+//! rest: thousands of keys stay within 200 kB), and the list of changes between two such records, each
 //! with its reason: a fragment that changed, the emitter, or naga. Not here: where the record lies.
 
 use super::fragments::FRAGMENTS;
@@ -28,6 +29,23 @@ struct Digests {
     wgsl: String,
     /// Of its translations to every other language.
     translations: String,
+}
+
+/// Hexadecimal digits kept of a module's digests: one change in 16 million of its text would be missed, one in 65 thousand of what
+/// naga makes of it, and naga changes all modules at a time.
+const WGSL_DIGITS: usize = 6;
+const TRANSLATION_DIGITS: usize = 4;
+
+impl Digests {
+    fn of(wgsl: &str, translations: &str) -> Self {
+        let first = |text: &str, digits: usize| text.chars().take(digits).collect();
+        Self { wgsl: first(wgsl, WGSL_DIGITS), translations: first(translations, TRANSLATION_DIGITS) }
+    }
+}
+
+/// Bytes at the start of two names that are the same; names are ASCII.
+fn shared(a: &str, b: &str) -> usize {
+    a.bytes().zip(b.bytes()).take_while(|(x, y)| x == y).count()
 }
 
 /// Digests by fragment path and by module name.
@@ -69,7 +87,7 @@ impl Record {
                 let others = Language::ALL.into_iter().filter(|l| !matches!(l, Language::Wgsl | Language::Ir));
                 let texts = others.map(|l| translate(m, l)).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-                Ok((m.id.to_string(), Digests { wgsl: short_digest(&[&m.wgsl]), translations: short_digest(&texts) }))
+                Ok((m.id.to_string(), Digests::of(&short_digest(&[&m.wgsl]), &short_digest(&texts))))
             })
             .collect();
         let mut record = Self::new();
@@ -95,14 +113,18 @@ impl Record {
         let mut text = String::from(
             "# Digests of every generated module, of all reachable keys and the covering sets. `orrery shader verify` compares and\n\
              # explains; `orrery shader verify --update` records anew.\n\
-             # module <name> <emitted WGSL> <HLSL, GLSL, MSL and SPIR-V together>\n",
+             # fragment <path> <digest>\n\
+             # <letters shared with the name before> <rest of the name> <emitted WGSL> <HLSL, GLSL, MSL and SPIR-V together>\n",
         );
         let _ = writeln!(text, "naga {}", self.naga);
         for (name, digest) in &self.fragments {
             let _ = writeln!(text, "fragment {name} {digest}");
         }
+        let mut before = "";
         for (name, d) in &self.modules {
-            let _ = writeln!(text, "module {name} {} {}", d.wgsl, d.translations);
+            let same = shared(before, name);
+            let _ = writeln!(text, "{same} {} {} {}", &name[same..], d.wgsl, d.translations);
+            before = name;
         }
         text
     }
@@ -110,6 +132,7 @@ impl Record {
     /// Reads the text form.
     pub fn parse(text: &str) -> Result<Self, RecordError> {
         let mut record = Self::default();
+        let mut before = String::new();
         for (line, content) in (1..).zip(text.lines()) {
             let words: Vec<&str> = content.split_whitespace().collect();
             match words[..] {
@@ -117,8 +140,11 @@ impl Record {
                 [first, ..] if first.starts_with('#') => {}
                 ["naga", version] => version.clone_into(&mut record.naga),
                 ["fragment", name, digest] => drop(record.fragments.insert(name.into(), digest.into())),
-                ["module", name, wgsl, translations] => {
-                    record.modules.insert(name.into(), Digests { wgsl: wgsl.into(), translations: translations.into() });
+                [same, rest, wgsl, translations] => {
+                    let kept = same.parse::<usize>().ok().and_then(|n| before.get(..n));
+                    let Some(kept) = kept else { return Err(RecordError { line, text: content.to_owned() }) };
+                    before = format!("{kept}{rest}");
+                    record.modules.insert(before.clone(), Digests::of(wgsl, translations));
                 }
                 _ => return Err(RecordError { line, text: content.to_owned() }),
             }
@@ -205,14 +231,18 @@ mod tests {
     use super::*;
 
     fn record(naga: &str, fragment: &str, wgsl: &str, translations: &str) -> Record {
-        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\nmodule k {wgsl} {translations}\n")).expect("reads")
+        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\n0 k {wgsl} {translations}\n")).expect("reads")
     }
 
     #[test]
     fn text_round_trips_and_bad_lines_are_named() {
         let r = record("1.2.3", "f", "w", "t");
         assert_eq!(Record::parse(&r.to_text()), Ok(r));
-        assert_eq!(Record::parse("naga 1\nmodule k w\n").expect_err("short").line, 2);
+        assert_eq!(Record::parse("naga 1\n0 k w\n").expect_err("short").line, 2);
+        let several = Record::parse("0 lambert.sun1 w t\n8 sun2 x u\n0 sky y v\n").expect("reads");
+        assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "lambert.sun2", "sky"]);
+        assert_eq!(Record::parse(&several.to_text()), Ok(several));
+        assert_eq!(Record::parse("0 k w t\n2 z w t\n").expect_err("shares more than there is").line, 2);
     }
 
     #[test]
