@@ -235,6 +235,43 @@ fn shadows_move_on_from_one_second_to_the_next() {
     }
 }
 
+/// Mean light over the Moon's face as the Earth sees it, per channel over that of the full Moon.
+fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
+    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
+    let receiver = Receiver::at(SESSION.ephemeris(), moon, instant(time)).expect("placed");
+    let sky = Sky::over(prober, &receiver, Wanted::Best).expect("a sky");
+    // The Moon's surface is nearly as bright at the limb as in the middle: points even over the disc, which faces +x.
+    let points: Vec<_> = (0..400)
+        .map(|k| {
+            let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * 2.399_963).sin_cos());
+            DVec3::new((1.0 - r * r).sqrt(), r * cos, r * sin)
+        })
+        .collect();
+    let light = sky.left(&sky.casters, &points, None).expect("answers");
+    [0, 1, 2].map(|c| light.iter().map(|rgb| rgb[c]).sum::<f64>() / light.len() as f64)
+}
+
+#[test]
+fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
+    // (greatest eclipse, umbral magnitude U). H. de Carvalho Vital's fit to eclipses without volcanic ash, r2 = 0.998: the Moon's visual
+    // magnitude at mid-eclipse is -(U (2.08 U - 10.34) + 11.7); the full Moon's is -12.7. Clouds of the day move it by half a magnitude.
+    for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
+        let rgb = light_on_the_face(&single(), time);
+        let luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+        let magnitude = -12.7 - 2.5 * luminance.log10();
+        let observed = -(umbral_magnitude * (2.08 * umbral_magnitude - 10.34) + 11.7);
+        println!("{time}: magnitude {magnitude:.2}, observed {observed:.2}, colour {:.1} {:.1}", rgb[0] / rgb[1], rgb[1] / rgb[2]);
+        assert!((magnitude - observed).abs() < 1.0, "{time}: magnitude {magnitude}, observers give {observed}");
+        assert!(umbral_magnitude < 1.0 || rgb[0] > 2.0 * rgb[1] && rgb[1] > rgb[2], "{time}: {rgb:?}");
+    }
+    // Without the air nothing is left in the middle of the umbra.
+    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
+    let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
+    let prober = single();
+    let sky = Sky::over(&prober, &receiver, Wanted::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    assert!(sky.left(&sky.casters, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
+}
+
 /// A Sun of the given angular radius far away on +z and round casters given by (x, y, z, radius), the receiver's radii.
 fn amounts(sun_distance: f64, tan_sun: f64, casters: &[[f64; 4]], model: EclipseModel) -> (Eclipse, EclipseAmounts) {
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);

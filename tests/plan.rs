@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
-use orrery::scene::draw::{Amounts, CloudAmounts, Light, Needs};
+use orrery::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, Needs};
 use orrery::scene::effects::possible_needs;
 use orrery::shader::key::{ShaderKey, keys_of};
 use orrery::shader::reflect::LayoutError;
@@ -60,7 +60,11 @@ fn every_possible_structure_is_filled_by_name() {
     let mut failures = Vec::new();
     for key in &keys {
         let needs = *key.needs();
-        match uniforms_of(&layout(&needs), &amounts(needs.lights)) {
+        let casters = vec![Vec4::ZERO; usize::from(needs.eclipse.casters)];
+        let layers = vec![Vec4::ZERO; 32];
+        let (places, air_edges) = (casters.clone(), layers.clone());
+        let eclipse = EclipseAmounts { places, shapes: casters, air_edges, air_passes: layers, ..EclipseAmounts::default() };
+        match uniforms_of(&layout(&needs), &Amounts { eclipse, ..amounts(needs.lights) }) {
             Ok(bytes) => assert!(!bytes.is_empty()),
             Err(e) => failures.push(format!("{key}: {e}")),
         }
@@ -73,7 +77,8 @@ fn every_possible_structure_is_filled_by_name() {
 #[test]
 fn values_land_at_their_fields() {
     let all = possible_needs(&Catalog::embedded());
-    let needs = all.iter().find(|n| n.lights == 2 && n.maps.night && n.maps.specular).expect("the Earth under the Moon");
+    let needs =
+        all.iter().find(|n| n.lights == 2 && n.eclipse.casters == 0 && n.maps.night && n.maps.specular).expect("the Earth under the Moon");
     let layout = layout(needs);
     let bytes = uniforms_of(&layout, &amounts(2)).expect("filled");
     let offset = |name: &str| layout.field(name).expect("a field").offset;

@@ -9,7 +9,7 @@ use super::lights::{self, LightOn, Reflector};
 use super::request::{Quality, ViewRequest};
 use super::silhouette::Outline;
 use super::{Appearance, Exposure, Placed, of_white, photometry};
-use crate::catalog::{Catalog, Map, MapLatitude, NaifId, Photometry};
+use crate::catalog::{Body, Catalog, Map, MapLatitude, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3};
 
@@ -114,6 +114,9 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         _ => disc_share(diameter_px),
     };
     let flux = point_flux(frame, p) * (1.0 - share);
+    // A point that can be seen at all goes dark in a shadow.
+    let shows = share < 1.0 && flux.max_element() / frame.exposure.white() > VISIBLE_CHANGE;
+    let flux = if shows { flux * dimming(frame.request, frame.catalog, frame.ephemeris, p, diameter_px).0 } else { flux };
     let mut point = None;
     let reason = format!("{diameter_px:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px");
     if ledger.effect(Effect::Points, share < 1.0, reason) && share < 1.0 {
@@ -238,36 +241,71 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
 
 /// Who stands before the Sun, and by which model.
 fn darkened(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, diameter_px: f64) -> EclipseAmounts {
-    let body = p.body;
-    let Some(sun) = frame.catalog.body(NaifId::SUN) else { return EclipseAmounts::default() };
-    let moving = frame.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, p.seen_at, None);
-    let receiver = Receiver {
-        velocity_km_s: moving.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
-        body,
-        position_km: p.position_km,
-        time: p.seen_at,
-        body_from_icrf: p.body_from_icrf,
-        sun_from_body_km: p.sun_from_body_km,
+    let Some(mut found) = before_sun(frame.request, frame.catalog, frame.ephemeris, p, diameter_px) else {
+        return EclipseAmounts::default();
     };
-    let clouds = body.clouds.as_ref().map_or(1.0, |c| super::clouds::shell_scale(body, c));
-    let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
-    let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
-    let extent = Extent { reach: air.max(clouds), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
-    let everything = frame.request.effects.asked(Effect::Eclipse) == Some(true);
-    let mut found = eclipse::find(frame.ephemeris, frame.catalog.bodies().iter(), sun, &receiver, extent, everything);
-    if !ledger.effect(Effect::Eclipse, !found.casters.is_empty(), found.reason) {
+    if !ledger.effect(Effect::Eclipse, !found.casters.is_empty(), std::mem::take(&mut found.reason)) {
         found.casters.clear();
     }
-    let wanted = match (frame.request.effects.way(Effect::Eclipse), frame.request.quality) {
+    chosen.eclipse = eclipse::model(&mut found.casters, wanted(frame.request));
+    eclipse::amounts_of(&found.casters, chosen.eclipse.model, &found.receiver, found.sun)
+}
+
+fn wanted(request: &ViewRequest) -> Wanted {
+    match (request.effects.way(Effect::Eclipse), request.quality) {
         (Some("linear"), _) => Wanted::Asked(EclipseModel::Linear),
         (Some("uniform-disc"), _) => Wanted::Asked(EclipseModel::UniformDisc),
         (Some("limb-darkened"), _) => Wanted::Asked(EclipseModel::LimbDarkened),
         (Some(_), _) => Wanted::Asked(EclipseModel::Refracted),
         (None, Quality::Draft) => Wanted::Draft,
         (None, Quality::Standard | Quality::Reference) => Wanted::Best,
+    }
+}
+
+struct BeforeSun<'a> {
+    receiver: Receiver<'a>,
+    sun: &'a Body,
+    camera: DVec3,
+    casters: Vec<eclipse::Caster<'a>>,
+    reason: String,
+}
+
+/// The casters over a body that the viewer sees; `None` where there is no Sun.
+fn before_sun<'a>(
+    request: &ViewRequest,
+    catalog: &'a Catalog,
+    ephemeris: &Ephemeris,
+    p: &Placed<'a>,
+    diameter_px: f64,
+) -> Option<BeforeSun<'a>> {
+    let body = p.body;
+    let sun = catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
+    let moving = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, p.seen_at, None);
+    let receiver = Receiver {
+        body,
+        position_km: p.position_km,
+        time: p.seen_at,
+        body_from_icrf: p.body_from_icrf,
+        velocity_km_s: moving.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
+        sun_from_body_km: p.sun_from_body_km,
     };
-    chosen.eclipse = eclipse::model(&mut found.casters, wanted);
-    eclipse::amounts_of(&found.casters, chosen.eclipse.model, &receiver, sun)
+    let clouds = body.clouds.as_ref().map_or(1.0, |c| super::clouds::shell_scale(body, c));
+    let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
+    let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
+    let extent = Extent { reach: air.max(clouds), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
+    let everything = request.effects.asked(Effect::Eclipse) == Some(true);
+    let found = eclipse::find(ephemeris, catalog.bodies().iter(), sun, &receiver, extent, everything);
+    Some(BeforeSun { receiver, sun, camera, casters: found.casters, reason: found.reason })
+}
+
+/// About what part of its sunlight eclipses leave a body: the mean of what the viewer sees, and the most.
+pub(super) fn dimming(request: &ViewRequest, catalog: &Catalog, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64) -> (f64, f64) {
+    if request.effects.asked(Effect::Eclipse) == Some(false) {
+        return (1.0, 1.0);
+    }
+    let Some(mut found) = before_sun(request, catalog, ephemeris, p, diameter_px) else { return (1.0, 1.0) };
+    let model = eclipse::model(&mut found.casters, wanted(request)).model;
+    eclipse::estimate(&found.casters, model, &found.receiver, found.sun, found.camera)
 }
 
 fn name_of<'a>(frame: &Frame<'a>, id: NaifId) -> &'a str {

@@ -133,6 +133,8 @@ pub struct Scene {
 
 /// Radiance of a fully lit disc, as a part of white, at automatic exposure: bright features of twice the mean still differ.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
+/// The faintest part of its sunlight for which the exposure of a body in a shadow opens: the Moon's light deep in the Earth's umbra.
+const DARKEST_EXPOSED: f64 = 1e-5;
 /// The same for the Sun, whose disc is what white is: its centre meets white and the darkened limb stays below.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
 
@@ -171,7 +173,7 @@ impl Scene {
                 Err(e) => bodies.push(Some(unplaced(body, e.to_string()))),
             }
         }
-        let exposure = exposure(request, camera, &placed);
+        let exposure = exposure(request, camera, &placed, (catalog, ephemeris));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, catalog, ephemeris };
@@ -246,7 +248,7 @@ fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, 
 
 /// The automatic exposure shows the target's fully lit disc at [`AUTO_EXPOSED_MEAN`] of white; without a target in the frame, that of
 /// the body that takes most pixels, the Sun last.
-fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>]) -> Exposure {
+fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>], sky: (&Catalog, &Ephemeris)) -> Exposure {
     if let ExposureRequest::Stops(stops) = request.exposure {
         return Exposure { stops, reason: "asked for".into() };
     }
@@ -273,9 +275,18 @@ fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>]) -> Ex
         let from_afar = photometry::phase_correction(p.body, p.alpha, p.distance_km / p.body.radii_km.x);
         p.body.geometric_albedo * (KM_PER_AU / p.sun_from_body_km.length()).powi(2) * from_afar.max(0.01)
     };
+    // In the shadow of another body it shows what light is left there.
+    let diameter_px = 2.0 * (area(p) / std::f64::consts::PI).sqrt();
+    let (_, left) = features::dimming(request, sky.0, sky.1, p, diameter_px);
+    let left = left.max(DARKEST_EXPOSED);
+    let radiance = radiance * left;
     // A point spreads its light over the pixels of its sprite; a disc keeps its radiance.
     let shown = radiance * (area(p) * features::point_peak()).min(1.0);
-    let (mean, how) = if p.body.id == NaifId::SUN { (AUTO_EXPOSED_SUN, "shining") } else { (AUTO_EXPOSED_MEAN, "lit in full") };
+    let (mean, how) = match p.body.id {
+        NaifId::SUN => (AUTO_EXPOSED_SUN, "shining"),
+        _ if left < 0.9 => (AUTO_EXPOSED_MEAN, "in eclipse"),
+        _ => (AUTO_EXPOSED_MEAN, "lit in full"),
+    };
     let stops = (mean / shown.max(1e-30)).log2().clamp(-60.0, 60.0);
     Exposure { stops, reason: format!("{} {how}, mean radiance {radiance:.3e}, at {mean} of white", p.body.name) }
 }

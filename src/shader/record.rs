@@ -239,7 +239,7 @@ mod tests {
         let r = record("1.2.3", "f", "w", "t");
         assert_eq!(Record::parse(&r.to_text()), Ok(r));
         assert_eq!(Record::parse("naga 1\n0 k w\n").expect_err("short").line, 2);
-        let several = Record::parse("0 lambert.sun1 w t\n8 sun2 x u\n0 sky y v\n").expect("reads");
+        let several = Record::parse("naga 1\n0 lambert.sun1 w t\n8 sun2 x u\n0 sky y v\n").expect("reads");
         assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "lambert.sun2", "sky"]);
         assert_eq!(Record::parse(&several.to_text()), Ok(several));
         assert_eq!(Record::parse("0 k w t\n2 z w t\n").expect_err("shares more than there is").line, 2);

@@ -12,7 +12,7 @@ pub use amounts::EclipseAmounts;
 use super::draw::{CASTERS_AT_MOST, Eclipse, EclipseModel};
 use super::effects::VISIBLE_CHANGE;
 use super::viewpoint::aberrated;
-use crate::catalog::{Body, NaifId};
+use crate::catalog::{Body, Kind, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::time::Instant;
 use glam::{DMat2, DMat3, DVec2, DVec3};
@@ -136,7 +136,7 @@ pub fn find<'a>(
     };
     let mut casters = Vec::new();
     let mut nearest: Option<(f64, &str)> = None;
-    for body in bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id) {
+    for body in bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && may_meet(b, receiver.body)) {
         let Some(caster) = Caster::of(ephemeris, body, receiver, &axis, sun, extent) else { continue };
         let miss = caster.miss(&axis, extent.reach);
         if miss > 0.0 {
@@ -171,6 +171,16 @@ pub fn find<'a>(
         (None, None) => format!("no body can take {VISIBLE_CHANGE:.2e} of its sunlight in view"),
     };
     Found { casters, reason }
+}
+
+/// The planet that a body belongs to, itself for a planet.
+fn system(body: &Body) -> NaifId {
+    body.parent.filter(|p| *p != NaifId::SUN).unwrap_or(body.id)
+}
+
+/// Bodies of other systems are far away: only planets can take as much as the bound (Jupiter a twentieth of Saturn's Sun; Ganymede 7e-5).
+fn may_meet(caster: &Body, receiver: &Body) -> bool {
+    system(caster) == system(receiver) || caster.kind == Kind::Planet
 }
 
 impl<'a> Caster<'a> {
@@ -292,10 +302,51 @@ pub fn amounts_of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiv
     }
 }
 
-/// The most casters that a body of the catalog can meet, and whether one of them has air that bends light: the others of its system.
+/// About what part of the Sun's light the casters leave on the lit ground that a viewer sees: the mean, and the most. For the exposure and
+/// for bodies that are points; no picture is shaded by it.
+pub fn estimate(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body, camera: DVec3) -> (f64, f64) {
+    let (Some(axis), false) = (Axis::of(receiver, sun), casters.is_empty()) else { return (1.0, 1.0) };
+    let layers =
+        casters.first().filter(|_| model == EclipseModel::Refracted).and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x));
+    let towards = camera.normalize_or(axis.along);
+    let (mut sum, mut weights, mut most) = (0.0, 0.0, 0.0_f64);
+    const POINTS: usize = 200;
+    for k in 0..POINTS {
+        // Evenly spread over the sphere.
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / POINTS as f64;
+        let (sin, cos) = (k as f64 * 2.399_963).sin_cos();
+        let point = DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
+        let weight = point.dot(axis.along).max(0.0) * point.dot(towards).max(0.0);
+        if weight < 0.01 {
+            continue;
+        }
+        let (across, along) = (axis.across(point), point.dot(axis.along));
+        let mut left = 1.0_f64;
+        for (index, c) in casters.iter().enumerate() {
+            let depth = c.along - along;
+            if depth <= 0.0 {
+                continue;
+            }
+            let scale = axis.cot / depth;
+            let (distance, size) = ((c.across - across).length() * scale, c.semi.x * scale);
+            let hidden = ((1.0 + size - distance) / (1.0 + size - (1.0 - size).abs())).clamp(0.0, 1.0) * (size * size).min(1.0);
+            left = left.min(1.0 - hidden);
+            if let Some(layers) = layers.as_ref().filter(|_| index == 0) {
+                left += layers.light(distance, depth, scale);
+            }
+        }
+        sum += left.min(1.0) * weight;
+        weights += weight;
+        most = most.max(left.min(1.0));
+    }
+    if weights > 0.0 { (sum / weights, most) } else { (1.0, 1.0) }
+}
+
+/// The most casters that a body of the catalog can meet, and whether one of them has air that bends light: the others of its system, and one
+/// planet more for those outside of Jupiter's orbit (from inside every planet stays below the bound).
 pub fn possible<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
-    let system = |b: &Body| b.parent.filter(|p| *p != NaifId::SUN).unwrap_or(b.id);
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system(b) == system(receiver));
-    let count = others.clone().count().min(usize::from(CASTERS_AT_MOST)) as u8;
+    let one_more = usize::from(!(100..600).contains(&receiver.id.0));
+    let count = (others.clone().count() + one_more).min(usize::from(CASTERS_AT_MOST)) as u8;
     (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(air::bends))
 }
