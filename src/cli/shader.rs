@@ -265,6 +265,7 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
         Record::of(modules.values()).map_err(|f| listed(&f.iter().map(ToString::to_string).collect::<Vec<_>>(), "cannot be translated"))?;
     put(&format!("{} modules emitted, validated, lowered and translated\n", modules.len()))?;
     let old = match std::fs::read_to_string(path) {
+        Ok(text) if update => Record::parse(&text).unwrap_or_default(),
         Ok(text) => Record::parse(&text).map_err(|e| CliError(format!("{}: {e}", path.display())))?,
         Err(_) if update => Record::default(),
         Err(e) => {
