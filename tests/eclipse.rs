@@ -11,7 +11,7 @@ use orrery::scene::Scene;
 use orrery::scene::draw::{Eclipse, EclipseAmounts, EclipseModel, Needs};
 use orrery::scene::eclipse::{Receiver, Wanted};
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{ExposureRequest, Quality, ViewRequest};
+use orrery::scene::request::{ExposureRequest, Position, Quality, ViewRequest};
 use orrery::scene::viewpoint::ground_point_km;
 use orrery::session::{Session, Sources};
 use orrery::shader::Layout;
@@ -420,8 +420,13 @@ fn scene_asks_for_an_eclipse_where_one_is() {
     assert_eq!(eclipse(earth, "2024-04-22T18:17:00Z", "", best), Eclipse::default());
     assert_eq!(eclipse(moon, "2022-11-08T10:59:00Z", "", best), of(1, EclipseModel::Refracted));
     assert_eq!(eclipse(moon, "2022-11-01T10:59:00Z", "", best), Eclipse::default());
-    // The rare triple: shadows of Io, Europa and Callisto.
-    assert_eq!(eclipse(jupiter, "2015-01-24T06:40:00Z", "", best).casters, 3, "Amalthea's and Thebe's are too small for this picture");
+    // The rare triple that the Earth saw from 06:27 to 06:52 UT, here by light that needs 36 minutes.
+    let request = ViewRequest { position: Position::Centre(earth), ..view(jupiter, "2015-01-24T06:40:00Z", "", best) };
+    let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
+    let decisions = &scene.body(jupiter).expect("Jupiter").decisions;
+    let reason = &decisions.iter().find(|d| d.feature == "eclipse").expect("decided").reason;
+    assert!(["Io", "Europa", "Callisto"].iter().all(|moon| reason.contains(moon)), "{reason}");
+    assert!(!reason.contains("Ganymede"), "{reason}");
 }
 
 /// Layouts of the session's modules; no maps.
