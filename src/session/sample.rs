@@ -10,7 +10,8 @@ use crate::render::plan::{
     TextureBinding, TextureSource, Vertices, map_format, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::draw::{Amounts, CloudAmounts, Light, Shape};
+use crate::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, Shape};
+use crate::scene::eclipse::AIR_LAYERS;
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
 use glam::{Mat4, Vec3, Vec4};
@@ -30,8 +31,39 @@ fn axis_ratios(key: &ShaderKey) -> Vec3 {
     if key.needs().shape == Shape::Sphere { Vec3::ONE } else { Vec3::new(1.0, 1.0, 0.95) }
 }
 
+/// Towards the Sun of the sample body.
+const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
+/// Centres across and along the light, and radii, of the bodies before the Sun: on the lit face, two of them meeting.
+const CASTERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
+
+/// A Sun of the size that the Earth sees, and the key's number of bodies before it, the first with air.
+fn eclipse(key: &ShaderKey) -> EclipseAmounts {
+    let (sun_distance, cot) = (23_455.0, 215.0);
+    let along = SUNWARD.normalize_or_zero();
+    let (x, y) = along.any_orthonormal_pair();
+    let casters = &CASTERS[..usize::from(key.needs().eclipse.casters).min(CASTERS.len())];
+    let [_, _, _, radius] = CASTERS[0];
+    // Bending and dimming fade upward, red last.
+    let fade = |k: usize| 1.0 - k as f32 / AIR_LAYERS as f32;
+    let edge = |k: usize| (radius * (1.1 - 0.1 * fade(k)), 0.02 * fade(k).powi(2));
+    let edges = (0..AIR_LAYERS).map(|k| {
+        let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
+        Vec4::new(r0, b0, r1, b1)
+    });
+    let disc = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
+    EclipseAmounts {
+        axis: along.extend(1.0 / sun_distance),
+        across: [x.extend(cot), y.extend(cot / sun_distance)],
+        limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc).extend(0.0)),
+        places: casters.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
+        shapes: casters.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
+        air_edges: edges.collect(),
+        air_passes: (0..AIR_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
+    }
+}
+
 fn amounts(key: &ShaderKey, half: f32) -> Amounts {
-    let suns = [Vec3::new(0.6, 0.5, 0.624_5), Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
+    let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
     let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.needs().lights));
     Amounts {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
@@ -49,6 +81,7 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
             Vec4::new(0.0, 0.0, 0.5, 1.0),
         ),
         albedo: Vec3::new(0.6, 0.5, 0.4),
+        eclipse: eclipse(key),
         lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize_or_zero(), irradiance: Vec3::splat(i) }).collect(),
         photometric_parameter: 0.1,
         limb_u1: Vec3::splat(0.4),

@@ -9,7 +9,7 @@ use crate::catalog::{Atmosphere, Body, Species};
 use glam::{DVec3, DVec4};
 
 /// Layers; the array's size in shaders/lib/draw.wgsl.
-const LAYERS: usize = 32;
+pub const LAYERS: usize = 32;
 /// Heights in a layer whose transmissions are averaged.
 const HEIGHTS: usize = 4;
 

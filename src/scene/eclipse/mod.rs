@@ -7,6 +7,7 @@
 
 mod air;
 mod amounts;
+pub use air::LAYERS as AIR_LAYERS;
 pub use amounts::EclipseAmounts;
 
 use super::draw::{CASTERS_AT_MOST, Eclipse, EclipseModel};
