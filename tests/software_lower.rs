@@ -3,9 +3,10 @@
 
 use orrery::render::software::exec::{Executor, Gradients, LaneMask, NoTextures, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
-use orrery::render::software::lower::{lower, lower_to_bytes, programs_from_bytes};
+use orrery::render::software::lower::{lower, lower_to_bytes, lower_with, programs_from_bytes};
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, LaneOutput, Program};
+use orrery::render::software::tape::{Instr, Op};
 
 const ALL: LaneMask = LaneMask::MAX;
 
@@ -511,4 +512,61 @@ fn a_program_with_an_index_out_of_range_is_refused() {
     program.slots = 2;
     assert!(Executor::<f32, 128>::new(&program).is_err());
     assert!(programs_from_bytes(&[1, 2, 3, 255]).is_err());
+}
+
+#[test]
+fn joined_operations_change_no_bit() {
+    let (module, info) = parse(include_str!("../benches/heavy/heavy.wgsl"));
+    let joined = lower(&module, &info, "fragment_main").expect("lowers");
+    let apart = lower_with(&module, &info, "fragment_main", false).expect("lowers");
+    let pairs = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::Pair { .. })).count();
+    assert!(pairs(&joined) > 20 && pairs(&apart) == 0, "{} pairs", pairs(&joined));
+    // A negation before a sum of products is part of it; nothing else is added or lost.
+    let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
+    for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
+        assert_eq!(count(&joined, op), count(&apart, op), "{op:?}");
+    }
+    let uniforms: Vec<u8> =
+        [0.6f32, 0.3, 0.741_62, 0.0, 9.0, 4.6, 11.3, 0.9, 0.01, 6.0, 13.0, 30.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    fn compare<R: Real>(joined: &Program, apart: &Program, uniforms: &[u8]) {
+        for class in KernelClass::available() {
+            let [a, b] = [joined, apart].map(|program| {
+                let mut executor = Executor::<R, 128>::with_class(program, class).expect("binds");
+                let prepared = program.prepare_for::<R>(uniforms, class);
+                let mut values = Vec::new();
+                // Rows across the disc, its atmosphere and the space beside it.
+                for row in 0..16 {
+                    for (k, input) in program.inputs.iter().enumerate() {
+                        for (i, v) in executor.input_mut(k).iter_mut().enumerate() {
+                            *v = R::from_f64(match input {
+                                LaneInput::Location { component: 0, .. } => (i as f64 - 63.5) / 58.0,
+                                LaneInput::Location { .. } => (f64::from(row) - 7.5) / 6.8,
+                                _ => 0.5,
+                            });
+                        }
+                    }
+                    executor.run(&prepared, ALL, &NoTextures);
+                    values.extend((0..program.outputs.len()).flat_map(|k| executor.output(k).map(|v| v.f64().to_bits())));
+                }
+                values
+            });
+            assert!(a == b, "{} {}", class.name(), std::any::type_name::<R>());
+            assert!(a.iter().any(|v| *v != a[0]), "a picture of one colour shows nothing");
+        }
+    }
+    compare::<f32>(&joined, &apart, &uniforms);
+    compare::<f64>(&joined, &apart, &uniforms);
+}
+
+#[test]
+fn a_pair_without_a_kernel_is_refused() {
+    let mut program = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(exp(p.x * p.y)); }");
+    let pair = program.lane_tape.iter_mut().find_map(|i| match i {
+        Instr::Pair { pair, .. } => Some(pair),
+        _ => None,
+    });
+    let pair = pair.expect("product and exp are joined");
+    assert_eq!((pair.first, pair.second, pair.at), (Op::Mul, Op::Exp, 0));
+    pair.second = Op::Ldexp;
+    assert!(Executor::<f32, 128>::new(&program).is_err());
 }

@@ -299,12 +299,12 @@ fn kernels_match<R: Real>() {
                 let all = kinds == [true; 3];
                 let run = match kernels::special::<R, N>(class, op, kinds) {
                     Some(k) => k,
-                    None if all => kernels::general::<R>(class, op),
+                    None if all => kernels::general::<R, N>(class, op),
                     None => continue,
                 };
                 let mut out = [R::ZERO; N];
                 // SAFETY: all arrays hold N lanes, `out` is apart from the operands, and the class is one that this machine has.
-                unsafe { run(out.as_mut_ptr(), a.as_ptr(), b.as_ptr(), c.as_ptr(), N) };
+                unsafe { run(&mut out, a.as_ptr(), b.as_ptr(), c.as_ptr(), a.as_ptr(), a.as_ptr()) };
                 for i in 0..N {
                     let pick = |v: &[R; N], k: usize| if kinds[k] { v[i] } else { v[0] };
                     let want = kernels::eval(op, class.fused(), pick(&a, 0), pick(&b, 1), pick(&c, 2));
@@ -313,6 +313,46 @@ fn kernels_match<R: Real>() {
             }
         }
     }
+}
+
+fn pairs_match<R: Real>() {
+    const N: usize = 64;
+    let pool = operands::<R>();
+    for class in KernelClass::available() {
+        for &(pair, kinds) in kernels::pairs::all() {
+            let bits = kernels::pairs::mask(kinds);
+            assert!(kernels::pairs::known(pair, kinds.len(), bits) && !kernels::pairs::known(pair, kinds.len() + 1, bits));
+            let run = kernels::paired::<R, N>(class, pair, bits).expect("a kernel for every listed pair");
+            let mut operands: [[R; N]; 5] =
+                [1, 5, 3, 7, 11].map(|step| std::array::from_fn(|i| pool[(i * step + i / 7 + step) % pool.len()]));
+            if pair.first == Op::Select {
+                operands[0] = std::array::from_fn(|i| R::from_mask(i % 3 == 0));
+            }
+            let mut out = [R::ZERO; N];
+            let [a, b, c, d, e] = operands.each_ref().map(|o| o.as_ptr());
+            // SAFETY: all arrays hold N lanes and the class is one that this machine has.
+            unsafe { run(&mut out, a, b, c, d, e) };
+            for i in 0..N {
+                let mut args = (0..kinds.len()).map(|k| if kinds.as_bytes()[k] == b'L' { operands[k][i] } else { operands[k][0] });
+                let mut first = [R::ZERO; 3];
+                first.iter_mut().zip(args.by_ref().take(pair.first.arity())).for_each(|(f, a)| *f = a);
+                let v = kernels::eval(pair.first, class.fused(), first[0], first[1], first[2]);
+                let mut second = [R::ZERO; 3];
+                for (k, s) in second.iter_mut().enumerate().take(pair.second.arity()) {
+                    *s = if k == usize::from(pair.at) { v } else { args.next().expect("as many operands as the two take") };
+                }
+                assert!(args.next().is_none(), "{pair:?} {kinds}: an operand too many");
+                let want = kernels::eval(pair.second, class.fused(), second[0], second[1], second[2]);
+                assert!(equal(out[i], want), "{} {pair:?} {kinds} lane {i}: {} instead of {}", class.name(), out[i].f64(), want.f64());
+            }
+        }
+    }
+}
+
+#[test]
+fn every_pair_computes_what_its_two_operations_do() {
+    pairs_match::<f32>();
+    pairs_match::<f64>();
 }
 
 #[test]

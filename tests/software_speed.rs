@@ -85,13 +85,13 @@ fn texture_filters() {
 fn kernels_of_one_batch() {
     for class in KernelClass::available() {
         for op in [Op::Mul, Op::Fma, Op::Div, Op::Exp, Op::Log2, Op::Pow, Op::Sin, Op::Atan2, Op::Floor] {
-            let run = kernels::general::<f32>(class, op);
+            let run = kernels::general::<f32, LANES>(class, op);
             let mut out = [0.0_f32; LANES];
             let lanes = |from: f32| std::array::from_fn::<f32, LANES, _>(|k| from + k as f32 / 128.0);
             let (a, b, c) = (lanes(0.01), lanes(0.4), lanes(0.2));
             // SAFETY: the class is available and all arrays hold LANES lanes.
             let ns = best_of(1000, |_| unsafe {
-                run(out.as_mut_ptr(), a.as_ptr(), b.as_ptr(), c.as_ptr(), LANES);
+                run(&mut out, a.as_ptr(), b.as_ptr(), c.as_ptr(), a.as_ptr(), a.as_ptr());
                 black_box(&out);
             });
             println!("{:8} {op:?}: {:6.2} ns a lane", class.name(), ns / LANES as f64);

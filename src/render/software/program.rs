@@ -97,10 +97,15 @@ impl Program {
     pub fn op_statistics(&self) -> Vec<(Op, usize)> {
         let mut counts: Vec<(Op, usize)> = Vec::new();
         for instr in &self.lane_tape {
-            if let Instr::Lane { op, .. } = instr {
-                match counts.iter_mut().find(|(o, _)| o == op) {
+            let ops = match instr {
+                Instr::Lane { op, .. } => [Some(*op), None],
+                Instr::Pair { pair, .. } => [Some(pair.first), Some(pair.second)],
+                _ => [None, None],
+            };
+            for op in ops.into_iter().flatten() {
+                match counts.iter_mut().find(|(o, _)| *o == op) {
                     Some((_, n)) => *n += 1,
-                    None => counts.push((*op, 1)),
+                    None => counts.push((op, 1)),
                 }
             }
         }

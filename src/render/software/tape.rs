@@ -20,7 +20,7 @@ macro_rules! ops {
             /// All operations, in declaration order.
             pub const ALL: &[Op] = &[$(Op::$name,)*];
             /// Number of operands, 1 to 3.
-            pub fn arity(self) -> usize { match self { $(Op::$name => $arity,)* } }
+            pub const fn arity(self) -> usize { match self { $(Op::$name => $arity,)* } }
         }
     };
 }
@@ -48,6 +48,14 @@ mod ops_list {
 }
 with_ops!(ops);
 
+/// Two operations in one instruction: operand `at` of the second is the first's result, which nothing else reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Pair {
+    pub first: Op,
+    pub second: Op,
+    pub at: u8,
+}
+
 /// What a uniform word holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WordKind {
@@ -72,6 +80,12 @@ pub enum Instr {
     /// dst slot = op(args), lane by lane; at least one argument is a slot, or `op` is Copy.
     Lane {
         op: Op,
+        dst: u16,
+        args: Vec<Operand>,
+    },
+    /// dst slot = both operations of a pair, lane by lane; the first's operands, then the rest of the second's. Only pairs that have a kernel.
+    Pair {
+        pair: Pair,
         dst: u16,
         args: Vec<Operand>,
     },
@@ -138,7 +152,7 @@ impl Instr {
     /// Everything read.
     pub(crate) fn operands(&self) -> Vec<Operand> {
         match self {
-            Self::Lane { args, .. } | Self::Scalar { args, .. } => args.clone(),
+            Self::Lane { args, .. } | Self::Pair { args, .. } | Self::Scalar { args, .. } => args.clone(),
             Self::LoadUniform { index, .. } => index.iter().copied().collect(),
             Self::GatherUniform { index, .. } => vec![*index],
             Self::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
@@ -151,7 +165,7 @@ impl Instr {
 
     pub(crate) fn written_slots(&self) -> Vec<u16> {
         match self {
-            Self::Lane { dst, .. } | Self::GatherUniform { dst, .. } => vec![*dst],
+            Self::Lane { dst, .. } | Self::Pair { dst, .. } | Self::GatherUniform { dst, .. } => vec![*dst],
             Self::Texture { dst, .. } => dst.to_vec(),
             _ => vec![],
         }

@@ -7,7 +7,7 @@
 use super::kernels::{self, KernelClass, KernelFn};
 use super::math::Real;
 use super::program::{Constant, LaneInput, LaneOutput, Program};
-use super::tape::{Instr, Operand, TextureOp, WordKind};
+use super::tape::{Instr, Op, Operand, TextureOp, WordKind};
 
 /// Lanes of a batch unless asked otherwise; 32 and 64 suit small primitives.
 pub const LANES: usize = 128;
@@ -99,21 +99,22 @@ fn uniform_word<R: Real>(words: &[u32], kind: WordKind, offset: u32, index: u32,
     }
 }
 
-fn scalar<R: Real>(instr: &Instr, fused: bool, registers: &mut [R], words: &[u32]) {
-    let read = |o: &Operand, registers: &[R]| match *o {
-        Operand::Reg(r) => registers[usize::from(r)],
+/// The register that a once-only instruction writes and what; `read` gives a register's value.
+fn scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
+    let read = |o: &Operand| match *o {
+        Operand::Reg(r) => read(usize::from(r)),
         Operand::Slot(_) => R::ZERO,
     };
     match instr {
         Instr::Scalar { op, dst, args } => {
-            let arg = |k: usize| args.get(k).map_or(R::ZERO, |o| read(o, registers));
-            registers[usize::from(*dst)] = kernels::eval(*op, fused, arg(0), arg(1), arg(2));
+            let arg = |k: usize| args.get(k).map_or(R::ZERO, read);
+            Some((usize::from(*dst), kernels::eval(*op, fused, arg(0), arg(1), arg(2))))
         }
         Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
-            let i = index.as_ref().map_or(0, |o| read(o, registers).int());
-            registers[usize::from(*dst)] = uniform_word(words, *kind, *offset, i, *stride, *count);
+            let i = index.as_ref().map_or(0, |o| read(o).int());
+            Some((usize::from(*dst), uniform_word(words, *kind, *offset, i, *stride, *count)))
         }
-        _ => {}
+        _ => None,
     }
 }
 
@@ -131,7 +132,9 @@ impl Program {
             *r = constant(*c);
         }
         for instr in &self.uniform_tape {
-            scalar(instr, class.fused(), &mut registers, &words);
+            if let Some((r, value)) = scalar(instr, class.fused(), &words, |r| registers[r]) {
+                registers[r] = value;
+            }
         }
         Prepared { registers, words }
     }
@@ -141,30 +144,79 @@ impl Program {
 #[derive(Clone)]
 struct Lane<R, const N: usize>([R; N]);
 
-/// A value's place as an element offset into the slots or the registers.
-#[derive(Clone, Copy)]
-enum Place {
-    Slot(u32),
-    Reg(u32),
+/// A kernel with the places of its lanes and operands, ready to be called: element offsets from the start of the arena.
+struct KernelStep<R, const N: usize> {
+    run: KernelFn<R, N>,
+    dst: u32,
+    args: [u32; 5],
 }
 
-enum Step<R> {
-    Kernel { run: KernelFn<R>, dst: u32, args: [Place; 3] },
-    Splat { slot: u32, register: u32 },
+/// Two steps in a cache line.
+const _: () = assert!(size_of::<KernelStep<f32, LANES>>() <= 32);
+
+/// The mask that a texture is read under.
+#[derive(Clone, Copy)]
+enum Mask {
+    Slot(u32),
+    Register(usize),
+}
+
+enum Step {
+    /// The kernels `from..to`, one after the other.
+    Kernels {
+        from: u32,
+        to: u32,
+    },
     Scalar(Instr),
-    Gather { dst: u32, kind: WordKind, offset: u32, index: u32, stride: u32, count: u32 },
-    Texture { what: TextureOp, texture: usize, dst: [u32; 4], args: [u32; 6], mask: Place },
-    TextureSize { dst: usize, texture: usize, axis: u8, level: usize },
-    SkipIfNone { slot: u32, target: u32 },
-    JumpIf { register: usize, when: bool, target: u32 },
-    Jump { target: u32 },
+    Gather {
+        dst: u32,
+        kind: WordKind,
+        offset: u32,
+        index: u32,
+        stride: u32,
+        count: u32,
+    },
+    Texture {
+        what: TextureOp,
+        texture: usize,
+        dst: [u32; 4],
+        args: [u32; 6],
+        mask: Mask,
+    },
+    TextureSize {
+        dst: usize,
+        texture: usize,
+        axis: u8,
+        level: usize,
+    },
+    SkipIfNone {
+        slot: u32,
+        target: u32,
+    },
+    JumpIf {
+        register: usize,
+        when: bool,
+        target: u32,
+    },
+    Jump {
+        target: u32,
+    },
+}
+
+/// A bound program: straight runs of kernels, and between them what decides where to go.
+struct Bound<R, const N: usize> {
+    steps: Vec<Step>,
+    kernels: Vec<KernelStep<R, N>>,
 }
 
 /// Runs one program in one class with `N` lanes a batch.
 pub struct Executor<R: Real, const N: usize = LANES> {
-    slots: Vec<Lane<R, N>>,
-    registers: Vec<R>,
-    steps: Vec<Step<R>>,
+    /// The program's slots, then [`SCRATCH`] slots, then the registers, packed: one allocation, so that a kernel's operands are offsets.
+    arena: Vec<Lane<R, N>>,
+    /// Row of the arena where the registers start.
+    first_register: usize,
+    register_count: usize,
+    bound: Bound<R, N>,
     inputs: Vec<LaneInput>,
     outputs: Vec<LaneOutput>,
     output_slots: Vec<u32>,
@@ -194,14 +246,29 @@ impl<R: Real, const N: usize> Executor<R, N> {
         if !KernelClass::available().contains(&class) {
             return Err(format!("this machine has no {} kernels", class.name()));
         }
-        let mut steps = Vec::with_capacity(program.lane_tape.len());
-        let mut starts = Vec::with_capacity(program.lane_tape.len() + 1);
-        for instr in &program.lane_tape {
-            starts.push(steps.len() as u32);
-            bind::<R, N>(instr, class, program.slots, &mut steps);
+        let first_register = (program.slots + SCRATCH) as usize;
+        let mut binder = Binder {
+            bound: Bound { steps: Vec::new(), kernels: Vec::with_capacity(program.lane_tape.len()) },
+            class,
+            scratch: program.slots,
+            registers_at: first_register * N,
+            open: false,
+        };
+        let mut targets = vec![false; program.lane_tape.len() + 1];
+        for target in program.lane_tape.iter().filter_map(Instr::target) {
+            targets[target as usize] = true;
         }
-        starts.push(steps.len() as u32);
-        for step in &mut steps {
+        let mut starts = Vec::with_capacity(program.lane_tape.len() + 1);
+        for (instr, entered) in program.lane_tape.iter().zip(&targets) {
+            // Who jumps here must not run what stands before.
+            binder.open &= !entered;
+            let step = binder.bound.steps.len() as u32;
+            starts.push(if binder.open { step - 1 } else { step });
+            binder.bind(instr)?;
+        }
+        let mut bound = binder.bound;
+        starts.push(bound.steps.len() as u32);
+        for step in &mut bound.steps {
             if let Step::SkipIfNone { target, .. } | Step::JumpIf { target, .. } | Step::Jump { target } = step {
                 *target = starts[*target as usize];
             }
@@ -211,9 +278,10 @@ impl<R: Real, const N: usize> Executor<R, N> {
             Operand::Reg(_) => Err("an output must be a lane value".to_owned()),
         };
         Ok(Self {
-            slots: vec![Lane([R::ZERO; N]); (program.slots + SCRATCH) as usize],
-            registers: vec![R::ZERO; program.registers as usize],
-            steps,
+            arena: vec![Lane([R::ZERO; N]); first_register + (program.registers as usize).div_ceil(N)],
+            first_register,
+            register_count: program.registers as usize,
+            bound,
             inputs: program.inputs.clone(),
             outputs: program.outputs.clone(),
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
@@ -235,7 +303,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
     /// The lanes of input `k`, to be written before every run (a run reuses their place).
     pub fn input_mut(&mut self, k: usize) -> &mut [R; N] {
         assert!(k < self.inputs.len(), "input {k} of {}", self.inputs.len());
-        &mut self.slots[k].0
+        &mut self.arena[k].0
     }
 
     /// Gives input `k` one value for all lanes.
@@ -245,23 +313,25 @@ impl<R: Real, const N: usize> Executor<R, N> {
 
     /// The lanes of output `k` after a run.
     pub fn output(&self, k: usize) -> &[R; N] {
-        &self.slots[self.output_slots[k] as usize].0
+        &self.arena[self.output_slots[k] as usize].0
     }
 
     /// Runs one batch and returns the active lanes that did not discard. When the program uses derivatives, `active` must hold the four
     /// lanes of every quad of which one is covered: the others are its helper lanes.
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         let active = if N < 128 { active & ((1 << (N % 128)) - 1) } else { active };
-        if active == 0 || prepared.registers.len() != self.registers.len() {
+        if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
         }
-        for (k, lanes) in self.slots[self.inputs.len()].0.chunks_exact_mut(32).enumerate() {
+        for (k, lanes) in self.arena[self.inputs.len()].0.chunks_exact_mut(32).enumerate() {
             let part = (active >> (32 * k)) as u32;
             for (lane, bit) in lanes.iter_mut().zip(&BITS) {
                 *lane = R::from_mask(part & bit != 0);
             }
         }
-        self.registers.copy_from_slice(&prepared.registers);
+        for (row, values) in self.arena[self.first_register..].iter_mut().zip(prepared.registers.chunks(N)) {
+            row.0[..values.len()].copy_from_slice(values);
+        }
         if !self.walk(prepared, textures) {
             return 0;
         }
@@ -270,7 +340,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
 
     fn mask(&self, slot: u32) -> LaneMask {
         let mut bits = 0u128;
-        for (k, four) in self.slots[slot as usize].0.chunks_exact(32).enumerate() {
+        for (k, four) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;
             for (lane, bit) in four.iter().zip(&BITS) {
                 part |= if lane.mask() { *bit } else { 0 };
@@ -282,48 +352,58 @@ impl<R: Real, const N: usize> Executor<R, N> {
 
     fn any(&self, slot: u32) -> bool {
         // Whole-array OR: the compiler makes it vector code, and the test leaves no chain of branches.
-        self.slots[slot as usize].0.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask()
+        self.arena[slot as usize].0.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask()
+    }
+
+    fn register(&self, r: usize) -> R {
+        self.arena[self.first_register + r / N].0[r % N]
+    }
+
+    fn set_register(&mut self, r: usize, value: R) {
+        self.arena[self.first_register + r / N].0[r % N] = value;
     }
 
     fn walk(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
-        let steps = std::mem::take(&mut self.steps);
-        let finished = self.walk_steps(&steps, prepared, textures);
-        self.steps = steps;
+        let bound = std::mem::replace(&mut self.bound, Bound { steps: Vec::new(), kernels: Vec::new() });
+        let finished = self.walk_steps(&bound, prepared, textures);
+        self.bound = bound;
         finished
     }
 
-    fn walk_steps(&mut self, steps: &[Step<R>], prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+    fn run_kernels(&mut self, kernels: &[KernelStep<R, N>]) {
+        let base = self.arena.as_mut_ptr().cast::<R>();
+        for k in kernels {
+            // SAFETY: Program::check has verified every index against the counts that the arena was made from, so each offset is that of a
+            // whole slot or of a register inside it; `dst` is a slot and no operand's slot, and scratch slots are written by broadcasts
+            // only, whose operand is a register, so nothing overlaps `dst`; the class of the kernel is available (with_class).
+            unsafe {
+                let operand = |i: usize| base.add(k.args[i] as usize).cast_const();
+                let dst = &mut *base.add(k.dst as usize).cast::<[R; N]>();
+                (k.run)(dst, operand(0), operand(1), operand(2), operand(3), operand(4));
+            }
+        }
+    }
+
+    fn walk_steps(&mut self, bound: &Bound<R, N>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut at = 0usize;
         let mut turns = 0u32;
-        while let Some(step) = steps.get(at) {
+        while let Some(step) = bound.steps.get(at) {
             at += 1;
             let target = match step {
-                Step::Kernel { run, dst, args } => {
-                    let base = self.slots.as_mut_ptr().cast::<R>();
-                    let registers = self.registers.as_ptr();
-                    // SAFETY: Program::check has verified every index against the counts that the buffers were made from, dst is no
-                    // operand's slot, scratch slots are only operands here, and the class of the kernel is available (with_class).
-                    unsafe {
-                        let place = |p: Place| match p {
-                            Place::Slot(s) => base.add(s as usize * N).cast_const(),
-                            Place::Reg(r) => registers.add(r as usize),
-                        };
-                        run(base.add(*dst as usize * N), place(args[0]), place(args[1]), place(args[2]), N);
-                    }
-                    continue;
-                }
-                Step::Splat { slot, register } => {
-                    self.slots[*slot as usize].0 = [self.registers[*register as usize]; N];
+                Step::Kernels { from, to } => {
+                    self.run_kernels(&bound.kernels[*from as usize..*to as usize]);
                     continue;
                 }
                 Step::Scalar(instr) => {
-                    scalar(instr, self.fused, &mut self.registers, &prepared.words);
+                    if let Some((r, value)) = scalar(instr, self.fused, &prepared.words, |r| self.register(r)) {
+                        self.set_register(r, value);
+                    }
                     continue;
                 }
                 Step::Gather { dst, kind, offset, index, stride, count } => {
                     for i in 0..N {
-                        let k = self.slots[*index as usize].0[i].int();
-                        self.slots[*dst as usize].0[i] = uniform_word(&prepared.words, *kind, *offset, k, *stride, *count);
+                        let k = self.arena[*index as usize].0[i].int();
+                        self.arena[*dst as usize].0[i] = uniform_word(&prepared.words, *kind, *offset, k, *stride, *count);
                     }
                     continue;
                 }
@@ -332,13 +412,13 @@ impl<R: Real, const N: usize> Executor<R, N> {
                     continue;
                 }
                 Step::TextureSize { dst, texture, axis, level } => {
-                    let level = self.registers[*level].int();
+                    let level = self.register(*level).int();
                     let size = if *axis > 1 { textures.levels(*texture) } else { textures.dimensions(*texture, level)[usize::from(*axis)] };
-                    self.registers[*dst] = R::from_int(size);
+                    self.set_register(*dst, R::from_int(size));
                     continue;
                 }
                 Step::SkipIfNone { slot, target } if !self.any(*slot) => *target,
-                Step::JumpIf { register, when, target } if self.registers[*register].mask() == *when => *target,
+                Step::JumpIf { register, when, target } if self.register(*register).mask() == *when => *target,
                 Step::Jump { target } => *target,
                 Step::SkipIfNone { .. } | Step::JumpIf { .. } => continue,
             } as usize;
@@ -353,15 +433,15 @@ impl<R: Real, const N: usize> Executor<R, N> {
         true
     }
 
-    fn texture(&mut self, what: TextureOp, texture: usize, dst: [u32; 4], args: [u32; 6], mask: Place, textures: &dyn TextureUnit<R>) {
+    fn texture(&mut self, what: TextureOp, texture: usize, dst: [u32; 4], args: [u32; 6], mask: Mask, textures: &dyn TextureUnit<R>) {
         let active = match mask {
-            Place::Slot(s) => self.mask(s),
-            Place::Reg(r) if self.registers[r as usize].mask() => LaneMask::MAX,
-            Place::Reg(_) => 0,
+            Mask::Slot(s) => self.mask(s),
+            Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
+            Mask::Register(_) => 0,
         };
         let mut out = [[R::ZERO; N]; 4];
         {
-            let arg = |k: usize| &self.slots[args[k] as usize].0[..];
+            let arg = |k: usize| &self.arena[args[k] as usize].0[..];
             let mut parts = out.each_mut().map(|o| &mut o[..]);
             let [r, g, b, a] = &mut parts;
             let out = [&mut **r, &mut **g, &mut **b, &mut **a];
@@ -375,75 +455,138 @@ impl<R: Real, const N: usize> Executor<R, N> {
             }
         }
         for (d, o) in dst.into_iter().zip(out) {
-            self.slots[d as usize].0 = o;
+            self.arena[d as usize].0 = o;
         }
     }
 }
 
-/// One instruction as bound steps; operands that a kernel cannot take as broadcast go through scratch slots after the program's own.
-fn bind<R: Real, const N: usize>(instr: &Instr, class: KernelClass, scratch: u32, steps: &mut Vec<Step<R>>) {
-    let mut used = 0;
-    let mut lanes = |o: &Operand, steps: &mut Vec<Step<R>>| match *o {
-        Operand::Slot(s) => u32::from(s),
-        Operand::Reg(r) => {
-            let slot = scratch + used;
-            used += 1;
-            steps.push(Step::Splat { slot, register: u32::from(r) });
-            slot
+/// Turns instructions into steps.
+struct Binder<R, const N: usize> {
+    bound: Bound<R, N>,
+    class: KernelClass,
+    /// First scratch slot.
+    scratch: u32,
+    /// Element offset of register 0.
+    registers_at: usize,
+    /// The last step is a run of kernels that may grow.
+    open: bool,
+}
+
+impl<R: Real, const N: usize> Binder<R, N> {
+    fn place(&self, o: &Operand) -> u32 {
+        let at = match *o {
+            Operand::Slot(s) => usize::from(s) * N,
+            Operand::Reg(r) => self.registers_at + usize::from(r),
+        };
+        at as u32
+    }
+
+    fn slot_place(slot: u32) -> u32 {
+        slot * N as u32
+    }
+
+    fn kernel(&mut self, run: KernelFn<R, N>, dst: u32, args: [u32; 5]) {
+        let to = self.bound.kernels.len() as u32 + 1;
+        self.bound.kernels.push(KernelStep { run, dst, args });
+        match self.bound.steps.last_mut() {
+            Some(Step::Kernels { to: end, .. }) if self.open => *end = to,
+            _ => self.bound.steps.push(Step::Kernels { from: to - 1, to }),
         }
-    };
-    let register = |o: &Operand| match *o {
-        Operand::Reg(r) => usize::from(r),
-        Operand::Slot(_) => 0,
-    };
-    match instr {
-        Instr::Lane { op, dst, args } => {
-            let place = |k: usize| match args.get(k).or(args.first()) {
-                Some(Operand::Slot(s)) => Place::Slot(u32::from(*s)),
-                Some(Operand::Reg(r)) => Place::Reg(u32::from(*r)),
-                None => Place::Slot(0),
-            };
-            let places = [place(0), place(1), place(2)];
-            let kinds = places.map(|p| matches!(p, Place::Slot(_)));
-            let dst = u32::from(*dst);
-            match kernels::special::<R, N>(class, *op, kinds) {
-                Some(run) => steps.push(Step::Kernel { run, dst, args: places }),
-                None => {
-                    let mut slots = [0u32; 3];
-                    for k in 0..3 {
-                        slots[k] = match args.get(k) {
-                            Some(o) => lanes(o, steps),
-                            None => slots[0],
-                        };
+        self.open = true;
+    }
+
+    fn step(&mut self, step: Step) {
+        self.bound.steps.push(step);
+        self.open = false;
+    }
+
+    /// The slot of an operand that must be lanes; one value for all lanes is spread over scratch slot `used`.
+    fn lanes(&mut self, o: &Operand, used: &mut u32) -> Result<u32, String> {
+        if let Operand::Slot(s) = *o {
+            return Ok(u32::from(s));
+        }
+        let slot = self.scratch + *used;
+        *used += 1;
+        if *used > SCRATCH {
+            return Err(format!("more than {SCRATCH} operands"));
+        }
+        let from = self.place(o);
+        match kernels::special::<R, N>(self.class, Op::Copy, [false; 3]) {
+            Some(spread) => self.kernel(spread, Self::slot_place(slot), [from; 5]),
+            None => unreachable!("one value is spread by its own kernel"),
+        }
+        Ok(slot)
+    }
+
+    /// Operands that a kernel cannot take as broadcast go through scratch slots after the program's own.
+    fn bind(&mut self, instr: &Instr) -> Result<(), String> {
+        let mut used = 0;
+        let register = |o: &Operand| match *o {
+            Operand::Reg(r) => usize::from(r),
+            Operand::Slot(_) => 0,
+        };
+        let is_lanes = |o: &Operand| matches!(o, Operand::Slot(_));
+        match instr {
+            Instr::Lane { op, dst, args } => {
+                let first = args.first().ok_or("an operation without operands")?;
+                let operand = |k: usize| args.get(k).unwrap_or(first);
+                let dst = Self::slot_place(u32::from(*dst));
+                match kernels::special::<R, N>(self.class, *op, [0, 1, 2].map(|k| is_lanes(operand(k)))) {
+                    Some(run) => self.kernel(run, dst, [0, 1, 2, 0, 0].map(|k| self.place(operand(k)))),
+                    None => {
+                        let mut places = [0; 5];
+                        places[0] = Self::slot_place(self.lanes(first, &mut used)?);
+                        for k in 1..5 {
+                            places[k] = match args.get(k) {
+                                Some(o) if k < 3 => Self::slot_place(self.lanes(o, &mut used)?),
+                                _ => places[0],
+                            };
+                        }
+                        self.kernel(kernels::general::<R, N>(self.class, *op), dst, places);
                     }
-                    steps.push(Step::Kernel { run: kernels::general::<R>(class, *op), dst, args: slots.map(Place::Slot) });
                 }
             }
-        }
-        Instr::Scalar { .. } | Instr::LoadUniform { .. } => steps.push(Step::Scalar(instr.clone())),
-        Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
-            let index = lanes(index, steps);
-            steps.push(Step::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
-        }
-        Instr::Texture { what, texture, dst, args, mask } => {
-            let mut slots = [0u32; 6];
-            for (s, o) in slots.iter_mut().zip(args) {
-                *s = lanes(o, steps);
+            Instr::Pair { pair, dst, args } => {
+                let kinds = args.iter().take(5).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
+                let run =
+                    kernels::pairs::known(*pair, args.len(), kinds).then(|| kernels::paired::<R, N>(self.class, *pair, kinds)).flatten();
+                let run = run.ok_or_else(|| format!("no kernel for {pair:?} with these operands"))?;
+                let places = [0, 1, 2, 3, 4].map(|k| self.place(args.get(k).unwrap_or(&args[0])));
+                self.kernel(run, Self::slot_place(u32::from(*dst)), places);
             }
-            let mask = match *mask {
-                Operand::Slot(s) => Place::Slot(u32::from(s)),
-                Operand::Reg(r) => Place::Reg(u32::from(r)),
-            };
-            steps.push(Step::Texture { what: *what, texture: usize::from(*texture), dst: dst.map(u32::from), args: slots, mask });
+            Instr::Scalar { .. } | Instr::LoadUniform { .. } => self.step(Step::Scalar(instr.clone())),
+            Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
+                let index = self.lanes(index, &mut used)?;
+                self.step(Step::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
+            }
+            Instr::Texture { what, texture, dst, args, mask } => {
+                let mut slots = [0u32; 6];
+                for (s, o) in slots.iter_mut().zip(args) {
+                    *s = self.lanes(o, &mut used)?;
+                }
+                let mask = match mask {
+                    Operand::Slot(s) => Mask::Slot(u32::from(*s)),
+                    Operand::Reg(r) => Mask::Register(usize::from(*r)),
+                };
+                self.step(Step::Texture { what: *what, texture: usize::from(*texture), dst: dst.map(u32::from), args: slots, mask });
+            }
+            Instr::TextureSize { dst, texture, axis, level } => {
+                self.step(Step::TextureSize {
+                    dst: usize::from(*dst),
+                    texture: usize::from(*texture),
+                    axis: *axis,
+                    level: register(level),
+                });
+            }
+            Instr::SkipIfNone { mask, target } => {
+                let slot = self.lanes(mask, &mut used)?;
+                self.step(Step::SkipIfNone { slot, target: *target });
+            }
+            Instr::JumpIf { cond, when, target } => {
+                self.step(Step::JumpIf { register: register(cond), when: *when, target: *target });
+            }
+            Instr::Jump { target } => self.step(Step::Jump { target: *target }),
         }
-        Instr::TextureSize { dst, texture, axis, level } => {
-            steps.push(Step::TextureSize { dst: usize::from(*dst), texture: usize::from(*texture), axis: *axis, level: register(level) })
-        }
-        Instr::SkipIfNone { mask, target } => {
-            let slot = lanes(mask, steps);
-            steps.push(Step::SkipIfNone { slot, target: *target });
-        }
-        Instr::JumpIf { cond, when, target } => steps.push(Step::JumpIf { register: register(cond), when: *when, target: *target }),
-        Instr::Jump { target } => steps.push(Step::Jump { target: *target }),
+        Ok(())
     }
 }

@@ -2,19 +2,22 @@
 //!
 //! In: pointers to lanes or to one broadcast value. Out: `N` lanes written. Frequent operations have one kernel per combination of
 //! operand kinds with the lane count known at compile time; the rest take lane operands only and run in pieces of [`CHUNK`] lanes.
+//! [`pairs`] computes two operations in one.
 
 mod ops;
+pub mod pairs;
 
 use super::math::Real;
-use super::tape::{Op, with_ops};
+use super::tape::{Op, Pair, with_ops};
 pub use ops::Eval;
 use std::sync::OnceLock;
 
 /// Lanes of one piece of the less frequent kernels; every lane count is a multiple of it.
 pub const CHUNK: usize = 32;
 
-/// dst, three operands (lane arrays or single values as the table was asked), number of lanes.
-pub type KernelFn<R> = unsafe fn(*mut R, *const R, *const R, *const R, usize);
+/// The lanes that are written, then five operands (lane arrays or single values as the table was asked). Operands that an operation does not
+/// use must still be valid for one read. That nothing overlaps the written lanes is in the type, which spares every kernel the test.
+pub type KernelFn<R, const N: usize> = unsafe fn(&mut [R; N], *const R, *const R, *const R, *const R, *const R);
 
 /// Which instruction set the kernels use. Classes that fuse multiply and add give the same bits, and so do those that do not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -95,17 +98,16 @@ pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
 }
 
 /// # Safety
-/// `dst` is valid for `N` writes and disjoint from the operands, which are valid for `N` reads, or one where their flag is false.
+/// The operands are valid for `N` reads, or one where their flag is false, and do not overlap `dst`.
 #[inline(always)]
 unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, const C: bool, const F: bool>(
-    dst: *mut R,
+    dst: &mut [R; N],
     a: *const R,
     b: *const R,
     c: *const R,
 ) {
-    // SAFETY: the caller vouches for validity and disjointness.
+    // SAFETY: the caller vouches for validity.
     unsafe {
-        let dst = &mut *dst.cast::<[R; N]>();
         let (a0, b0, c0) = (*a, *b, *c);
         for (i, d) in dst.iter_mut().enumerate() {
             let x = if A { *a.add(i) } else { a0 };
@@ -118,11 +120,11 @@ unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, 
 
 /// Difference of neighbours in each 2x2 quad: along x (`STEP` 1) or y (`STEP` 2).
 /// # Safety
-/// `dst` is valid for `n` writes and disjoint from `a`, which is valid for `n` reads; `n` is a multiple of 4.
+/// `a` is valid for `N` reads and does not overlap `dst`; `N` is a multiple of 4.
 #[inline(always)]
-unsafe fn quad_difference<R: Real, const STEP: usize>(dst: *mut R, a: *const R, n: usize) {
+unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut [R; N], a: *const R) {
     // SAFETY: the caller vouches for validity and disjointness.
-    let (dst, a) = unsafe { (std::slice::from_raw_parts_mut(dst, n), std::slice::from_raw_parts(a, n)) };
+    let a = unsafe { std::slice::from_raw_parts(a, N) };
     for (d, s) in dst.chunks_exact_mut(4).zip(a.chunks_exact(4)) {
         if STEP == 1 {
             let (top, bottom) = (s[1] - s[0], s[3] - s[2]);
@@ -144,43 +146,60 @@ macro_rules! class {
             /// As [`lanes`]; the instruction set of this class is available.
             $(#[$feature])*
             unsafe fn fixed<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, const C: bool>(
-                dst: *mut R, a: *const R, b: *const R, c: *const R, _n: usize,
+                dst: &mut [R; N], a: *const R, b: *const R, c: *const R, _d: *const R, _e: *const R,
             ) {
                 // SAFETY: passed on to the caller.
                 unsafe { lanes::<O, R, N, A, B, C, $fused>(dst, a, b, c) }
             }
 
             /// # Safety
-            /// As [`lanes`] with all operands lane arrays of `n` lanes, a multiple of [`CHUNK`]; the instruction set is available.
+            /// As [`pairs::lanes`]; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn pieces<O: Eval, R: Real>(dst: *mut R, a: *const R, b: *const R, c: *const R, n: usize) {
-                for k in (0..n).step_by(CHUNK) {
-                    // SAFETY: each piece lies inside the n lanes.
-                    unsafe { lanes::<O, R, CHUNK, true, true, true, $fused>(dst.add(k), a.add(k), b.add(k), c.add(k)) }
+            unsafe fn pair<A: Eval, B: Eval, R: Real, const N: usize, const TAKES: usize, const AT: usize, const KINDS: u8>(
+                dst: &mut [R; N], a: *const R, b: *const R, c: *const R, d: *const R, e: *const R,
+            ) {
+                // SAFETY: passed on to the caller.
+                unsafe { pairs::lanes::<A, B, R, N, TAKES, AT, KINDS, $fused>(dst, [a, b, c, d, e]) }
+            }
+
+            /// # Safety
+            /// As [`lanes`] with all operands lane arrays; the instruction set is available.
+            $(#[$feature])*
+            unsafe fn pieces<O: Eval, R: Real, const N: usize>(
+                dst: &mut [R; N], a: *const R, b: *const R, c: *const R, _d: *const R, _e: *const R,
+            ) {
+                for (k, piece) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
+                    let k = k * CHUNK;
+                    // SAFETY: each piece lies inside the N lanes.
+                    unsafe { lanes::<O, R, CHUNK, true, true, true, $fused>(piece, a.add(k), b.add(k), c.add(k)) }
                 }
             }
 
             /// # Safety
             /// As [`quad_difference`]; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdx<R: Real>(dst: *mut R, a: *const R, _b: *const R, _c: *const R, n: usize) {
+            unsafe fn dpdx<R: Real, const N: usize>(
+                dst: &mut [R; N], a: *const R, _b: *const R, _c: *const R, _d: *const R, _e: *const R,
+            ) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, 1>(dst, a, n) }
+                unsafe { quad_difference::<R, N, 1>(dst, a) }
             }
 
             /// # Safety
             /// As [`quad_difference`]; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdy<R: Real>(dst: *mut R, a: *const R, _b: *const R, _c: *const R, n: usize) {
+            unsafe fn dpdy<R: Real, const N: usize>(
+                dst: &mut [R; N], a: *const R, _b: *const R, _c: *const R, _d: *const R, _e: *const R,
+            ) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, 2>(dst, a, n) }
+                unsafe { quad_difference::<R, N, 2>(dst, a) }
             }
 
-            fn unary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
+            fn unary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
                 kinds[0].then_some(fixed::<O, R, N, true, false, false>)
             }
 
-            fn binary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
+            fn binary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
                 Some(match kinds {
                     [true, true, _] => fixed::<O, R, N, true, true, false>,
                     [true, false, _] => fixed::<O, R, N, true, false, false>,
@@ -189,7 +208,7 @@ macro_rules! class {
                 })
             }
 
-            fn ternary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
+            fn ternary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
                 Some(match kinds {
                     [true, true, true] => fixed::<O, R, N, true, true, true>,
                     [true, true, false] => fixed::<O, R, N, true, true, false>,
@@ -203,7 +222,7 @@ macro_rules! class {
             }
 
             /// The kernel that takes operands of these kinds as they are (true = lanes), if there is one.
-            pub fn special<R: Real, const N: usize>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
+            pub fn special<R: Real, const N: usize>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
                 match op {
                     Op::Copy if kinds[0] => Some(fixed::<ops::Copy, R, N, true, false, false>),
                     Op::Copy => Some(fixed::<ops::Copy, R, N, false, false, false>),
@@ -238,6 +257,7 @@ macro_rules! class {
             }
 
             with_ops!(general_table);
+            pairs::with_pairs!(pair_table);
         }
     };
 }
@@ -245,13 +265,27 @@ macro_rules! class {
 macro_rules! general_table {
     ($($name:ident $arity:literal,)*) => {
         /// The kernel that takes lane operands of any count.
-        pub fn general<R: Real>(op: Op) -> KernelFn<R> {
+        pub fn general<R: Real, const N: usize>(op: Op) -> KernelFn<R, N> {
             match op {
-                Op::Dpdx => dpdx::<R>,
-                Op::Dpdy => dpdy::<R>,
+                Op::Dpdx => dpdx::<R, N>,
+                Op::Dpdy => dpdy::<R, N>,
                 $(#[allow(unreachable_patterns)]
-                Op::$name => pieces::<ops::$name, R>,)*
+                Op::$name => pieces::<ops::$name, R, N>,)*
             }
+        }
+    };
+}
+
+macro_rules! pair_table {
+    ($($first:ident $second:ident $at:literal [$($kinds:literal)*],)*) => {
+        /// The kernel of a pair for operands of these kinds ([`pairs::mask`]), if there is one.
+        pub fn paired<R: Real, const N: usize>(pair: Pair, kinds: u8) -> Option<KernelFn<R, N>> {
+            $($(
+                if pair == (Pair { first: Op::$first, second: Op::$second, at: $at }) && kinds == const { pairs::mask($kinds) } {
+                    return Some(self::pair::<ops::$first, ops::$second, R, N, { Op::$first.arity() }, $at, { pairs::mask($kinds) }>);
+                }
+            )*)*
+            None
         }
     };
 }
@@ -266,7 +300,7 @@ class!(neon, true, #[target_feature(enable = "neon")]);
 
 /// The kernel for operands of these kinds (true = lanes); None when every operand must be lanes, which [`general`] takes.
 /// The class must be one of [`KernelClass::available`] where the kernel is called.
-pub fn special<R: Real, const N: usize>(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
+pub fn special<R: Real, const N: usize>(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
     match class {
         #[cfg(target_arch = "x86_64")]
         KernelClass::Avx512 => avx512::special::<R, N>(op, kinds),
@@ -279,14 +313,27 @@ pub fn special<R: Real, const N: usize>(class: KernelClass, op: Op, kinds: [bool
 }
 
 /// The kernel that takes lane operands.
-pub fn general<R: Real>(class: KernelClass, op: Op) -> KernelFn<R> {
+pub fn general<R: Real, const N: usize>(class: KernelClass, op: Op) -> KernelFn<R, N> {
     match class {
         #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx512 => avx512::general::<R>(op),
+        KernelClass::Avx512 => avx512::general::<R, N>(op),
         #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx2Fma => avx2::general::<R>(op),
+        KernelClass::Avx2Fma => avx2::general::<R, N>(op),
         #[cfg(target_arch = "aarch64")]
-        KernelClass::Neon => neon::general::<R>(op),
-        _ => plain::general::<R>(op),
+        KernelClass::Neon => neon::general::<R, N>(op),
+        _ => plain::general::<R, N>(op),
+    }
+}
+
+/// The kernel of a pair for operands of these kinds; None when [`pairs::known`] says no. The class must be available where it is called.
+pub fn paired<R: Real, const N: usize>(class: KernelClass, pair: Pair, kinds: u8) -> Option<KernelFn<R, N>> {
+    match class {
+        #[cfg(target_arch = "x86_64")]
+        KernelClass::Avx512 => avx512::paired::<R, N>(pair, kinds),
+        #[cfg(target_arch = "x86_64")]
+        KernelClass::Avx2Fma => avx2::paired::<R, N>(pair, kinds),
+        #[cfg(target_arch = "aarch64")]
+        KernelClass::Neon => neon::paired::<R, N>(pair, kinds),
+        _ => plain::paired::<R, N>(pair, kinds),
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
-use crate::render::software::tape::{Op, TextureOp, WordKind};
+use crate::render::software::tape::{Op, Pair, TextureOp, WordKind};
 use std::collections::HashMap;
 
 /// A scalar value during lowering.
@@ -28,6 +28,12 @@ pub enum Step {
     Op {
         dst: Val,
         op: Op,
+        args: Vec<Val>,
+    },
+    /// Two operations as one instruction; made last, by [`super::finish`].
+    Pair {
+        dst: Val,
+        pair: Pair,
         args: Vec<Val>,
     },
     /// A loop variable takes its next value: the one step that writes a value twice.

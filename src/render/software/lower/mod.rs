@@ -51,6 +51,14 @@ type Result<T> = std::result::Result<T, LowerError>;
 /// # Errors
 /// The first thing that the software renderer does not support, with its place.
 pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Program> {
+    lower_with(module, info, entry, true)
+}
+
+/// The same with (`pairs`) or without operations that are joined two by two; both give the same bits.
+///
+/// # Errors
+/// As [`lower`].
+pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, pairs: bool) -> Result<Program> {
     let found = module.entry_points.iter().position(|e| e.name == entry);
     let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let point = &module.entry_points[index];
@@ -88,7 +96,7 @@ pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Pr
         }
     }
     let constants = b.constants.clone();
-    let finished = finish::finish(b, &interface.values, &outputs)?;
+    let finished = finish::finish(b, &interface.values, &outputs, pairs)?;
     let mut operands = finished.outputs;
     let discarded = if killed.is_some() { operands.pop() } else { None };
     let uses_derivatives =

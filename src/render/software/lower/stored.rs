@@ -14,6 +14,7 @@ const LOWERING_SOURCES: &[&[u8]] = &[
     include_bytes!("functions.rs"),
     include_bytes!("place.rs"),
     include_bytes!("../kernels/ops.rs"),
+    include_bytes!("../kernels/pairs.rs"),
     include_bytes!("../math/mod.rs"),
     include_bytes!("../math/double.rs"),
 ];
