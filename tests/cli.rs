@@ -18,7 +18,7 @@ const ECLIPSE: &str = "2024-04-08T18:17:16Z";
 
 #[test]
 fn every_verb_has_help_and_an_example() {
-    for verb in ["view", "render", "explain", "shader", "library", "ephemeris", "probe", "bench", "doctor"] {
+    for verb in ["view", "render", "explain", "shader", "library", "ephemeris", "probe", "compare", "bench", "doctor"] {
         let out = orrery(&[verb, "--help"]);
         let text = String::from_utf8_lossy(&out.stdout).to_lowercase();
         assert!(out.status.success() && text.contains("usage"), "{verb}");
@@ -104,4 +104,34 @@ fn json_answers_have_their_fields() {
 fn a_mesh_is_not_timed_and_says_so() {
     let out = orrery(&["shader", "cost", "lambert.sun1.mesh"]);
     assert!(String::from_utf8_lossy(&out.stdout).contains("not timed"));
+}
+
+#[test]
+fn compare_measures_tells_and_refuses() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
+    let save = |name: &str, width: u32, level: u8| {
+        image::RgbImage::from_fn(width, 10, |x, y| image::Rgb([if x + y == 0 { level } else { 40 }; 3])).save(path(name)).expect("saved");
+    };
+    save("a.png", 10, 40);
+    save("b.png", 10, 60);
+    save("wide.png", 11, 40);
+    let d = json(&["compare", &path("a.png"), &path("b.png"), "-o", &path("d.png"), "--json"]);
+    // One pixel of 100 differs, by 20.
+    assert!((d["mean"].as_f64().expect("mean") - 0.2).abs() < 1e-12 && d["max"] == 20 && d["p999"] == 20 && d["pixels"] == 100, "{d}");
+    assert!((d["psnr_db"].as_f64().expect("psnr") - 10.0 * (255.0_f64 * 255.0 / 4.0).log10()).abs() < 1e-9, "{d}");
+    let shown = image::open(path("d.png")).expect("a picture").into_rgb8();
+    assert!(shown.get_pixel(0, 0).0 == [255; 3] && shown.get_pixel(5, 5).0 == [0; 3]);
+    let status = |words: &[&str]| orrery(&[&["compare"], words].concat());
+    assert_eq!(status(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
+    for (words, about) in [
+        (&[&*path("a.png"), &*path("b.png"), "--tolerance", "19"][..], "20 levels"),
+        (&[&path("a.png"), &path("wide.png")], "10x10 and 11x10"),
+        (&[&path("a.png"), &path("none.png")], "none.png"),
+        (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
+    ] {
+        let out = status(words);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains(about), "{words:?}: {said}");
+    }
 }

@@ -141,6 +141,40 @@ fn a_path_below_a_file_only_warns() {
 }
 
 #[test]
+fn missing_folders_are_made_at_the_first_write() {
+    let dir = tempfile::tempdir().expect("temp");
+    let nested = dir.path().join("not/there/yet");
+    let (library, heard) = open(&nested);
+    for id in ids() {
+        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+    }
+    assert_eq!((library.status().entries, library.verify().whole), (ids().len() as u64, ids().len() as u64));
+    assert!(heard.lines().is_empty() && nested.is_dir(), "{:?}", heard.lines());
+}
+
+/// A folder that may be read but not written into; the superuser may write anywhere, so for him there is nothing to test.
+#[cfg(unix)]
+#[test]
+fn a_read_only_folder_only_warns() {
+    use std::os::unix::fs::PermissionsExt;
+    let dir = tempfile::tempdir().expect("temp");
+    let allow = |mode| std::fs::set_permissions(dir.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
+    allow(0o555);
+    if std::fs::write(dir.path().join("probe"), "x").is_ok() {
+        println!("skipped: this user writes into read-only folders (root?)");
+        return;
+    }
+    let (library, heard) = open(dir.path());
+    for id in ids() {
+        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+    }
+    let lines = heard.lines();
+    assert!(lines.len() == 1 && lines[0].contains("cannot be written"), "{lines:?}");
+    assert_eq!((library.statistics().written, library.status().entries), (0, 0));
+    allow(0o755);
+}
+
+#[test]
 fn an_entry_that_is_a_folder_only_warns() {
     let dir = tempfile::tempdir().expect("temp");
     let (library, heard) = open(dir.path());

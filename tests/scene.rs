@@ -20,32 +20,91 @@ fn apart_deg(a: f64, b: f64) -> f64 {
     (a - b + 540.0).rem_euclid(360.0) - 180.0
 }
 
-/// (time jd_tdb, body, sub-Earth east longitude and latitude, sub-solar east longitude and latitude): tests/data README, rotation.
-const FACES: [(f64, i32, [f64; 4]); 3] = [
-    (2_452_640.75, 499, [187.900_678_7, 13.624_199_0, 159.790_726_7, 22.379_783_4]),
-    (2_452_640.75, 599, [166.328_275_6, 0.022_318_1, 160.007_862_6, 0.365_269_2]),
-    (2_452_640.75, 699, [186.945_287_1, -26.659_708_6, 188.871_738_7, -26.704_465_9]),
-];
+fn reference() -> serde_json::Value {
+    serde_json::from_str(include_str!("data/rotation_public.json")).expect("the table is JSON")
+}
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// Degrees that a sub-point may be off.
+const FACE_DEG: f64 = 0.01;
 
 #[test]
 fn bodies_show_the_face_that_the_light_left() {
     let (catalog, ephemeris) = sky();
-    for (jd_tdb, id, reference) in FACES {
-        let mut request = ViewRequest::of(NaifId(id), Instant::from_jd_tdb(jd_tdb));
-        request.position = Position::Centre(NaifId::EARTH);
-        let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
-        let body = scene.body(NaifId(id)).expect("in the catalog");
-        let solar = body.sub_solar.expect("lit by the Sun");
-        let ours = [body.sub_viewer.longitude_deg, body.sub_viewer.latitude_deg, solar.longitude_deg, solar.latitude_deg];
-        for (ours, reference) in ours.iter().zip(reference) {
-            assert!(apart_deg(*ours, reference).abs() < 0.01, "{id}: {ours} deg against {reference}");
+    let mut count = 0;
+    for date in reference()["sub_points_dates"].as_array().expect("dates") {
+        for (name, id) in [("mars", 499), ("jupiter", 599), ("saturn", 699), ("moon", 301)] {
+            let given = &date["bodies"][name]["light_time"];
+            let field = |name: &str| number(&given[name]);
+            let of_viewer = [field("sub_earth_lon_east_deg"), field("sub_earth_lat_centric_deg")];
+            let of_sun = [field("sub_solar_lon_east_deg"), field("sub_solar_lat_centric_deg")];
+            let mut request = ViewRequest::of(NaifId(id), Instant::from_jd_tdb(number(&date["jd_tdb"])));
+            request.position = Position::Centre(NaifId::EARTH);
+            let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+            let body = scene.body(NaifId(id)).expect("in the catalog");
+            let solar = body.sub_solar.expect("lit by the Sun");
+            for (ours, reference) in [(body.sub_viewer, of_viewer), (solar, of_sun)] {
+                let off = apart_deg(ours.longitude_deg, reference[0]).abs().max((ours.latitude_deg - reference[1]).abs());
+                assert!(off < FACE_DEG, "{name} {}: {ours:?} against {reference:?}", date["label"]);
+                // The two points are not one another's: a mix-up would fail.
+                let other = if reference == of_sun { of_viewer } else { of_sun };
+                assert!(apart_deg(ours.longitude_deg, other[0]).abs() > FACE_DEG, "{name} {}", date["label"]);
+            }
+            // The pixel in the middle shows the sub-Earth point, aberration or not.
+            let centre = glam::DVec2::new(512.0, 512.0);
+            let hit = scene.camera.surface_under_pixel(&body.placement, centre).expect("the body fills the middle");
+            let face = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
+            assert!(apart_deg(face.longitude_deg, of_viewer[0]).abs() < 0.3, "{name}: the middle of the picture is at {face:?}");
+            count += 1;
         }
-        // The pixel in the middle shows the sub-Earth point, aberration or not.
-        let centre = glam::DVec2::new(512.0, 512.0);
-        let hit = scene.camera.surface_under_pixel(&body.placement, centre).expect("the body fills the middle");
-        let face = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
-        assert!(apart_deg(face.longitude_deg, reference[0]).abs() < 0.3, "{id}: the middle of the picture is at {face:?}");
     }
+    assert_eq!(count, 24);
+}
+
+/// The Earth's points under the Sun and under the Moon, from ERFA's matrices and positions of our own, which other tests hold to DE440.
+#[test]
+fn the_earth_shows_the_face_of_its_true_rotation() {
+    use glam::{DMat3, DVec3};
+    /// Degrees that the Earth turns in a second.
+    const TURN_DEG_S: f64 = 360.985_647 / 86_400.0;
+    let (catalog, ephemeris) = sky();
+    let mut count = 0;
+    for epoch in reference()["epochs"].as_array().expect("epochs") {
+        let Some(earth) = epoch.get("earth_erfa") else { continue };
+        let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
+        let rows = earth["gcrs_to_itrs_no_polar_motion"].as_array().expect("rows");
+        let row = |i: usize| DVec3::from_array([0, 1, 2].map(|k| number(&rows[i][k])));
+        let itrs_from_gcrs = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+        // The table assumes a Delta T of its own: the Earth turns by the difference.
+        let late_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
+        let mut request = ViewRequest::of(NaifId::EARTH, t);
+        request.position = Position::Centre(NaifId::MOON);
+        let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+        let body = scene.body(NaifId::EARTH).expect("the Earth");
+        let light_s = body.distance_km / 299_792.458;
+        // What is seen left the Earth a light time ago; the Sun's light that it met then had left the Sun before.
+        let at = |id: NaifId, seconds: f64| {
+            ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t.plus_seconds(seconds), None).expect("a state").state.pos_km
+        };
+        let from_earth = at(NaifId::EARTH, -light_s);
+        let sun_light_s = (at(NaifId::SUN, -light_s) - from_earth).length() / 299_792.458;
+        let to_sun = at(NaifId::SUN, -light_s - sun_light_s) - from_earth;
+        let to_moon = at(NaifId::MOON, 0.0) - from_earth;
+        for (name, ours, direction) in [("viewer", body.sub_viewer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
+            let v = itrs_from_gcrs * direction;
+            let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + late_s) * TURN_DEG_S;
+            let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
+            let off = apart_deg(ours.longitude_deg, longitude_deg).abs().max((ours.latitude_deg - latitude_deg).abs());
+            assert!(off < FACE_DEG, "{} {name}: {ours:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
+            // Four seconds of rotation would show.
+            assert!(apart_deg(ours.longitude_deg, longitude_deg + 4.0 * TURN_DEG_S).abs() > FACE_DEG);
+        }
+        count += 1;
+    }
+    assert!(count >= 3, "{count}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `orrery bench`: milliseconds per frame of the standard scenes, by stage, as JSON.
 
 use super::view_words::size;
-use super::{CliError, Common, RendererChoice};
+use super::{CliError, Common};
 use crate::session::{Session, Stage, standard_scenes};
 use std::time::Instant as Moment;
 
@@ -30,9 +30,7 @@ pub struct BenchArgs {
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
-    if common.renderer == RendererChoice::Gpu {
-        return Err(CliError("this build has no GPU renderer yet: leave --renderer out, or say --renderer software".into()));
-    }
+    common.drawing_renderer()?;
     let (width, height) = size(&args.size)?;
     let frames = args.frames.max(1);
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;

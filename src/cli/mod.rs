@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 mod bench;
+mod compare;
 mod doctor;
 mod ephemeris;
 mod explain;
@@ -47,6 +48,8 @@ enum Verb {
     Ephemeris(ephemeris::EphemerisArgs),
     /// Questions that the emitted shaders answer themselves
     Probe(probe::ProbeArgs),
+    /// How far two pictures are from each other
+    Compare(compare::CompareArgs),
     /// Milliseconds per frame of the standard scenes, by stage
     Bench(bench::BenchArgs),
     /// What is there, what is missing, what to do
@@ -121,6 +124,16 @@ impl Quality {
 }
 
 impl Common {
+    /// Refuses the renderer that this build has not: every verb that draws asks first.
+    pub fn drawing_renderer(&self) -> Result<(), CliError> {
+        match self.renderer {
+            RendererChoice::Auto | RendererChoice::Software => Ok(()),
+            RendererChoice::Gpu => {
+                Err(CliError("this build has no GPU renderer yet: leave --renderer out, or say --renderer software".into()))
+            }
+        }
+    }
+
     /// The files and folders that the user named.
     pub fn sources(&self) -> Sources {
         Sources {
@@ -159,6 +172,7 @@ pub fn run() -> ExitCode {
         Some(Verb::Library(a)) => library::run(common, a),
         Some(Verb::Ephemeris(a)) => ephemeris::run(common, a),
         Some(Verb::Probe(a)) => probe::run(common, a),
+        Some(Verb::Compare(a)) => compare::run(common, a),
         Some(Verb::Bench(a)) => bench::run(common, a),
         Some(Verb::Doctor(a)) => doctor::run(common, a),
     };

@@ -1,6 +1,6 @@
 //! `orrery render`: one image, or a run of frames, to files or a video stream.
 use super::view_words::ViewWords;
-use super::{CliError, Common, RendererChoice};
+use super::{CliError, Common};
 use crate::image;
 use crate::render::frame::Frame;
 use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
@@ -112,9 +112,7 @@ fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 }
 
 pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
-    if common.renderer == RendererChoice::Gpu {
-        return Err(CliError("this build has no GPU renderer yet: leave --renderer out, or say --renderer software".into()));
-    }
+    common.drawing_renderer()?;
     let output = output(args.output.as_deref(), args.frames)?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;

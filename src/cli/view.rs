@@ -43,7 +43,7 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
     use crate::catalog::NaifId;
-    use crate::cli::RendererChoice;
+    use crate::ephemeris::order::by_distance;
     use crate::render::plan::Fineness;
     use crate::scene::request::{Axes, Position, ViewRequest};
     use crate::session::Session;
@@ -56,9 +56,7 @@ mod windowed {
     const START_RADII: f64 = 3.5;
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
-        if common.renderer == RendererChoice::Gpu {
-            return Err(CliError("this build has no GPU renderer yet: leave --renderer out, or say --renderer software".into()));
-        }
+        common.drawing_renderer()?;
         let time = instant(&args.time)?;
         let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
         let catalog = session.catalog();
@@ -76,11 +74,11 @@ mod windowed {
         instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
-    /// Every body, in the catalog's order, with its pole at the start: poles move by arcseconds in a session.
+    /// Every body, planets from the Sun outwards each with its moons, with its pole at the start: poles move by arcseconds in a session.
     fn subjects(session: &Session, time: Instant) -> Vec<Subject> {
         let pole = |id: NaifId| session.ephemeris().body_from_icrf(id, time).map_or(DVec3::Z, |m| m.row(2));
         let subject = |b: &crate::catalog::Body| Subject { id: b.id, name: b.name.clone(), radius_km: b.radii_km.x, pole: pole(b.id) };
-        session.catalog().bodies().iter().map(subject).collect()
+        by_distance(session.catalog(), session.ephemeris()).into_iter().filter_map(|id| session.catalog().body(id)).map(subject).collect()
     }
 
     /// A direction over the lit side, thirty degrees off the Sun's so that the terminator shows.

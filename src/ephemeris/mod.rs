@@ -10,6 +10,7 @@ pub mod kepler;
 pub mod kernel;
 pub mod lunar;
 pub mod mean;
+pub mod order;
 pub mod orientation;
 pub mod satellites;
 pub mod series;

@@ -1,15 +1,17 @@
-//! Pictures in memory: textures with their mip chains, and finished frames as PNG, EXR and y4m.
+//! Pictures in memory: textures with their mip chains, finished frames as PNG, EXR and y4m, and how far two of them are apart.
 //!
 //! In: encoded map files (embedded or from a folder), or plain rows of a frame. Out: [`Texture`]s with full mip chains made in linear light, or
 //! bytes written. A texture always has all levels down to 1x1. Nothing here knows what a picture shows.
 
 use std::sync::Arc;
 
+mod compare;
 mod embedded;
 mod maps;
 mod mips;
 mod write;
 
+pub use compare::{Difference, Picture};
 pub use maps::{MapOrigin, MapStore};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
@@ -49,6 +51,8 @@ pub enum ImageError {
     Unreadable { name: String, reason: String },
     #[error("{width}x{height} texels do not fit {given} bytes")]
     Size { width: u32, height: u32, given: usize },
+    #[error("the pictures differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
+    Sizes { a: (u32, u32), b: (u32, u32) },
     #[error("the picture could not be written: {0}")]
     Write(String),
 }

@@ -1,0 +1,60 @@
+//! `orrery compare`: how far two pictures are from each other.
+
+use super::output::put;
+use super::{CliError, Common};
+use crate::image::{self, Picture};
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Differences are in levels of 255, over red, green and blue (and alpha where there is any).\n\n\
+Example: orrery compare before.png after.png --tolerance 3 -o difference.png")]
+pub struct CompareArgs {
+    /// A PNG or JPEG
+    a: PathBuf,
+    /// Another of the same size
+    b: PathBuf,
+    /// Write the differences as a PNG, stretched so that the largest is white
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Levels that the largest difference may have: above it the exit status is 1
+    #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+fn read(path: &Path) -> Result<Picture, CliError> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| CliError(format!("{name}: {e}")))?;
+    Picture::decode(&name, &bytes).map_err(|e| CliError(e.to_string()))
+}
+
+pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
+    if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
+        return Err(CliError(format!("--tolerance {t}: levels from 0 to 255")));
+    }
+    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let both = |e: image::ImageError| CliError(format!("{} and {}: {e}", args.a.display(), args.b.display()));
+    let d = a.difference(&b).map_err(both)?;
+    if let Some(path) = &args.output {
+        let shown = a.difference_picture(&b).map_err(both)?;
+        let mut bytes = Vec::new();
+        image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[])
+            .map_err(|e| e.to_string())
+            .and_then(|()| std::fs::write(path, bytes).map_err(|e| e.to_string()))
+            .map_err(|e| CliError(format!("{}: {e}", path.display())))?;
+    }
+    let psnr = d.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
+    if args.json {
+        put(&format!("{}\n", serde_json::json!(d)))?;
+    } else {
+        put(&format!("mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n", d.mean, d.p999, d.max, d.pixels))?;
+    }
+    match args.tolerance {
+        Some(t) if f64::from(d.max) > t => {
+            Err(CliError(format!("the pictures differ by {} levels, more than the tolerance of {t}", d.max)))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,151 @@
+//! How far two pictures are from each other, in levels of 255.
+//!
+//! In: two pictures of one size as 8-bit RGBA rows. Out: a [`Difference`] over every red, green and blue value, alpha where either picture has any,
+//! and a picture of the differences. Differences are of encoded values, as the eye steps through them; nothing is aligned, scaled or filtered.
+
+use super::ImageError;
+
+/// The largest level of an 8-bit value.
+const FULL: f64 = 255.0;
+
+/// Statistics of absolute differences, in levels of 255.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Difference {
+    pub mean: f64,
+    /// 99.9 % of the values differ by this or less.
+    pub p999: u8,
+    pub max: u8,
+    /// Peak signal to noise; `None` (infinite) for equal pictures.
+    pub psnr_db: Option<f64>,
+    pub pixels: u64,
+}
+
+/// 8-bit RGBA rows, top first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    pub width: u32,
+    pub height: u32,
+    pub rgba: Vec<[u8; 4]>,
+}
+
+impl Picture {
+    /// Reads an encoded PNG or JPEG; `name` is for the error.
+    pub fn decode(name: &str, encoded: &[u8]) -> Result<Self, ImageError> {
+        let unreadable = |e: image::ImageError| ImageError::Unreadable { name: name.to_owned(), reason: e.to_string() };
+        let rgba = image::load_from_memory(encoded).map_err(unreadable)?.into_rgba8();
+        Ok(Self { width: rgba.width(), height: rgba.height(), rgba: rgba.pixels().map(|p| p.0).collect() })
+    }
+
+    fn has_alpha(&self) -> bool {
+        self.rgba.iter().any(|p| p[3] != u8::MAX)
+    }
+
+    fn matches(&self, other: &Self) -> Result<(), ImageError> {
+        let full = |p: &Self| u64::from(p.width) * u64::from(p.height) == p.rgba.len() as u64 && !p.rgba.is_empty();
+        if (self.width, self.height) != (other.width, other.height) {
+            let (a, b) = ((self.width, self.height), (other.width, other.height));
+            return Err(ImageError::Sizes { a, b });
+        }
+        match full(self) && full(other) {
+            true => Ok(()),
+            false => Err(ImageError::Size { width: self.width, height: self.height, given: self.rgba.len().saturating_mul(4) }),
+        }
+    }
+
+    /// How far `other` is from this picture.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn difference(&self, other: &Self) -> Result<Difference, ImageError> {
+        self.matches(other)?;
+        let channels = if self.has_alpha() || other.has_alpha() { 4 } else { 3 };
+        let mut of_level = [0_u64; 256];
+        for (p, q) in self.rgba.iter().zip(&other.rgba) {
+            for c in 0..channels {
+                of_level[usize::from(p[c].abs_diff(q[c]))] += 1;
+            }
+        }
+        let values: u64 = of_level.iter().sum();
+        let moment = |power: i32| (0_u8..=255).zip(of_level).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / values as f64;
+        let mean_square = moment(2);
+        Ok(Difference {
+            mean: moment(1),
+            p999: level_that_holds(&of_level, values - values / 1000),
+            max: level_that_holds(&of_level, values),
+            psnr_db: (mean_square > 0.0).then(|| 10.0 * (FULL * FULL / mean_square).log10()),
+            pixels: self.rgba.len() as u64,
+        })
+    }
+
+    /// The absolute differences of red, green and blue, stretched so that the largest is white; opaque, and black where nothing differs.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn difference_picture(&self, other: &Self) -> Result<Self, ImageError> {
+        let largest = u32::from(self.difference(other)?.max.max(1));
+        let stretched = |p: u8, q: u8| (u32::from(p.abs_diff(q)) * 255 / largest).min(255) as u8;
+        let pixel = |(p, q): (&[u8; 4], &[u8; 4])| [stretched(p[0], q[0]), stretched(p[1], q[1]), stretched(p[2], q[2]), u8::MAX];
+        Ok(Self { rgba: self.rgba.iter().zip(&other.rgba).map(pixel).collect(), ..*self })
+    }
+}
+
+/// The least level at or below which at least `wanted` values lie.
+fn level_that_holds(of_level: &[u64; 256], wanted: u64) -> u8 {
+    let mut held = 0;
+    for (level, n) in (0..=u8::MAX).zip(of_level) {
+        held += n;
+        if held >= wanted {
+            return level;
+        }
+    }
+    u8::MAX
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(width: u32, height: u32, value: impl Fn(usize) -> u8) -> Picture {
+        let rgba = (0..(width * height) as usize).map(|i| [value(i), value(i), value(i), 255]).collect();
+        Picture { width, height, rgba }
+    }
+
+    #[test]
+    fn statistics_are_those_worked_by_hand() {
+        // One pixel of 1000 differs by 51, a fifth of the scale: mean 0.051, mean square 2.601, PSNR 10 log10(65025 / 2.601) = 43.979 dB.
+        let a = picture(40, 25, |_| 10);
+        let d = a.difference(&picture(40, 25, |i| if i == 7 { 61 } else { 10 })).expect("one size");
+        assert!((d.mean - 0.051).abs() < 1e-12 && d.max == 51 && d.pixels == 1000, "{d:?}");
+        assert_eq!(d.p999, 0, "999 of 1000 do not differ");
+        assert!((d.psnr_db.expect("finite") - 43.979_4).abs() < 1e-3, "{d:?}");
+        let two = a.difference(&picture(40, 25, |i| if i < 2 { 61 } else { 10 })).expect("one size");
+        assert_eq!(two.p999, 51, "two of 1000 are more than one in a thousand");
+    }
+
+    #[test]
+    fn equal_pictures_have_no_psnr_and_the_order_is_no_matter() {
+        let (a, b) = (picture(9, 7, |i| i as u8), picture(9, 7, |i| 255 - i as u8));
+        let same = a.difference(&a).expect("one size");
+        assert!(same.mean == 0.0 && same.max == 0 && same.psnr_db.is_none());
+        assert_eq!(a.difference(&b).expect("one size"), b.difference(&a).expect("one size"));
+        assert_eq!(picture(2, 2, |_| 0).difference(&picture(2, 2, |_| 255)).expect("one size").psnr_db, Some(0.0));
+    }
+
+    #[test]
+    fn alpha_counts_once_either_has_any() {
+        let opaque = picture(2, 2, |_| 100);
+        let mut clear = opaque.clone();
+        clear.rgba[0][3] = 0;
+        let d = opaque.difference(&clear).expect("one size");
+        assert!(d.max == 255 && (d.mean - 255.0 / 16.0).abs() < 1e-12, "{d:?}");
+    }
+
+    #[test]
+    fn the_picture_of_differences_is_stretched_and_sizes_must_agree() {
+        let shown = picture(3, 1, |_| 9).difference_picture(&picture(3, 1, |i| 9 + 2 * i as u8)).expect("one size");
+        assert_eq!(shown.rgba, [[0, 0, 0, 255], [127, 127, 127, 255], [255, 255, 255, 255]]);
+        let error = picture(3, 1, |_| 0).difference(&picture(1, 3, |_| 0)).expect_err("sizes").to_string();
+        assert!(error.contains("3x1") && error.contains("1x3"), "{error}");
+        assert!(picture(0, 0, |_| 0).difference(&picture(0, 0, |_| 0)).is_err());
+    }
+}
