@@ -18,7 +18,6 @@ mod scene;
 mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
-mod shrinking;
 mod software_frame;
 mod software_lower;
 mod software_math;

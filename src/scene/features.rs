@@ -185,7 +185,9 @@ fn point_flux(frame: &Frame<'_>, p: &Placed<'_>) -> DVec3 {
 }
 
 fn sprite(camera: &camera::Camera, p: &Placed<'_>, clip: DVec2, flux: DVec3) -> Point {
-    let depth = NEAR_DEPTH_KM / p.placement.centre_km.dot(camera.forward);
+    // Just before the body's near side: its own disc, which carries the other part of the light, must not hide it.
+    let near_km = p.placement.centre_km.dot(camera.forward) - p.body.radii_km.max_element();
+    let depth = NEAR_DEPTH_KM / near_km * (1.0 + 4.0 * f64::from(f32::EPSILON));
     Point {
         body: p.body.id,
         centre: camera::narrow(clip.extend(depth.min(1.0))),

@@ -14,6 +14,9 @@ pub struct StandardScene {
 /// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
 const JD_TDB: f64 = 2_460_409.262_789_4;
 
+/// 2024-04-16 01:01 TDB, a first quarter: at the time of the eclipse the Moon's near side is dark.
+const QUARTER_JD_TDB: f64 = 2_460_416.542_5;
+
 fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
@@ -22,12 +25,13 @@ fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
 /// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, and the planets from above the Sun.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
+    // Northwards, 38 degrees down: the horizon, 36 degrees down from there, crosses the picture above its middle.
     let limb = ViewRequest {
         position: Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 40.0, height_km: 400.0 },
-        look: Look::Along { direction: glam::DVec3::new(0.75, -0.6, 0.1), axes: crate::scene::request::Axes::BodyFixed },
+        look: Look::Along { direction: glam::DVec3::new(-0.569, -0.478, 0.671), axes: crate::scene::request::Axes::BodyFixed },
         target: None,
         fov_deg: Some(45.0),
-        ..ViewRequest::of(NaifId::MOON, time)
+        ..ViewRequest::of(NaifId::MOON, Instant::from_jd_tdb(QUARTER_JD_TDB))
     };
     let system = ViewRequest { fov_deg: Some(60.0), ..over(10, 12_000.0, time) };
     let named = [
