@@ -16,9 +16,6 @@ const COPIED: &[(&str, &str)] = &[
     ("earth_citylights_2048.jpg", "earth_night.jpg"),
     ("moon_4096.jpg", "moon.jpg"),
     ("sss_mercurymap.jpg", "mercury.jpg"),
-    ("sss_marsmap2k.jpg", "mars.jpg"),
-    ("sss_jupitermap.jpg", "jupiter.jpg"),
-    ("sss_saturnmap.jpg", "saturn.jpg"),
     ("sss_moonnormal2k.jpg", "moon_normal.jpg"),
     ("sss_marsnormal2k.jpg", "mars_normal.jpg"),
     ("sss_earthspec2k.jpg", "earth_water.jpg"),
@@ -38,7 +35,6 @@ const SMALL: &[&str] = &[
     "europa",
     "ganymede",
     "hyperion",
-    "io",
     "janus",
     "mimas",
     "miranda",
@@ -57,6 +53,72 @@ const WIDTH: u32 = 1024;
 const HEIGHT: u32 = 512;
 
 type Colour = [f64; 3];
+
+/// How a stylised map is brought to published colours. A gain for each channel would turn its exaggerated hues the other way: where the map is
+/// less red than its mean, it would come out blue. So only brightness and the order of hues are kept.
+struct Recolouring {
+    from: &'static str,
+    to: &'static str,
+    /// Relative reflectances red, green, blue of the map's reddest and bluest ground.
+    warm: Colour,
+    cool: Colour,
+    /// Parts of the sphere whose ln(blue/red) in the map lies below the warm and the cool end.
+    span: [f64; 2],
+    /// Power of the map's brightness over its mean.
+    contrast: f64,
+    /// Part kept of the red/green ratio that does not follow blue/red: red rings on Io.
+    red_kept: f64,
+    /// Colour of bright ground that the map shows white; none: no ice.
+    ice: Option<Colour>,
+}
+
+const RECOLOURED: [Recolouring; 4] = [
+    // Bright dust and dark basalt, Bell et al. 1990 and Mustard & Bell 1994; with the mean of Mallama 2017 Syrtis Major comes out at
+    // 0.10 red, 0.047 blue. Water ice at the poles.
+    Recolouring {
+        from: "sss_marsmap2k.jpg",
+        to: "mars.jpg",
+        warm: [0.32, 0.20, 0.095],
+        cool: [0.125, 0.09, 0.054],
+        span: [0.3, 0.97],
+        contrast: 0.62,
+        red_kept: 0.0,
+        ice: Some([1.0, 0.97, 0.9]),
+    },
+    // Brown-orange belts, cream white zones.
+    Recolouring {
+        from: "sss_jupitermap.jpg",
+        to: "jupiter.jpg",
+        warm: [1.5, 1.0, 0.5],
+        cool: [0.985, 1.0, 0.885],
+        span: [0.01, 0.5],
+        contrast: 0.7,
+        red_kept: 0.0,
+        ice: None,
+    },
+    // Pale gold from pole to pole.
+    Recolouring {
+        from: "sss_saturnmap.jpg",
+        to: "saturn.jpg",
+        warm: [1.2, 1.0, 0.69],
+        cool: [1.19, 1.0, 0.73],
+        span: [0.05, 0.95],
+        contrast: 0.7,
+        red_kept: 0.0,
+        ice: None,
+    },
+    // Pale yellow plains, orange-brown poles, Pele's red ring.
+    Recolouring {
+        from: "moons/io_512.jpg",
+        to: "io.jpg",
+        warm: [1.3, 1.0, 0.52],
+        cool: [1.14, 1.0, 0.70],
+        span: [0.05, 0.9],
+        contrast: 0.4,
+        red_kept: 0.5,
+        ice: None,
+    },
+];
 
 /// A feature of the gazetteer, degrees and kilometres.
 struct Feature {
@@ -84,6 +146,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         save(&flatten(&open(from)?, contrast), &out.join(to))?;
     }
+    let catalog = Catalog::embedded();
+    for r in &RECOLOURED {
+        let body =
+            catalog.bodies().iter().find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == r.to)).ok_or("no body has this map")?;
+        save(&recolour(&open(r.from)?, r, body.map_target()), &out.join(r.to))?;
+    }
     save(&normals_from_elevation(&open("earth_elevation_2048_u8.png")?, 25.0, 6_371_000.0, 12.0), &out.join("earth_normal.jpg"))?;
     let gazetteer = std::fs::read_to_string(source.join("catalogs/nomenclature_usgs.csv"))?;
     let craters = |body: &str| features(&gazetteer, body, "AA");
@@ -92,7 +160,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     save(&iapetus(&craters("Iapetus")), &out.join("iapetus.jpg"))?;
     save(&triton(), &out.join("triton.jpg"))?;
     save(&phobos(&craters("Phobos")), &out.join("phobos.jpg"))?;
-    for body in Catalog::embedded().bodies() {
+    for body in catalog.bodies() {
         if let Some(map) = &body.maps.albedo {
             let texture = Texture::decode(&map.file, &std::fs::read(out.join(&map.file))?, TexelFormat::Rgba8Srgb)?;
             let mean = texture.mean_over_sphere();
@@ -123,6 +191,77 @@ fn features(csv: &str, body: &str, kind: &str) -> Vec<Feature> {
             Some(Feature { lat: lat.parse().ok()?, lon: if lon > 180.0 { lon - 360.0 } else { lon }, diameter_km: diameter.parse().ok()? })
         })
         .collect()
+}
+
+fn luminance(c: Colour) -> f64 {
+    0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
+}
+
+fn to_linear(byte: u8) -> f64 {
+    let v = f64::from(byte) / 255.0;
+    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+fn to_byte(v: f64) -> u8 {
+    let v = v.clamp(0.0, 1.0);
+    let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (encoded * 255.0).round() as u8
+}
+
+/// Value below which `part` of the weight lies.
+fn quantile(values: &[f64], weights: &[f64], part: f64) -> f64 {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let limit = part * weights.iter().sum::<f64>();
+    let mut below = 0.0;
+    for &i in &order {
+        below += weights[i];
+        if below >= limit {
+            return values[i];
+        }
+    }
+    order.last().map_or(0.0, |&i| values[i])
+}
+
+/// The map in reflectances, scaled so that the brightest place fits; its mean over the sphere has the target's hue.
+fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
+    let (w, h) = map.dimensions();
+    // Black texels have no hue: a floor of a thousandth of a level.
+    let linear: Vec<Colour> = map.pixels().map(|p| p.0.map(|b| to_linear(b) + 1e-4)).collect();
+    let weights: Vec<f64> = (0..w * h).map(|i| ((f64::from(i / w) + 0.5) / f64::from(h) * PI).sin()).collect();
+    let total: f64 = weights.iter().sum();
+    let mean_of = |values: &[f64]| values.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>() / total;
+    let channel = |list: &[Colour], c: usize| list.iter().map(|p| p[c]).collect::<Vec<_>>();
+    let mean: Colour = std::array::from_fn(|c| mean_of(&channel(&linear, c)));
+    let hue: Vec<f64> = linear.iter().map(|p| (p[2] / p[0]).ln()).collect();
+    let ends = how.span.map(|part| quantile(&hue, &weights, part));
+    let red: Vec<f64> = linear.iter().map(|p| (p[0] / p[1]).ln()).collect();
+    // The red that does not follow the hue: residual of a least-squares line.
+    let held: Vec<f64> = hue.iter().map(|k| k.clamp(ends[0], ends[1])).collect();
+    let (mean_held, mean_red) = (mean_of(&held), mean_of(&red));
+    let product =
+        |a: &[f64], b: &[f64], (ma, mb): (f64, f64)| mean_of(&a.iter().zip(b).map(|(x, y)| (x - ma) * (y - mb)).collect::<Vec<_>>());
+    let slope = product(&held, &red, (mean_held, mean_red)) / product(&held, &held, (mean_held, mean_held));
+    let of_luminance_1 = |c: Colour| c.map(|v| v / luminance(c));
+    let (warm, cool) = (of_luminance_1(how.warm), of_luminance_1(how.cool));
+    let painted: Vec<Colour> = (0..linear.len())
+        .map(|i| {
+            let share = (held[i] - ends[0]) / (ends[1] - ends[0]);
+            let mut colour: Colour = std::array::from_fn(|c| warm[c].powf(1.0 - share) * cool[c].powf(share));
+            colour[0] *= (how.red_kept * (red[i] - mean_red - slope * (held[i] - mean_held)).clamp(-0.4, 0.4)).exp();
+            colour = of_luminance_1(colour);
+            if let Some(ice) = how.ice.map(of_luminance_1) {
+                let part = smooth(-1.0, -0.3, hue[i]) * smooth(0.25, 0.5, linear[i][1]);
+                colour = std::array::from_fn(|c| colour[c] + part * (ice[c] - colour[c]));
+            }
+            let bright = luminance(std::array::from_fn(|c| linear[i][c] / mean[c])).powf(how.contrast);
+            colour.map(|v| v * bright)
+        })
+        .collect();
+    let gain: Colour = std::array::from_fn(|c| target[c] / mean_of(&channel(&painted, c)));
+    let brightest = painted.iter().flat_map(|p| (0..3).map(move |c| p[c] * gain[c])).fold(1.0, f64::max);
+    let texels: Vec<u8> = painted.iter().flat_map(|p| (0..3).map(|c| to_byte(p[c] * gain[c] / brightest)).collect::<Vec<_>>()).collect();
+    RgbImage::from_raw(w, h, texels).unwrap_or_else(|| map.clone())
 }
 
 fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
@@ -191,11 +330,7 @@ fn paint(reflectance: impl Fn([f64; 3], f64, f64) -> Colour) -> RgbImage {
     RgbImage::from_fn(WIDTH, HEIGHT, |x, y| {
         let lat = 90.0 - (f64::from(y) + 0.5) / f64::from(HEIGHT) * 180.0;
         let lon = (f64::from(x) + 0.5) / f64::from(WIDTH) * 360.0 - 180.0;
-        Rgb(reflectance(unit(lat, lon), lat, lon).map(|v| {
-            let v = v.clamp(0.0, 1.0);
-            let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-            (encoded * 255.0).round() as u8
-        }))
+        Rgb(reflectance(unit(lat, lon), lat, lon).map(to_byte))
     })
 }
 
