@@ -15,8 +15,8 @@ fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> 
         for column in (x - reach) as i64..=(x + reach) as i64 {
             let row = row.clamp(0, i64::from(level.height) - 1);
             let at = (row * i64::from(level.width) + column.rem_euclid(i64::from(level.width))) as usize * 4;
-            for c in 0..3 {
-                sum[c] += decode(level.bytes[at + c]);
+            for (total, byte) in sum.iter_mut().zip(&level.bytes[at..]) {
+                *total += decode(*byte);
             }
             count += 1.0;
         }
