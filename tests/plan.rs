@@ -32,7 +32,7 @@ fn amounts(lights: u8) -> Amounts {
         map_latitude_stretch: 20.0,
         night_radiance: Vec3::splat(21.0),
         specular_strength: 22.0,
-        specular_power: 23.0,
+        wave_slope_sq: 23.0,
         normal_strength: 24.0,
         camera_in_unit_sphere: Vec3::splat(25.0),
         pixel_size: Vec2::splat(26.0),
@@ -84,7 +84,7 @@ fn values_land_at_their_fields() {
     let offset = |name: &str| layout.field(name).expect("a field").offset;
     assert_eq!(number(&bytes, offset("rect_in_clip") + 8), 3.0);
     assert_eq!(number(&bytes, offset("albedo") + 4), 15.0);
-    assert_eq!(number(&bytes, offset("specular_power")), 23.0);
+    assert_eq!(number(&bytes, offset("wave_slope_sq")), 23.0);
     assert_eq!(number(&bytes, offset("light_direction") + 16), 101.0);
     assert_eq!(number(&bytes, offset("light_irradiance") + 16), 101.5);
 }

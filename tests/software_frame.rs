@@ -61,7 +61,7 @@ fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         map_latitude_stretch: 1.0,
         night_radiance: Vec3::ZERO,
         specular_strength: 0.0,
-        specular_power: 1.0,
+        wave_slope_sq: 1.0,
         normal_strength: 1.0,
         camera_in_unit_sphere: Vec3::Z * 1.0e3,
         pixel_size: Vec2::ONE,

@@ -1,7 +1,7 @@
 // Bodies and stars smaller than a pixel: instanced sprites with a Gaussian point-spread function, added to the frame.
 //
-// Per instance: centre (clip x, clip y, reversed depth), radius of the sprite in pixels, flux (linear RGB: the radiance that the point would
-// have if it filled one pixel). The sum over the sprite's pixels is the flux: within 0.6 % for a
+// Per instance: centre (clip x, clip y, reversed depth), radius of the sprite in pixels, flux (linear RGB: the radiance that the
+// point would have if it filled one pixel). The sum over the sprite's pixels is the flux: within 0.6 % for a
 // radius of 2 pixels or more, wherever the centre lies in its pixel (measured); below that pixels miss the peak: 4 % at 1.5, 50 % at 1.
 
 //: use lib/rectangle.wgsl

@@ -125,7 +125,7 @@ struct Draw {
 //: end
 //: if maps.specular
     specular_strength: f32,
-    specular_power: f32,
+    wave_slope_sq: f32,
 //: end
 //: if maps.night
     // Radiance of a white texel of the night map.

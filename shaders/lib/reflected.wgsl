@@ -77,7 +77,8 @@ fn reflected(facet: Facet, towards_light: vec3f, irradiance: vec3f) -> vec3f {
     let cos_half = max(dot(facet.normal, half_way), 0.0) * inverseSqrt(max(dot(half_way, half_way), 1.0e-12));
     let mirror = draw.specular_strength * facet.water * fresnel_water(cos_phase);
     // What the water's surface turns back does not reach what lies under it.
-    return arriving * (facet.albedo * share * (1.0 - min(mirror, 1.0)) + mirror * cos_incidence * glint_lobe(cos_half, draw.specular_power));
+    let glint = mirror * glint_lobe(cos_half, cos_incidence, facet.cos_emission, draw.wave_slope_sq);
+    return arriving * (facet.albedo * share * (1.0 - min(mirror, 1.0)) + glint);
   //: else
     return arriving * facet.albedo * share;
   //: end

@@ -50,10 +50,10 @@ pub struct Amounts {
     pub limb_u2: Vec3,
     /// z stretch that turns a unit-sphere point into the direction whose latitude the map counts.
     pub map_latitude_stretch: f32,
-    /// Night lights radiance scale, ocean glint strength and power.
+    /// Night lights radiance scale, ocean glint strength and mean square slope of the waves.
     pub night_radiance: Vec3,
     pub specular_strength: f32,
-    pub specular_power: f32,
+    pub wave_slope_sq: f32,
     /// Normal map strength.
     pub normal_strength: f32,
     pub clouds: CloudAmounts,

@@ -72,7 +72,7 @@ impl Exposure {
 #[serde(rename_all = "kebab-case")]
 pub enum Appearance {
     Disc,
-    /// 1 to 2 pixels across: a disc that grows out of its point, the light shared between them.
+    /// 2 to 4 pixels across: a disc that grows out of its point, the light shared between them.
     DiscAndPoint,
     Point,
     /// Outside the frame, behind the camera, around it, or not placed by the ephemeris: the first decision says which.
@@ -131,7 +131,8 @@ pub struct Scene {
     pub points: Vec<Point>,
 }
 
-/// Radiance of a fully lit disc, as a part of white, at automatic exposure: bright features of twice the mean still differ.
+/// Radiance of a fully lit disc in its brightest channel, as a part of white, at automatic exposure: bright features of twice the mean
+/// still differ, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
 /// The faintest part of its sunlight for which the exposure of a body in a shadow opens: the Moon's light deep in the Earth's umbra.
 const DARKEST_EXPOSED: f64 = 1e-5;
@@ -281,7 +282,8 @@ fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>], sky: 
     let left = left.max(DARKEST_EXPOSED);
     let radiance = radiance * left;
     // A point spreads its light over the pixels of its sprite; a disc keeps its radiance.
-    let shown = radiance * (area(p) * features::point_peak()).min(1.0);
+    let brightest = f64::from(p.body.colour.max_element());
+    let shown = radiance * brightest * (area(p) * features::point_peak()).min(1.0);
     let (mean, how) = match p.body.id {
         NaifId::SUN => (AUTO_EXPOSED_SUN, "shining"),
         _ if left < 0.9 => (AUTO_EXPOSED_MEAN, "in eclipse"),

@@ -89,7 +89,7 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
         map_latitude_stretch: 1.0,
         night_radiance: Vec3::splat(0.2),
         specular_strength: 1.0,
-        specular_power: 60.0,
+        wave_slope_sq: 0.03,
         normal_strength: 1.0,
         clouds: CloudAmounts { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
         camera_in_unit_sphere: Vec3::X * 1.0e3,

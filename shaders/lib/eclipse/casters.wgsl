@@ -20,8 +20,8 @@ fn scale_at(depth: f32, along: f32) -> f32 {
     return draw.eclipse_across[0].w * (1.0 - along * draw.eclipse_axis.w) / depth;
 }
 
-// `place`: the caster's centre across the axis (xy) and along it (z); `shape`: unit vector of its long axis (xy), semi-axes (zw); equatorial
-// radii. `across`, `along`: the lit point.
+// `place`: the caster's centre across the axis (xy) and along it (z); `shape`: unit vector of its long axis (xy), semi-axes (zw);
+// equatorial radii. `across`, `along`: the lit point.
 fn before_sun(place: vec4f, shape: vec4f, across: vec2f, along: f32) -> Silhouette {
     let depth = place.z - along;
     let scale = scale_at(depth, along);

@@ -1,5 +1,6 @@
 // Oren-Nayar: a rough surface of Lambert facets that shade and hide each other (M. Oren and S. K. Nayar, SIGGRAPH 1994, equation 30,
-// the qualitative model: without the terms C2 and C3 of the full one and without interreflections; what that leaves out is not measured here).
+// the qualitative model: without the terms C2 and C3 of the full one and without interreflections; what that leaves out is not
+// measured here).
 
 fn reflectance(cos_incidence: f32, cos_emission: f32, cos_phase: f32, sigma_sq: f32) -> f32 {
     let a = 1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33);
