@@ -68,13 +68,15 @@ fn leaving(points: &[[f64; 4]], lobe: &[f64]) -> f64 {
 #[test]
 fn waves_turn_back_nearly_all_that_arrives_and_never_more() {
     let fragment = lobe();
-    // Winds of 1 and 5 m/s, and beyond Cox and Munk's 14 m/s. Light mirrored twice is left out: up to a tenth, near the horizon.
+    // Winds of 1 and 5 m/s, and beyond Cox and Munk's 14 m/s. Light mirrored twice is left out: a tenth at most up to 75 degrees of
+    // incidence, a fifth at 85.
     for slope_sq in [0.008, 0.0286, 0.1] {
         for incidence_deg in [0.0, 30.0, 60.0, 75.0, 85.0] {
             let points = hemisphere(incidence_deg, slope_sq);
             let part = leaving(&points, &fragment.run(&points));
             println!("slope² {slope_sq}, {incidence_deg} deg: {part:.4}");
-            assert!((0.88..1.005).contains(&part), "slope² {slope_sq}, {incidence_deg} deg: {part}");
+            let least = if incidence_deg > 80.0 { 0.79 } else { 0.89 };
+            assert!((least..1.005).contains(&part), "slope² {slope_sq}, {incidence_deg} deg: {part}");
         }
     }
     // Without the shadowing more would leave than arrives.
