@@ -39,7 +39,6 @@ const SMALL: &[&str] = &[
     "mimas",
     "miranda",
     "oberon",
-    "pluto",
     "rhea",
     "tethys",
     "titan",
@@ -72,7 +71,7 @@ struct Recolouring {
     ice: Option<Colour>,
 }
 
-const RECOLOURED: [Recolouring; 4] = [
+const RECOLOURED: [Recolouring; 5] = [
     // Bright dust and dark basalt, Bell et al. 1990 and Mustard & Bell 1994; with the mean of Mallama 2017 Syrtis Major comes out at
     // 0.10 red, 0.047 blue. Water ice at the poles.
     Recolouring {
@@ -90,9 +89,9 @@ const RECOLOURED: [Recolouring; 4] = [
         from: "sss_jupitermap.jpg",
         to: "jupiter.jpg",
         warm: [1.5, 1.0, 0.5],
-        cool: [0.985, 1.0, 0.885],
-        span: [0.01, 0.5],
-        contrast: 0.7,
+        cool: [1.02, 1.0, 0.89],
+        span: [0.01, 0.6],
+        contrast: 0.75,
         red_kept: 0.0,
         ice: None,
     },
@@ -111,11 +110,22 @@ const RECOLOURED: [Recolouring; 4] = [
     Recolouring {
         from: "moons/io_512.jpg",
         to: "io.jpg",
-        warm: [1.3, 1.0, 0.52],
-        cool: [1.14, 1.0, 0.70],
-        span: [0.05, 0.9],
-        contrast: 0.4,
-        red_kept: 0.5,
+        warm: [1.4, 1.0, 0.40],
+        cool: [1.1, 1.0, 0.76],
+        span: [0.03, 0.97],
+        contrast: 0.5,
+        red_kept: 0.6,
+        ice: None,
+    },
+    // Dark red-brown along the equator, pale elsewhere (New Horizons: Olkin et al. 2017).
+    Recolouring {
+        from: "moons/pluto_512.jpg",
+        to: "pluto.jpg",
+        warm: [1.7, 1.0, 0.55],
+        cool: [1.1, 1.0, 0.86],
+        span: [0.05, 0.7],
+        contrast: 0.6,
+        red_kept: 0.0,
         ice: None,
     },
 ];
@@ -226,8 +236,9 @@ fn quantile(values: &[f64], weights: &[f64], part: f64) -> f64 {
 /// The map in reflectances, scaled so that the brightest place fits; its mean over the sphere has the target's hue.
 fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let (w, h) = map.dimensions();
-    // Black texels have no hue: a floor of a thousandth of a level.
-    let linear: Vec<Colour> = map.pixels().map(|p| p.0.map(|b| to_linear(b) + 1e-4)).collect();
+    // Black texels have no hue: a floor of a thousandth, of the dark ground's.
+    let floor = how.warm.map(|v| 1e-3 * v / luminance(how.warm));
+    let linear: Vec<Colour> = map.pixels().map(|p| std::array::from_fn(|c| to_linear(p[c]) + floor[c])).collect();
     let weights: Vec<f64> = (0..w * h).map(|i| ((f64::from(i / w) + 0.5) / f64::from(h) * PI).sin()).collect();
     let total: f64 = weights.iter().sum();
     let mean_of = |values: &[f64]| values.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>() / total;
