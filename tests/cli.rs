@@ -135,3 +135,19 @@ fn compare_measures_tells_and_refuses() {
         assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains(about), "{words:?}: {said}");
     }
 }
+
+#[test]
+fn a_renderer_that_is_not_there_is_refused_with_one_line() {
+    let out_file = tempfile::tempdir().expect("a folder");
+    let png = out_file.path().join("x.png");
+    let png = png.to_str().expect("a path");
+    for words in [&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "gpu"][..], &["bench", "--renderer", "gpu"]] {
+        let out = orrery(words);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1, "{words:?}: {said}");
+        assert!(said.contains("no GPU renderer") && said.contains("--renderer software"), "{words:?}: {said}");
+        assert!(!std::path::Path::new(png).exists(), "nothing is written");
+    }
+    let drawn = orrery(&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "software"]);
+    assert!(drawn.status.success() && std::path::Path::new(png).exists());
+}
