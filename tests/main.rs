@@ -14,6 +14,7 @@ mod orientation;
 mod permutations;
 mod plan;
 mod probe;
+mod rings;
 mod satellites;
 mod scene;
 mod scene_magnitude;

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
-use orrery::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, Needs};
+use orrery::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, Needs, RingAmounts};
 use orrery::scene::effects::possible_needs;
 use orrery::shader::key::{ShaderKey, keys_of};
 use orrery::shader::reflect::LayoutError;
@@ -39,6 +39,7 @@ fn amounts(lights: u8) -> Amounts {
         clip_from_unit_sphere: glam::Mat4::from_cols_array(&[31.0; 16]),
         clouds: CloudAmounts { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
         eclipse: Default::default(),
+        ring: RingAmounts::default(),
     }
 }
 

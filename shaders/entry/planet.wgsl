@@ -6,6 +6,9 @@
 // Directions and normals are in body-fixed axes; lengths are equatorial radii.
 
 //: use lib/draw.wgsl
+//: if surface.ring
+//: use lib/ring/surface.wgsl
+//: else
 //: if shape.mesh
 //: use lib/mesh.wgsl
 //: else
@@ -77,6 +80,22 @@ fn fragment_main(in: Varyings) -> Pixel {
 //: if surface.cloud
     coverage *= cloud_opacity(textureSampleGrad(cloud_map, map_sampler, place.uv, place.dx, place.dy).r);
 //: end
+//: if lights.1|view.ring
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
+    // The body's own equatorial radii.
+    //: if shape.ellipsoid|shape.mesh
+    var in_radii = seen.position * draw.axis_ratios;
+    //: else
+    var in_radii = seen.position;
+    //: end
+    //: if surface.cloud
+    in_radii *= draw.shell_scale;
+    //: end
+    //: if ring-shadow.point-sun|ring-shadow.penumbra
+    let blur = shadow_blur(in_radii);
+    //: end
+  //: end
+//: end
     if coverage <= 0.0 {
         discard;
     }
@@ -105,17 +124,12 @@ fn fragment_main(in: Varyings) -> Pixel {
 
 //: if lights.1
     var sunlight = draw.light_irradiance[0].rgb;
-  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
-    // The body's own equatorial radii.
-    //: if shape.ellipsoid|shape.mesh
-    var in_radii = seen.position * draw.axis_ratios;
-    //: else
-    var in_radii = seen.position;
-    //: end
-    //: if surface.cloud
-    in_radii *= draw.shell_scale;
-    //: end
+  //: if ring-shadow.point-sun|ring-shadow.penumbra
+    sunlight *= sunlight_over(in_radii, blur);
+  //: else
+    //: if eclipse.1|body-shadow.sphere|body-shadow.ellipsoid-penumbra
     sunlight *= sunlight_reaching(in_radii);
+    //: end
   //: end
   //: if maps.cloud-shadow
     sunlight *= sunlight_through_clouds(seen.position, draw.light_direction[0].xyz, place.dx, place.dy);
@@ -192,6 +206,15 @@ fn fragment_main(in: Varyings) -> Pixel {
   //: end
 //: end
 
+//: if view.ring
+    // Part of the Sun's light that the ring leaves.
+  //: if ring-shadow.point-sun|ring-shadow.penumbra
+    radiance = vec3f(ring_light(in_radii, blur));
+  //: else
+    radiance = vec3f(1.0);
+  //: end
+//: end
+
     var pixel: Pixel;
     pixel.colour = vec4f(radiance * coverage, coverage);
 //: if shape.sphere|shape.ellipsoid
@@ -199,3 +222,4 @@ fn fragment_main(in: Varyings) -> Pixel {
 //: end
     return pixel;
 }
+//: end

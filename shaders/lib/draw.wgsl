@@ -120,6 +120,39 @@ struct Draw {
     map_latitude_stretch: f32,
   //: end
 //: end
+//: if surface.ring|ring-shadow.point-sun|ring-shadow.penumbra
+    // Radii in the ring's table, and the innermost and the outermost of them.
+    ring_nodes: f32,
+    ring_reach: vec2f,
+//: end
+//: if ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere
+    // Half a pixel at the body's distance, equatorial radii.
+    ring_blur: f32,
+//: end
+//: if surface.ring
+  //: if view.shaded
+    //: if lights.1
+    // Phase function of the particles: factor, exponent, part that dust scatters forward, its asymmetry.
+    ring_phase: vec4f,
+    // Height and width of the opposition's peak.
+    ring_opposition: vec2f,
+    //: end
+  //: end
+    // Which half is drawn: 1 before the body's centre, -1 behind it.
+    ring_half: f32,
+//: end
+//: if surface.ring|ring-shadow.penumbra|body-shadow.ellipsoid-penumbra
+  //: if lights.1
+    // Tangent of the Sun's angular radius.
+    sun_tangent: f32,
+  //: end
+//: end
+//: if body-shadow.ellipsoid-penumbra
+    // Semi-axes of the body over its equatorial radius, and the Sun's limb darkening per channel.
+    shadow_axes: vec3f,
+    sun_limb_u1: vec3f,
+    sun_limb_u2: vec3f,
+//: end
 //: if maps.normal
     normal_strength: f32,
 //: end

@@ -151,6 +151,10 @@ pub struct Ring {
     pub inner_km: f64,
     pub outer_km: f64,
     pub tau_normal: f64,
+    /// Single-scattering albedo per linear RGB channel that makes single scattering as bright as what is observed.
+    pub albedo: [f64; 3],
+    /// Part of its light that dust scatters forward.
+    pub dust: f64,
 }
 
 /// A gas or aerosol with an exponential profile (or a tent when `tent_centre_km` is set).

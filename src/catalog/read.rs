@@ -261,8 +261,20 @@ fn ring(mut s: Section) -> Option<(Located<String>, Ring)> {
     let inner_km = number(&mut s, "inner_km", "kilometres above 0", |x| x > 0.0);
     let outer_km = s.need("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|i| *x > i));
     let tau_normal = number(&mut s, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
+    let albedo = s.take("albedo", "three numbers from 0 to 1 (red, green, blue)", each(|x| (0.0..=1.0).contains(&x)));
+    let dust = s.take("dust", "a part from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     s.finish();
-    Some((of?, Ring { name: name?.value, inner_km: inner_km?, outer_km: outer_km?.value, tau_normal: tau_normal? }))
+    Some((
+        of?,
+        Ring {
+            name: name?.value,
+            inner_km: inner_km?,
+            outer_km: outer_km?.value,
+            tau_normal: tau_normal?,
+            albedo: albedo.map_or([0.5; 3], |l| l.value),
+            dust: dust.map_or(0.0, |l| l.value),
+        },
+    ))
 }
 
 fn species(mut s: Section) -> Option<Species> {

@@ -10,9 +10,8 @@ use crate::scene::request::ViewRequest;
 use crate::session::{Session, ms_per_megapixel};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module;
-use crate::shader::fragments::{SIMPLE_MODULES, probe_samples};
 use crate::shader::key::{self, ShaderKey, covering};
-use crate::shader::record::{Record, build_all, changes_text};
+use crate::shader::record::{Record, Verified, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
 use std::collections::BTreeSet;
@@ -131,15 +130,6 @@ fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, C
     Ok(key::keys_of(scene.draws.iter().map(|d| d.needs)).into_iter().collect())
 }
 
-/// Every module that is verified: the simple ones, the reachable keys, the covering sets.
-fn verified_modules(common: &Common) -> Result<Vec<ModuleId>, CliError> {
-    let mut keys = reachable_keys(common)?;
-    keys.extend(covering(2));
-    keys.extend(covering(3));
-    let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    Ok(simple.chain(probe_samples()).chain(keys.into_iter().map(ModuleId::Planet)).collect())
-}
-
 fn layout_text(module: &ShaderModule) -> String {
     let layout = &module.layout;
     let mut text = String::new();
@@ -252,18 +242,16 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
-    let ids = verified_modules(common)?;
+    let ids = recorded_modules(&reachable_keys(common)?);
     let bar = indicatif::ProgressBar::new(ids.len() as u64);
-    let made = build_all(&ids, &lowering(), || bar.inc(1));
+    let made = Verified::of(&ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let listed = |failures: &[String], what: &str| match put(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
-        Ok(()) => CliError(format!("{} of {} modules {what}", failures.len(), ids.len())),
+    let now = made.map_err(|failures| match put(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
+        Ok(()) => CliError(format!("{} of {} modules are not valid", failures.len(), ids.len())),
         Err(e) => e,
-    };
-    let modules = made.map_err(|f| listed(&f.iter().map(ToString::to_string).collect::<Vec<_>>(), "are not valid"))?;
-    let now =
-        Record::of(modules.values()).map_err(|f| listed(&f.iter().map(ToString::to_string).collect::<Vec<_>>(), "cannot be translated"))?;
-    put(&format!("{} modules emitted, validated, lowered and translated\n", modules.len()))?;
+    })?;
+    let translated = ids.iter().filter(|(_, translated)| *translated).count();
+    put(&format!("{} modules emitted, validated and lowered; {translated} of them translated\n", ids.len()))?;
     let old = match std::fs::read_to_string(path) {
         Ok(text) if update => Record::parse(&text).unwrap_or_default(),
         Ok(text) => Record::parse(&text).map_err(|e| CliError(format!("{}: {e}", path.display())))?,
@@ -273,10 +261,10 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
             return Err(CliError(format!("{}: {e}; {advice}", path.display())));
         }
     };
-    let changes = old.changes(&now, |name| modules.get(name).map(|m| &m.source_map));
+    let changes = old.changes(&now);
     put(&changes_text(&changes))?;
     if update {
-        std::fs::write(path, now.to_text()).map_err(|e| CliError(format!("{} cannot be written: {e}", path.display())))?;
+        std::fs::write(path, now.record.to_text()).map_err(|e| CliError(format!("{} cannot be written: {e}", path.display())))?;
         return put(&format!("recorded in {}\n", path.display()));
     }
     match changes.len() {

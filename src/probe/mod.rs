@@ -6,6 +6,7 @@
 
 pub mod lanes;
 mod overlap;
+mod ring;
 pub mod sunlight;
 
 use crate::catalog::Catalog;
@@ -57,7 +58,12 @@ impl Prober<'_> {
 type Ask = fn(&Prober<'_>, Value) -> Result<Value, String>;
 
 /// Every kind of question.
-static KINDS: &[(&str, Ask)] = &[("disc-overlap", overlap::ask), ("sunlight", sunlight::ask)];
+static KINDS: &[(&str, Ask)] = &[
+    ("disc-overlap", overlap::ask),
+    ("sunlight", sunlight::ask),
+    ("ring-shadow", ring::shadow),
+    ("ring-transmission", ring::transmission),
+];
 
 fn kinds() -> String {
     let names: Vec<_> = KINDS.iter().map(|(name, _)| *name).collect();

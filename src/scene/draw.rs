@@ -2,6 +2,8 @@
 
 pub use super::eclipse::EclipseAmounts;
 pub use super::needs::*;
+pub use super::ring_table::RingTable;
+pub use super::rings::RingAmounts;
 use crate::catalog::NaifId;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -58,6 +60,7 @@ pub struct Amounts {
     pub normal_strength: f32,
     pub clouds: CloudAmounts,
     pub eclipse: EclipseAmounts,
+    pub ring: RingAmounts,
     /// Unit camera position for distant views or camera in unit-sphere frame, f32.
     pub camera_in_unit_sphere: Vec3,
     pub pixel_size: Vec2,
@@ -80,6 +83,8 @@ pub struct CloudAmounts {
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
+    /// The half of the ring behind the globe's centre.
+    RingBehind,
     Globe,
     Ring,
     Clouds,

@@ -4,7 +4,7 @@
 //! validated ahead of time and the keys that frames use come from the same two functions.
 
 use super::SceneError;
-use super::draw::{Eclipse, EclipseModel, MapSet, Needs, PixelView, Shape, Surface};
+use super::draw::{BodyShadow, Eclipse, EclipseModel, MapSet, Needs, PixelView, RingShadow, Shape, Surface};
 use crate::catalog::{Body, Catalog, Photometry};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,12 +19,15 @@ pub enum Effect {
     Clouds,
     CloudShadow,
     Eclipse,
+    Rings,
+    RingShadow,
+    BodyShadow,
     PlanetShine,
     Points,
 }
 
 impl Effect {
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 13] = [
         Self::Ellipsoid,
         Self::Albedo,
         Self::Normal,
@@ -33,6 +36,9 @@ impl Effect {
         Self::Clouds,
         Self::CloudShadow,
         Self::Eclipse,
+        Self::Rings,
+        Self::RingShadow,
+        Self::BodyShadow,
         Self::PlanetShine,
         Self::Points,
     ];
@@ -47,6 +53,9 @@ impl Effect {
             Self::Clouds => "clouds",
             Self::CloudShadow => "cloud-shadow",
             Self::Eclipse => "eclipse",
+            Self::Rings => "rings",
+            Self::RingShadow => "ring-shadow",
+            Self::BodyShadow => "body-shadow",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
         }
@@ -149,6 +158,7 @@ pub struct Available {
     pub ellipsoid: bool,
     pub maps: MapSet,
     pub emissive: bool,
+    pub rings: bool,
 }
 
 /// Part of the light by which a feature must change a pixel to count: half a level of 256.
@@ -166,7 +176,7 @@ impl Available {
             night: body.maps.night.is_some() && !emissive,
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
-        Self { ellipsoid: flattening(body) > 0.0, maps, emissive }
+        Self { ellipsoid: flattening(body) > 0.0, maps, emissive, rings: body.rings.iter().any(|r| r.tau_normal > 0.0) }
     }
 }
 
@@ -183,6 +193,10 @@ pub struct Chosen {
     /// Lights besides the Sun, strongest first.
     pub shine: u8,
     pub eclipse: Eclipse,
+    /// Of the sunlight on its rings.
+    pub ring_eclipse: Eclipse,
+    pub ring_shadow: RingShadow,
+    pub body_shadow: BodyShadow,
 }
 
 impl Chosen {
@@ -207,6 +221,7 @@ impl Chosen {
             },
             lights: if available.emissive { 0 } else { (1 + self.shine).min(LIGHTS_AT_MOST) },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
+            ring_shadow: if available.rings && !available.emissive { self.ring_shadow } else { RingShadow::None },
             shape: if self.ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
             view,
             ..Needs::LEAST
@@ -220,6 +235,14 @@ impl Chosen {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Shaded | PixelView::Cost);
         let ground = self.needs(body, view);
         shown.then_some(Needs { surface: Surface::Cloud, maps: MapSet::default(), ..ground })
+    }
+
+    /// The structure of the ring's draws; `None` where the body has none.
+    pub fn ring_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
+        let available = Available::of(body);
+        let needs =
+            Needs { surface: Surface::Ring, lights: 1, eclipse: self.ring_eclipse, body_shadow: self.body_shadow, view, ..Needs::LEAST };
+        (available.rings && !available.emissive).then_some(needs)
     }
 }
 
@@ -235,22 +258,40 @@ fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
     all
 }
 
+/// Every set of the maps that a body has.
+fn possible_maps(body: &Body) -> Vec<MapSet> {
+    let of = Available::of(body).maps;
+    let has = |bits: u8, bit: u8| bits & (1 << bit) != 0;
+    let set = |bits| MapSet {
+        albedo: of.albedo && has(bits, 0),
+        normal: of.normal && has(bits, 1),
+        specular: of.specular && has(bits, 2),
+        night: of.night && has(bits, 3),
+        cloud_shadow: of.cloud_shadow && has(bits, 4),
+    };
+    (0..32).map(set).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
 /// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
 pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
     let both = [false, true];
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
         let eclipses = possible_eclipses(catalog, body);
+        let has_rings = Available::of(body).rings;
         for view in PixelView::ALL {
             for ellipsoid in both {
-                for bits in 0..32u8 {
-                    let has = |bit: u8| bits & (1 << bit) != 0;
-                    let maps = MapSet { albedo: has(0), normal: has(1), specular: has(2), night: has(3), cloud_shadow: has(4) };
+                for maps in possible_maps(body) {
                     for shine in 0..LIGHTS_AT_MOST {
                         for &eclipse in &eclipses {
-                            let chosen = Chosen { ellipsoid, maps, shine, eclipse };
-                            all.insert(chosen.needs(body, view));
-                            all.extend(chosen.cloud_needs(body, view));
+                            // The two shadows are parts of different draws, so that their values need not be crossed.
+                            let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
+                            for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
+                                let chosen = Chosen { ellipsoid, maps, shine, eclipse, ring_eclipse: eclipse, ring_shadow, body_shadow };
+                                all.insert(chosen.needs(body, view));
+                                all.extend(chosen.cloud_needs(body, view));
+                                all.extend(chosen.ring_needs(body, view));
+                            }
                         }
                     }
                 }

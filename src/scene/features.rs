@@ -2,11 +2,12 @@
 
 use super::camera::{self, AnchorForm, NEAR_DEPTH_KM};
 use super::draw::{Amounts, Draw, Light, MapFiles, MapSet, Part, Point};
-use super::draw::{EclipseAmounts, EclipseModel};
+use super::draw::{EclipseAmounts, EclipseModel, RingAmounts, RingShadow};
 use super::eclipse::{self, Extent, Receiver, Wanted};
 use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
 use super::lights::{self, LightOn, Reflector};
 use super::request::{Quality, ViewRequest};
+use super::rings;
 use super::silhouette::Outline;
 use super::{Appearance, Exposure, Placed, of_white, photometry};
 use crate::catalog::{Body, Catalog, Map, MapLatitude, NaifId, Photometry};
@@ -106,10 +107,13 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     if inside {
         return not_shown(ledger, "the camera is at its centre");
     }
-    let Some(rect) = p.outline.rect(camera) else {
+    let rect = p.outline.rect(camera);
+    let ring_view = ring_view(frame, p).filter(|v| rect.is_some() || v.meets_frame());
+    if rect.is_none() && ring_view.is_none() {
         return not_shown(ledger, if p.outline == Outline::Behind { "behind the camera" } else { "outside the frame" });
-    };
-    ledger.note("visible", true, "its outline meets the frame".into());
+    }
+    let what = if rect.is_some() { "its outline meets" } else { "its rings meet" };
+    ledger.note("visible", true, format!("{what} the frame"));
     let share = match ledger.request.effects.asked(Effect::Points) {
         Some(false) => 1.0,
         _ => disc_share(diameter_px),
@@ -133,7 +137,8 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         return (Seen { appearance, diameter_px, decisions: ledger.decisions }, Vec::new(), point);
     }
 
-    let (chosen, shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
+    let (mut chosen, shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
+    let (ring, ring_draws) = ring_view.map(|view| ring_parts(frame, p, &view, &mut ledger, &mut chosen, share)).unwrap_or_default();
     let needs = chosen.needs(body, frame.request.pixel_view);
     let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     let map_files = MapFiles {
@@ -143,15 +148,81 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         night: files(needs.maps.night, &body.maps.night),
         cloud: body.clouds.as_ref().filter(|_| needs.maps.cloud_shadow).map(|c| c.map.file.clone()),
     };
-    let globe_amounts = amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share);
-    let draw = Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts: globe_amounts, map_files };
-    let mut draws = vec![draw];
-    draws.extend(cloud_draw(frame, p, &mut ledger, chosen, &shine, share));
+    let globe = rect.map(|rect| {
+        let amounts = Amounts { ring, ..amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share) };
+        Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files }
+    });
+    let mut draws: Vec<_> = globe.into_iter().chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
     for draw in &mut draws {
         draw.amounts.eclipse.clone_from(&eclipse);
     }
+    draws.extend(ring_draws);
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
     (Seen { appearance, diameter_px, decisions: ledger.decisions }, draws, point)
+}
+
+/// What is to be known of a body's rings before anything is decided.
+fn ring_view<'a>(frame: &Frame<'a>, p: &'a Placed<'a>) -> Option<rings::View<'a>> {
+    let lit = !p.body.rings.is_empty() && !matches!(p.body.photometry, Photometry::Emissive { .. });
+    lit.then(|| rings::View {
+        body: p.body,
+        camera: frame.camera,
+        placement: &p.placement,
+        sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
+        sun_km: p.sun_from_body_km.length(),
+        alpha: p.alpha,
+        brightness: lights::sunlight(p.sun_from_body_km).irradiance.x / frame.exposure.white(),
+    })
+}
+
+/// The ring's amounts for the globe it shades, and its draws: the half behind the globe's centre, then the half before it.
+fn ring_parts(
+    frame: &Frame<'_>,
+    p: &Placed<'_>,
+    view: &rings::View<'_>,
+    ledger: &mut Ledger<'_>,
+    chosen: &mut Chosen,
+    share: f64,
+) -> (RingAmounts, Vec<Draw>) {
+    let asked = |e: Effect| frame.request.effects.asked(e) == Some(true);
+    let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN).map(|r| r.body);
+    let sun_radius_km = sun.map_or(0.0, |s| s.radii_km.x);
+    let seen = view.counted(asked(Effect::Rings));
+    let drawn = ledger.effect(Effect::Rings, seen.bound.on, seen.bound.reason);
+    // What shades the globe need not be seen itself.
+    let all = view.counted(true).rings;
+    let (bound, model) = view.ring_shadow(&all, sun_radius_km);
+    if ledger.effect(Effect::RingShadow, bound.on, bound.reason) {
+        chosen.ring_shadow = model;
+    }
+    let for_globe = if chosen.ring_shadow == RingShadow::None { RingAmounts::default() } else { view.amounts(&all, sun) };
+    if !drawn || seen.rings.is_empty() {
+        ledger.note(Effect::BodyShadow.name(), false, "no ring is drawn".into());
+        return (for_globe, Vec::new());
+    }
+    let (bound, model) = view.body_shadow(&seen.rings, sun_radius_km);
+    if ledger.effect(Effect::BodyShadow, bound.on, bound.reason) {
+        chosen.body_shadow = model;
+    }
+    let outer_km = seen.rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
+    let eclipse = darkened_ring(frame, p, ledger, chosen, outer_km);
+    let (Some(rect), Some(needs)) = (view.rect(outer_km), chosen.ring_needs(view.body, frame.request.pixel_view)) else {
+        return (for_globe, Vec::new());
+    };
+    let sunlight = lights::sunlight(view.sun * view.sun_km);
+    let shared = Amounts {
+        albedo: camera::narrow(DVec3::splat(share)),
+        lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
+        ring: view.amounts(&seen.rings, sun),
+        eclipse,
+        ..view.rays(rect)
+    };
+    let half = |part: Part, which: f32| {
+        let mut amounts = shared.clone();
+        amounts.ring.half = which;
+        Draw { body: view.body.id, part, name: format!("{} rings", view.body.name), needs, amounts, map_files: MapFiles::default() }
+    };
+    (for_globe, vec![half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)])
 }
 
 /// The cloud shell over the globe.
@@ -244,7 +315,7 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
 
 /// Who stands before the Sun, and by which model.
 fn darkened(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, diameter_px: f64) -> EclipseAmounts {
-    let Some(mut found) = before_sun(frame.request, frame.catalog, frame.ephemeris, p, diameter_px) else {
+    let Some(mut found) = before_sun(frame.request, frame.catalog, frame.ephemeris, p, diameter_px, None) else {
         return EclipseAmounts::default();
     };
     if !ledger.effect(Effect::Eclipse, !found.casters.is_empty(), std::mem::take(&mut found.reason)) {
@@ -252,6 +323,22 @@ fn darkened(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     }
     chosen.eclipse = eclipse::model(&mut found.casters, wanted(frame.request));
     eclipse::amounts_of(&found.casters, chosen.eclipse.model, &found.receiver, found.sun)
+}
+
+/// Which moons' shadows fall on the rings: switched together with those on the globe.
+fn darkened_ring(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, outer_km: f64) -> EclipseAmounts {
+    let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * frame.camera.pixel_tangent());
+    let reach = outer_km / p.body.radii_km.x;
+    let Some(mut found) = before_sun(frame.request, frame.catalog, frame.ephemeris, p, diameter_px, Some(reach)) else {
+        return EclipseAmounts::default();
+    };
+    if frame.request.effects.asked(Effect::Eclipse) == Some(false) {
+        found.casters.clear();
+        found.reason = "switched off with the eclipse".into();
+    }
+    ledger.note("eclipse-on-rings", !found.casters.is_empty(), found.reason);
+    chosen.ring_eclipse = eclipse::model(&mut found.casters, wanted(frame.request));
+    eclipse::amounts_of(&found.casters, chosen.ring_eclipse.model, &found.receiver, found.sun)
 }
 
 fn wanted(request: &ViewRequest) -> Wanted {
@@ -273,13 +360,14 @@ struct BeforeSun<'a> {
     reason: String,
 }
 
-/// The casters over a body that the viewer sees; `None` where there is no Sun.
+/// The casters over a body that the viewer sees, or over all within `reach` equatorial radii of its centre; `None` where there is no Sun.
 fn before_sun<'a>(
     request: &ViewRequest,
     catalog: &'a Catalog,
     ephemeris: &Ephemeris,
     p: &Placed<'a>,
     diameter_px: f64,
+    reach: Option<f64>,
 ) -> Option<BeforeSun<'a>> {
     let body = p.body;
     let sun = catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
@@ -295,7 +383,7 @@ fn before_sun<'a>(
     let clouds = body.clouds.as_ref().map_or(1.0, |c| super::clouds::shell_scale(body, c));
     let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
     let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
-    let extent = Extent { reach: air.max(clouds), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
+    let extent = Extent { reach: reach.unwrap_or(air.max(clouds)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
     let everything = request.effects.asked(Effect::Eclipse) == Some(true);
     let found = eclipse::find(ephemeris, catalog.bodies().iter(), sun, &receiver, extent, everything);
     Some(BeforeSun { receiver, sun, camera, casters: found.casters, reason: found.reason })
@@ -306,7 +394,7 @@ pub(super) fn dimming(request: &ViewRequest, catalog: &Catalog, ephemeris: &Ephe
     if request.effects.asked(Effect::Eclipse) == Some(false) {
         return (1.0, 1.0);
     }
-    let Some(mut found) = before_sun(request, catalog, ephemeris, p, diameter_px) else { return (1.0, 1.0) };
+    let Some(mut found) = before_sun(request, catalog, ephemeris, p, diameter_px, None) else { return (1.0, 1.0) };
     let model = eclipse::model(&mut found.casters, wanted(request)).model;
     eclipse::estimate(&found.casters, model, &found.receiver, found.sun, found.camera)
 }

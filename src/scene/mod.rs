@@ -14,6 +14,8 @@ mod needs;
 mod phase_laws;
 pub mod photometry;
 pub mod request;
+mod ring_table;
+pub mod rings;
 pub mod silhouette;
 pub mod viewpoint;
 

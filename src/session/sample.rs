@@ -4,17 +4,18 @@
 //! lit from the side. Maps are small and the same for every key, so that two keys' pictures differ by what the keys differ in.
 
 use super::SessionError;
+use crate::catalog::Ring;
 use crate::image::Texture;
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
-    TextureBinding, TextureSource, Vertices, map_format, uniforms_of,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, RING_PROFILE_BINDING, SamplerBinding,
+    SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, Shape};
+use crate::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, RingAmounts, RingTable, Shape};
 use crate::scene::eclipse::AIR_LAYERS;
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -62,6 +63,31 @@ fn eclipse(key: &ShaderKey) -> EclipseAmounts {
     }
 }
 
+/// A thin and a thick ring with a gap between them.
+fn ring() -> RingAmounts {
+    let ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
+        name: String::new(),
+        inner_km,
+        outer_km,
+        tau_normal,
+        albedo: [0.8, 0.7, 0.5],
+        dust: 0.0,
+    };
+    let table = RingTable::of([ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)].iter(), 1.0);
+    RingAmounts {
+        reach: Vec2::new(1.1, 2.2),
+        table: table.map(Arc::new),
+        blur: 0.002,
+        phase: Vec4::new(0.15, 3.0, 0.1, 0.7),
+        opposition: Vec2::new(0.3, 0.005),
+        half: 0.0,
+        sun_tangent: 0.0005,
+        shadow_axes: Vec3::new(1.0, 1.0, 0.95),
+        sun_limb_u1: Vec3::splat(0.4),
+        sun_limb_u2: Vec3::splat(0.2),
+    }
+}
+
 fn amounts(key: &ShaderKey, half: f32) -> Amounts {
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
     let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.needs().lights));
@@ -93,6 +119,7 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
         normal_strength: 1.0,
         clouds: CloudAmounts { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
         camera_in_unit_sphere: Vec3::X * 1.0e3,
+        ring: ring(),
         ..Amounts::default()
     }
 }
@@ -152,11 +179,16 @@ pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> 
     let failed = |e: String| SessionError::Renderer(e);
     let id = ModuleId::Planet(*key);
     let module = library.get(&id).map_err(|e| failed(e.to_string()))?;
-    let uniforms = uniforms_of(&module.layout, &amounts(key, half)).map_err(|e| failed(format!("{id}: {e}")))?;
+    let amounts = amounts(key, half);
+    let uniforms = uniforms_of(&module.layout, &amounts).map_err(|e| failed(format!("{id}: {e}")))?;
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 8 };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
-        textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(Arc::new(map(t.binding)?)) });
+        let image = match &amounts.ring.table {
+            Some(table) if t.binding == RING_PROFILE_BINDING => ring_profile(table),
+            _ => Arc::new(map(t.binding)?),
+        };
+        textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
     }
     let needs = key.needs();
     let draw = PlanDraw {

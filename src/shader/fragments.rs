@@ -14,6 +14,8 @@ fragments![
     "entry/point.wgsl",
     "entry/probe_disc_overlap.wgsl",
     "entry/probe_sunlight.wgsl",
+    "entry/probe_ring_shadow.wgsl",
+    "entry/probe_ring_transmission.wgsl",
     "entry/tone_map.wgsl",
     "lib/clouds.wgsl",
     "lib/draw.wgsl",
@@ -39,14 +41,20 @@ fragments![
     "lib/rectangle.wgsl",
     "lib/reflected.wgsl",
     "lib/relief.wgsl",
+    "lib/ring/body_shadow.wgsl",
+    "lib/ring/photometry.wgsl",
+    "lib/ring/profile.wgsl",
+    "lib/ring/shadow.wgsl",
+    "lib/ring/surface.wgsl",
     "lib/sunlight.wgsl",
+    "lib/view_ray.wgsl",
 ];
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
 pub const SIMPLE_MODULES: [&str; 2] = ["point", "tone_map"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
-pub const PROBES: [&str; 2] = ["probe_disc_overlap", "probe_sunlight"];
+pub const PROBES: [&str; 4] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_sunlight"];
 
 /// The keys with which a probe is recorded and tested: one for each model that it may be asked for.
 pub fn probe_samples() -> Vec<ModuleId> {
@@ -56,5 +64,7 @@ pub fn probe_samples() -> Vec<ModuleId> {
     let models = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
     let mut all = keys("probe_disc_overlap", &models.each_ref().map(String::as_str));
     all.extend(keys("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
+    all.extend(keys("probe_ring_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
+    all.extend(keys("probe_ring_transmission", &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"]));
     all
 }

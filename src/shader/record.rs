@@ -1,16 +1,19 @@
 //! Recorded digests of modules, and why a module is no longer what was recorded.
 //!
-//! In: finished modules. Out: a text of one line per fragment and per module (names as what they share with the name before them, and the
+//! In: which modules. Out: a text of one line per fragment and per module (names as what they share with the name before them, and the
 //! rest: thousands of keys stay within 200 kB), and the list of changes between two such records, each
-//! with its reason: a fragment that changed, the emitter, or naga. Not here: where the record lies.
+//! with its reason: a fragment that changed, the emitter, or naga. Every module is emitted, parsed, validated and lowered; those of the
+//! covering sets are translated as well. Only digests are kept of it: the modules of all keys together would fill gigabytes. Not here: where
+//! the record lies.
 
-use super::fragments::FRAGMENTS;
+use super::fragments::{FRAGMENTS, SIMPLE_MODULES, probe_samples};
 use super::generator::{hex, naga_version};
-use super::translate::{Language, TranslateError, translate};
-use super::{Lowering, ModuleId, ShaderError, ShaderModule, SourceMap};
+use super::key::{ShaderKey, covering};
+use super::translate::{Language, translate};
+use super::{Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 fn short_digest(parts: &[&str]) -> String {
@@ -27,7 +30,7 @@ fn short_digest(parts: &[&str]) -> String {
 struct Digests {
     /// Of the emitted text.
     wgsl: String,
-    /// Of its translations to every other language.
+    /// Of its translations to every other language; empty where it is not translated.
     translations: String,
 }
 
@@ -78,29 +81,6 @@ impl Record {
         Self { naga: naga_version().unwrap_or("unknown").to_owned(), fragments, modules: BTreeMap::new() }
     }
 
-    /// The record of these modules; `Err` where one cannot be written in some language.
-    pub fn of<'a>(modules: impl IntoIterator<Item = &'a ShaderModule>) -> Result<Self, Vec<TranslateError>> {
-        let modules: Vec<_> = modules.into_iter().collect();
-        let digests: Vec<Result<(String, Digests), TranslateError>> = modules
-            .par_iter()
-            .map(|m| {
-                let others = Language::ALL.into_iter().filter(|l| !matches!(l, Language::Wgsl | Language::Ir));
-                let texts = others.map(|l| translate(m, l)).collect::<Result<Vec<_>, _>>()?;
-                let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-                Ok((m.id.to_string(), Digests::of(&short_digest(&[&m.wgsl]), &short_digest(&texts))))
-            })
-            .collect();
-        let mut record = Self::new();
-        let mut failures = Vec::new();
-        for result in digests {
-            match result {
-                Ok((name, digests)) => drop(record.modules.insert(name, digests)),
-                Err(e) => failures.push(e),
-            }
-        }
-        if failures.is_empty() { Ok(record) } else { Err(failures) }
-    }
-
     pub fn len(&self) -> usize {
         self.modules.len()
     }
@@ -114,7 +94,7 @@ impl Record {
             "# Digests of every generated module, of all reachable keys and the covering sets. `orrery shader verify` compares and\n\
              # explains; `orrery shader verify --update` records anew.\n\
              # fragment <path> <digest>\n\
-             # <letters shared with the name before> <rest of the name> <emitted WGSL> <HLSL, GLSL, MSL and SPIR-V together>\n",
+             # <letters shared with the name before> <rest of the name> <emitted WGSL> <HLSL, GLSL, MSL and SPIR-V together, where translated>\n",
         );
         let _ = writeln!(text, "naga {}", self.naga);
         for (name, digest) in &self.fragments {
@@ -123,7 +103,7 @@ impl Record {
         let mut before = "";
         for (name, d) in &self.modules {
             let same = shared(before, name);
-            let _ = writeln!(text, "{same} {} {} {}", &name[same..], d.wgsl, d.translations);
+            let _ = writeln!(text, "{}", format!("{same} {} {} {}", &name[same..], d.wgsl, d.translations).trim_end());
             before = name;
         }
         text
@@ -140,7 +120,8 @@ impl Record {
                 [first, ..] if first.starts_with('#') => {}
                 ["naga", version] => version.clone_into(&mut record.naga),
                 ["fragment", name, digest] => drop(record.fragments.insert(name.into(), digest.into())),
-                [same, rest, wgsl, translations] => {
+                [same, rest, wgsl, ..] if words.len() <= 4 => {
+                    let translations = words.get(3).copied().unwrap_or_default();
                     let kept = same.parse::<usize>().ok().and_then(|n| before.get(..n));
                     let Some(kept) = kept else { return Err(RecordError { line, text: content.to_owned() }) };
                     before = format!("{kept}{rest}");
@@ -152,8 +133,9 @@ impl Record {
         Ok(record)
     }
 
-    /// What changed from this record to `now`, with reasons. `source_map` gives the fragments of a module of `now`.
-    pub fn changes<'a>(&self, now: &Self, source_map: impl Fn(&str) -> Option<&'a SourceMap>) -> Vec<Change> {
+    /// What changed from this record to `now`, with reasons.
+    pub fn changes(&self, now: &Verified) -> Vec<Change> {
+        let (fragments_of, now) = (&now.fragments_of, &now.record);
         let mut changes = Vec::new();
         let mut push = |module: &str, what: String| changes.push(Change { module: module.to_owned(), what });
         for (name, digests) in &now.modules {
@@ -162,7 +144,7 @@ impl Record {
                 continue;
             };
             if old.wgsl != digests.wgsl {
-                let used = source_map(name).map(|m| m.fragments.as_slice()).unwrap_or_default();
+                let used = fragments_of.get(name).map(Vec::as_slice).unwrap_or_default();
                 let changed: Vec<&str> =
                     used.iter().filter(|f| self.fragments.get(*f) != now.fragments.get(*f)).map(String::as_str).collect();
                 push(
@@ -189,29 +171,49 @@ impl Record {
     }
 }
 
-/// The modules of these names, made on all cores; `done` is called after each. All failures, if there is any.
-pub fn build_all(
-    ids: &[ModuleId],
-    lowering: &Lowering,
-    done: impl Fn() + Sync,
-) -> Result<BTreeMap<String, ShaderModule>, Vec<ShaderError>> {
-    let made: Vec<_> = ids
-        .par_iter()
-        .map(|id| {
-            let module = ShaderModule::build(id, lowering);
+/// The modules to record: the simple ones and the probes, the covering sets, and the reachable keys; true where translations are, too.
+pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
+    let covered: BTreeSet<_> = covering(2).into_iter().chain(covering(3)).collect();
+    let rest: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();
+    let named = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples());
+    named.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(rest).collect()
+}
+
+/// The record of modules that all hold, and which fragments each is made of.
+#[derive(Clone, Debug)]
+pub struct Verified {
+    pub record: Record,
+    fragments_of: BTreeMap<String, Vec<String>>,
+}
+
+impl Verified {
+    /// Makes the modules on all cores, and translates those with `true`; `done` is called after each. All failures, if there is any.
+    pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
+        let one = |(id, translated): &(ModuleId, bool)| {
+            let made = ShaderModule::build(id, lowering).map_err(|e| e.to_string()).and_then(|m| {
+                let others = Language::ALL.into_iter().filter(|l| *translated && !matches!(l, Language::Wgsl | Language::Ir));
+                let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
+                let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+                let translations = if texts.is_empty() { String::new() } else { short_digest(&texts) };
+                Ok((m.id.to_string(), Digests::of(&short_digest(&[&m.wgsl]), &translations), m.source_map.fragments))
+            });
             done();
-            module
-        })
-        .collect();
-    let mut modules = BTreeMap::new();
-    let mut failures = Vec::new();
-    for result in made {
-        match result {
-            Ok(m) => drop(modules.insert(m.id.to_string(), m)),
-            Err(e) => failures.push(e),
+            made
+        };
+        let made: Vec<_> = ids.par_iter().map(one).collect();
+        let mut verified = Self { record: Record::new(), fragments_of: BTreeMap::new() };
+        let mut failures = Vec::new();
+        for result in made {
+            match result {
+                Ok((name, digests, fragments)) => {
+                    verified.record.modules.insert(name.clone(), digests);
+                    verified.fragments_of.insert(name, fragments);
+                }
+                Err(e) => failures.push(e),
+            }
         }
+        if failures.is_empty() { Ok(verified) } else { Err(failures) }
     }
-    if failures.is_empty() { Ok(modules) } else { Err(failures) }
 }
 
 /// Changes for a reader: one reason often covers many modules, so it is told once, with all of them.
@@ -238,7 +240,9 @@ mod tests {
     fn text_round_trips_and_bad_lines_are_named() {
         let r = record("1.2.3", "f", "w", "t");
         assert_eq!(Record::parse(&r.to_text()), Ok(r));
-        assert_eq!(Record::parse("naga 1\n0 k w\n").expect_err("short").line, 2);
+        assert_eq!(Record::parse("naga 1\n0 k\n").expect_err("short").line, 2);
+        let untranslated = Record::parse("naga 1\n0 k w\n").expect("reads");
+        assert_eq!(Record::parse(&untranslated.to_text()), Ok(untranslated));
         let several = Record::parse("naga 1\n0 lambert.sun1 w t\n8 sun2 x u\n0 sky y v\n").expect("reads");
         assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "lambert.sun2", "sky"]);
         assert_eq!(Record::parse(&several.to_text()), Ok(several));
@@ -247,9 +251,10 @@ mod tests {
 
     #[test]
     fn each_kind_of_change_gets_its_reason() {
-        let map = SourceMap { fragments: vec!["a.wgsl".into()], ..SourceMap::default() };
         let why = |old: &Record, new: &Record| {
-            old.changes(new, |_| Some(&map)).iter().map(|c| format!("{} {}", c.module, c.what)).collect::<Vec<_>>()
+            let fragments_of = [("k".to_owned(), vec!["a.wgsl".to_owned()])].into();
+            let new = Verified { record: new.clone(), fragments_of };
+            old.changes(&new).iter().map(|c| format!("{} {}", c.module, c.what)).collect::<Vec<_>>()
         };
         let old = record("1", "f", "w", "t");
         assert!(why(&old, &old).is_empty());

@@ -7,9 +7,9 @@ use super::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding,
     SamplerState, TextureBinding, TextureSource, Vertices,
 };
-use crate::image::{SharedTexture, TexelFormat};
+use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
-use crate::scene::draw::{Amounts, Draw, Light, Part, Point};
+use crate::scene::draw::{Amounts, Draw, Light, Part, Point, RingTable};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::LayoutError;
 use crate::shader::{Layout, UniformWriter};
@@ -45,6 +45,8 @@ pub struct Fineness {
 
 /// The binding of the sampler of all maps.
 const MAP_SAMPLER_BINDING: u32 = 8;
+/// The binding of the ring's table.
+pub const RING_PROFILE_BINDING: u32 = 5;
 /// The binding of the tone map's input.
 const HDR_BINDING: u32 = 1;
 
@@ -149,9 +151,26 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "caster_shape" => w.vec4_array(name, &a.eclipse.shapes),
         "caster_air_edges" => w.vec4_array(name, &a.eclipse.air_edges),
         "caster_air_passes" => w.vec4_array(name, &a.eclipse.air_passes),
+        "ring_nodes" => w.f32(name, a.ring.nodes()),
+        "ring_reach" => w.vec2(name, a.ring.reach),
+        "ring_blur" => w.f32(name, a.ring.blur),
+        "ring_phase" => w.vec4(name, a.ring.phase),
+        "ring_opposition" => w.vec2(name, a.ring.opposition),
+        "ring_half" => w.f32(name, a.ring.half),
+        "sun_tangent" => w.f32(name, a.ring.sun_tangent),
+        "shadow_axes" => w.vec3(name, a.ring.shadow_axes),
+        "sun_limb_u1" => w.vec3(name, a.ring.sun_limb_u1),
+        "sun_limb_u2" => w.vec3(name, a.ring.sun_limb_u2),
         "pixel_size" => w.vec2(name, a.pixel_size),
         _ => Err(LayoutError::Unknown(name.to_owned())),
     }
+}
+
+/// The ring's table as a texture of one level: it is read by texel.
+pub fn ring_profile(table: &RingTable) -> SharedTexture {
+    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let level = Level { width: table.width, height: table.height, bytes };
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
 /// Pixels that a clip rectangle touches.
@@ -173,6 +192,11 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         if layout.textures.iter().any(|t| t.binding == binding) {
             textures.push(TextureBinding { binding, source: TextureSource::Image(supplies.map(file, map_format(binding))?) });
         }
+    }
+    if layout.textures.iter().any(|t| t.binding == RING_PROFILE_BINDING)
+        && let Some(table) = &draw.amounts.ring.table
+    {
+        textures.push(TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) });
     }
     let state =
         SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: fineness.anisotropy };

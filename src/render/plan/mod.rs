@@ -1,7 +1,7 @@
 //! The render plan: passes, order, uniform bytes. Plain values, shared by every renderer.
 
 mod build;
-pub use build::{Fineness, PlanError, Supplies, map_format, modules, plan, uniforms_of};
+pub use build::{Fineness, PlanError, RING_PROFILE_BINDING, Supplies, map_format, modules, plan, ring_profile, uniforms_of};
 
 use crate::image::SharedTexture;
 pub use crate::shader::ModuleId as ModuleName;

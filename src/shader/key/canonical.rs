@@ -38,11 +38,10 @@ fn shows_normal(n: &Needs) -> bool {
     (lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
         && n.surface != Surface::Sky
 }
-/// Whether the pixel's value depends on the surface's own colour. A ring's map holds its opacity, too; a cloud has a map of its own.
+/// Whether the pixel's value depends on the surface's own colour. Clouds have a map, rings a table of their own.
 fn shows_albedo(n: &Needs) -> bool {
     match n.surface {
-        Surface::Sky | Surface::Cloud => false,
-        Surface::Ring => true,
+        Surface::Sky | Surface::Cloud | Surface::Ring => false,
         _ => lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Albedo,
     }
 }

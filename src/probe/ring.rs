@@ -1,0 +1,193 @@
+//! `ring-transmission`: the part of the Sun's light that a ring lets through; `ring-shadow`: the part that a planet keeps from its ring.
+//!
+//! Lengths are equatorial radii, axes the body's, pole +z. The ring is a profile of the question's or the catalog's of a body.
+
+use super::lanes::{Lanes, Numbers};
+use super::{Prober, fields};
+use crate::catalog::{Body, Ring};
+use crate::render::plan::{RING_PROFILE_BINDING, TextureBinding, TextureSource, ring_profile, uniforms_of};
+use crate::scene::draw::{Amounts, BodyShadow, Light, Needs, RingAmounts, RingShadow, RingTable, Surface};
+use crate::shader::ModuleId;
+use crate::shader::key::ShaderKey;
+use glam::{DVec3, Vec2, Vec3};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Annulus {
+    r_in: f64,
+    r_out: f64,
+    tau_normal: f64,
+    #[serde(default)]
+    #[allow(dead_code)]
+    name: String,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum ThroughModel {
+    #[default]
+    PointSun,
+    Penumbra,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Through {
+    profile: Option<Vec<Annulus>>,
+    body: Option<String>,
+    /// The light is asked for at a point: the figure of the planet does not matter.
+    #[serde(default)]
+    #[allow(dead_code)]
+    flattening: f64,
+    point: [f64; 3],
+    sun: [f64; 3],
+    #[serde(default)]
+    sun_angular_radius_deg: f64,
+    #[serde(default)]
+    model: ThroughModel,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+enum DarkModel {
+    /// A point Sun behind a sphere.
+    Sphere,
+    #[serde(alias = "uniform")]
+    UniformDisc,
+    #[default]
+    #[serde(alias = "ellipsoid-penumbra")]
+    LimbDarkened,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Dark {
+    body: Option<String>,
+    flattening: Option<f64>,
+    point: [f64; 3],
+    sun: [f64; 3],
+    #[serde(default)]
+    sun_angular_radius_deg: f64,
+    #[serde(default)]
+    model: DarkModel,
+    u1: Option<f64>,
+    u2: Option<f64>,
+}
+
+fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
+    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction"))
+}
+
+/// Tangent of the Sun's angular radius; 0 is taken as a very small Sun.
+fn sun_tangent(degrees: f64) -> Result<f32, String> {
+    if (0.0..=20.0).contains(&degrees) {
+        Ok(degrees.to_radians().tan().max(1e-6) as f32)
+    } else {
+        Err(format!("field \"sun_angular_radius_deg\" {degrees}: degrees from 0 to 20"))
+    }
+}
+
+fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, String> {
+    let found = prober.catalog().find_place(name).and_then(|id| prober.catalog().body(id));
+    found.ok_or_else(|| format!("field \"body\": no body is called `{name}`"))
+}
+
+fn answer(prober: &Prober<'_>, probe: &'static str, needs: &Needs, amounts: &Amounts, point: [f64; 3]) -> Result<f64, String> {
+    if !point.iter().all(|x| x.is_finite() && x.abs() < 1e6) {
+        return Err("field \"point\": three numbers, equatorial radii".into());
+    }
+    let module = ModuleId::Probe(probe, ShaderKey::for_draw(needs));
+    let built = prober.library().get(&module).map_err(|e| e.to_string())?;
+    let uniforms = uniforms_of(&built.layout, amounts).map_err(|e| e.to_string())?;
+    let texture =
+        |table: &Arc<RingTable>| TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) };
+    let textures = amounts.ring.table.iter().map(texture).collect();
+    let mut numbers: Numbers = [0.0; 12];
+    numbers[..3].copy_from_slice(&point);
+    let lanes = Lanes { uniforms, textures, ..Lanes::plain(module, 1) };
+    let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
+    // Green: all channels are alike here.
+    answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
+}
+
+fn lit_from(sun: DVec3) -> Vec<Light> {
+    vec![Light { direction_in_body: sun.as_vec3(), irradiance: Vec3::ONE }]
+}
+
+pub(super) fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+    let f: Through = fields(question)?;
+    let sun = unit("sun", f.sun)?;
+    let table = match (&f.profile, &f.body) {
+        (Some(profile), None) => {
+            if let Some(bad) =
+                profile.iter().find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < 1e6 && (0.0..=1e4).contains(&a.tau_normal)))
+            {
+                return Err(format!("field \"profile\": {} to {} of optical depth {} is no annulus", bad.r_in, bad.r_out, bad.tau_normal));
+            }
+            let ring = |a: &Annulus| Ring {
+                name: a.name.clone(),
+                inner_km: a.r_in,
+                outer_km: a.r_out,
+                tau_normal: a.tau_normal,
+                albedo: [0.0; 3],
+                dust: 0.0,
+            };
+            let rings: Vec<_> = profile.iter().map(ring).collect();
+            RingTable::of(rings.iter(), 1.0)
+        }
+        (None, Some(name)) => {
+            let body = body(prober, name)?;
+            RingTable::of(body.rings.iter(), body.radii_km.x)
+        }
+        _ => return Err("give either \"profile\" or \"body\"".into()),
+    };
+    let Some(table) = table else { return Ok(json!({ "transmission": 1.0 })) };
+    let ring_shadow = match f.model {
+        ThroughModel::PointSun => RingShadow::PointSun,
+        ThroughModel::Penumbra => RingShadow::Penumbra,
+    };
+    let ring = RingAmounts {
+        reach: Vec2::new(table.reach[0] as f32, table.reach[1] as f32),
+        table: Some(Arc::new(table)),
+        sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
+        ..RingAmounts::default()
+    };
+    let needs = Needs { lights: 1, ring_shadow, ..Needs::LEAST };
+    let amounts = Amounts { lights: lit_from(sun), ring, ..Amounts::default() };
+    Ok(json!({ "transmission": answer(prober, "probe_ring_transmission", &needs, &amounts, f.point)? }))
+}
+
+pub(super) fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+    let f: Dark = fields(question)?;
+    let sun = unit("sun", f.sun)?;
+    let axes = match (f.flattening, &f.body) {
+        (Some(flat), None) if (0.0..0.9).contains(&flat) => DVec3::new(1.0, 1.0, 1.0 - flat),
+        (Some(flat), None) => return Err(format!("field \"flattening\" {flat}: from 0 to below 0.9")),
+        (None, Some(name)) => {
+            let body = body(prober, name)?;
+            body.radii_km / body.radii_km.x
+        }
+        _ => return Err("give either \"flattening\" or \"body\"".into()),
+    };
+    let (u1, u2) = match f.model {
+        DarkModel::UniformDisc => (0.0, 0.0),
+        _ => (f.u1.unwrap_or(0.40), f.u2.unwrap_or(0.26)),
+    };
+    if !(u1.is_finite() && u2.is_finite() && 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0) {
+        return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
+    }
+    let ring = RingAmounts {
+        sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
+        shadow_axes: axes.as_vec3(),
+        sun_limb_u1: Vec3::splat(u1 as f32),
+        sun_limb_u2: Vec3::splat(u2 as f32),
+        ..RingAmounts::default()
+    };
+    let body_shadow = if f.model == DarkModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
+    let needs = Needs { surface: Surface::Ring, lights: 1, body_shadow, ..Needs::LEAST };
+    let amounts = Amounts { lights: lit_from(sun), ring, ..Amounts::default() };
+    Ok(json!({ "blocked": 1.0 - answer(prober, "probe_ring_shadow", &needs, &amounts, f.point)? }))
+}

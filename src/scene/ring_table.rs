@@ -1,0 +1,106 @@
+//! The table that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
+//!
+//! In: rings in the order of the catalog (a later one lies over an earlier one). Out: [`RingTable`], plain f32 texels; their meaning and the
+//! error of reading between rows stand in shaders/lib/ring/profile.wgsl. Always holds: radii rise, integrals never fall.
+
+use super::camera::narrow_scalar;
+use crate::catalog::Ring;
+
+/// Rows of the table besides the radii: slopes x = 2^(k/8), k = 0..=96.
+pub const SLOPES: u32 = 97;
+const SLOPES_PER_OCTAVE: f64 = 8.0;
+/// Radii beyond which a table is refused: the widest texture that every GPU takes, halved.
+pub const NODES_AT_MOST: usize = 4096;
+
+/// Texels row by row, four numbers each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingTable {
+    pub width: u32,
+    pub height: u32,
+    pub texels: Vec<f32>,
+    /// Innermost and outermost radius, equatorial radii.
+    pub reach: [f64; 2],
+}
+
+/// A stretch of radius of one optical depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Step {
+    from: f64,
+    to: f64,
+    tau: f64,
+    albedo: [f64; 3],
+}
+
+/// Cuts overlapping rings into stretches, each with the last ring that holds it.
+fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<Step> {
+    let mut edges: Vec<f64> = rings.clone().flat_map(|r| [r.inner_km, r.outer_km]).collect();
+    edges.sort_by(f64::total_cmp);
+    edges.dedup();
+    let between = |pair: &[f64]| {
+        let middle = (pair[0] + pair[1]) / 2.0;
+        let over = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
+        let (tau, albedo) = over.map_or((0.0, [0.0; 3]), |r| (r.tau_normal, r.albedo));
+        Step { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo }
+    };
+    edges.windows(2).map(between).collect()
+}
+
+impl RingTable {
+    /// `None` without a ring, or with more edges than [`NODES_AT_MOST`]. `unit_km`: the body's equatorial radius.
+    pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Option<Self> {
+        let steps = steps(rings, unit_km);
+        let (first, last) = (steps.first()?, steps.last()?);
+        let nodes = steps.len() + 1;
+        if nodes > NODES_AT_MOST {
+            return None;
+        }
+        let mut texels = Vec::with_capacity(nodes * (SLOPES as usize + 1) * 4);
+        let radii = steps.iter().map(|s| [s.from, s.to - s.from]).chain([[last.to, 0.0]]);
+        texels.extend(radii.flat_map(|[r, width]| [narrow_scalar(r), narrow_scalar(width), 0.0, 0.0]));
+        for k in 0..SLOPES {
+            let slope = (f64::from(k) / SLOPES_PER_OCTAVE).exp2();
+            let mut sum = [0.0; 4];
+            texels.extend([0.0; 4]);
+            for step in &steps {
+                let stopped = (step.to - step.from) * -(-step.tau * slope).exp_m1();
+                for c in 0..3 {
+                    sum[c] += stopped * step.albedo[c];
+                }
+                sum[3] += stopped;
+                texels.extend(sum.map(narrow_scalar));
+            }
+        }
+        Some(Self { width: nodes as u32, height: SLOPES + 1, texels, reach: [first.from, last.to] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(inner_km: f64, outer_km: f64, tau_normal: f64) -> Ring {
+        Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust: 0.0 }
+    }
+
+    #[test]
+    fn a_later_ring_lies_over_an_earlier_one() {
+        let cut = steps([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), 1.0);
+        let taus: Vec<_> = cut.iter().map(|s| (s.from, s.to, s.tau)).collect();
+        assert_eq!(taus, [(1.0, 2.0, 1.0), (2.0, 3.0, 0.0), (3.0, 4.0, 1.0)]);
+    }
+
+    #[test]
+    fn integrals_rise_by_what_each_stretch_stops() {
+        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0).expect("a table");
+        assert_eq!((table.width, table.height, table.reach), (4, SLOPES + 1, [1.0, 3.0]));
+        for row in 1..table.height as usize {
+            let slope = (row as f64 - 1.0) / 8.0;
+            let at = |node: usize, c: usize| f64::from(table.texels[(row * 4 + node) * 4 + c]);
+            let first = 1.0 - (-0.7 * slope.exp2()).exp();
+            assert!((at(1, 3) - first).abs() < 1e-6 && (at(1, 0) - 0.5 * first).abs() < 1e-6, "row {row}");
+            assert_eq!(at(2, 3), at(1, 3), "a gap adds nothing");
+            assert!(at(3, 3) > at(2, 3) && at(3, 3) <= 1.5 + 1e-6);
+        }
+        assert!(RingTable::of([].iter(), 1.0).is_none());
+    }
+}

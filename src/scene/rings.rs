@@ -1,0 +1,254 @@
+//! Rings: when they are drawn, when they and their planet shade each other, by which model, and with what amounts.
+//!
+//! In: a placed body with rings, the camera, what is white. Out: which rings count, the models, the numbers of shaders/lib/ring. A ring is flat and
+//! round here: halos, the inclination and the eccentricity of the Uranian rings (0.008 of the radius for epsilon) and the arcs of Adams are left out.
+
+use super::camera::{self, AnchorForm, Camera, ClipRect, Placement};
+use super::draw::Amounts;
+use super::effects::VISIBLE_CHANGE;
+use super::ring_table::RingTable;
+use super::silhouette::Outline;
+use crate::catalog::{Body, Photometry, Ring};
+use glam::{DVec3, Vec2, Vec3, Vec4};
+use std::sync::{Arc, OnceLock};
+
+pub use super::needs::{BodyShadow, RingShadow};
+
+/// Exponent of the power law (pi - phase angle)^n of particles that shade themselves and each other: Dones, Cuzzi and Showalter 1993
+/// (Icarus 105, 184) for the A ring.
+const PHASE_EXPONENT: f64 = 3.09;
+/// Height and angular width (tangent of half the phase angle) of the opposition's peak: 0.3 mag within half a degree, as the B ring rises in the
+/// phase curves of Franklin and Cook 1965 (Astron. J. 70, 704).
+const OPPOSITION: [f64; 2] = [0.32, 0.0045];
+/// Asymmetry of dust seen against the Sun.
+const DUST_ASYMMETRY: f64 = 0.7;
+/// Thickness of the spheroid that stands for the ring where its outline is sought, over its radius.
+const THIN: f64 = 1e-6;
+/// Cosines below this count as it; shaders/lib/ring/profile.wgsl has the same bound.
+const LEAST_COSINE: f64 = 1.0 / 4096.0;
+
+/// Uniforms of shaders/lib/ring.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RingAmounts {
+    pub table: Option<Arc<RingTable>>,
+    /// Innermost and outermost radius, equatorial radii.
+    pub reach: Vec2,
+    /// Half a pixel at the body, equatorial radii.
+    pub blur: f32,
+    /// Factor and exponent of the particles' phase function, part of dust, its asymmetry.
+    pub phase: Vec4,
+    pub opposition: Vec2,
+    /// 1: the half before the body's centre, -1: behind it, 0: both.
+    pub half: f32,
+    /// Tangent of the Sun's angular radius.
+    pub sun_tangent: f32,
+    /// The globe's semi-axes over its equatorial radius.
+    pub shadow_axes: Vec3,
+    pub sun_limb_u1: Vec3,
+    pub sun_limb_u2: Vec3,
+}
+
+impl RingAmounts {
+    pub fn nodes(&self) -> f32 {
+        self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.width)))
+    }
+}
+
+/// The factor that makes the power law's mean over all directions 1.
+fn phase_factor() -> f64 {
+    static FACTOR: OnceLock<f64> = OnceLock::new();
+    *FACTOR.get_or_init(|| {
+        let (n, h) = (4096, std::f64::consts::PI / 4096.0);
+        let sum: f64 = (0..n).map(|k| (f64::from(k) + 0.5) * h).map(|y| y.powf(PHASE_EXPONENT) * y.sin()).sum();
+        2.0 / (sum * h)
+    })
+}
+
+/// Phase function of a ring's particles: 1 in the mean over all directions, without the opposition's peak.
+fn phase_function(alpha: f64, dust: f64) -> f64 {
+    let bodies = phase_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT);
+    let g = DUST_ASYMMETRY;
+    let forward = (1.0 - g * g) / (1.0 + g * g + 2.0 * g * alpha.cos()).powf(1.5);
+    bodies * (1.0 - dust) + forward * dust
+}
+
+/// What of a body's rings a frame can see.
+pub struct View<'a> {
+    pub body: &'a Body,
+    pub camera: &'a Camera,
+    pub placement: &'a Placement,
+    /// Unit vector, body axes.
+    pub sun: DVec3,
+    pub sun_km: f64,
+    /// Phase angle, radians.
+    pub alpha: f64,
+    /// Irradiance on a plane facing the Sun over the radiance of white.
+    pub brightness: f64,
+}
+
+/// A number against its bound.
+pub struct Bound {
+    pub on: bool,
+    pub reason: String,
+}
+
+/// The rings that can change a pixel.
+pub struct Counted<'a> {
+    pub rings: Vec<&'a Ring>,
+    pub bound: Bound,
+}
+
+impl<'a> View<'a> {
+    /// Pixels that an equatorial radius spans at the body.
+    fn pixels_per_radius(&self) -> f64 {
+        self.body.radii_km.x / (self.placement.centre_km.length() * self.camera.pixel_tangent())
+    }
+
+    fn cos_emission(&self) -> f64 {
+        let towards = self.placement.body_from_icrf * -self.placement.centre_km;
+        (towards.z / towards.length()).abs().max(LEAST_COSINE)
+    }
+
+    /// The part of white by which a ring changes a pixel at most: what it hides or what it adds, times the part of the pixel it fills.
+    fn change(&self, ring: &Ring) -> f64 {
+        let deep = ring.tau_normal / self.cos_emission();
+        let hides = -(-deep).exp_m1();
+        let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
+        // Single scattering never exceeds this: each photon stopped once on its way, none lost again.
+        let adds = albedo * 0.25 * phase_function(self.alpha, ring.dust) * deep.min(1.0) * self.brightness;
+        let width_px = (ring.outer_km - ring.inner_km) / self.body.radii_km.x * self.pixels_per_radius();
+        hides.max(adds) * width_px.min(1.0)
+    }
+
+    /// `everything`: also rings that nobody would see.
+    pub fn counted(&self, everything: bool) -> Counted<'a> {
+        let rings: Vec<&Ring> = self.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
+        let strongest = rings.iter().map(|r| (self.change(r), r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
+        let outer = rings.iter().filter(|r| self.change(r) > VISIBLE_CHANGE || everything).map(|r| r.outer_km).fold(0.0, f64::max);
+        // Gaps come along: they lie over what they are gaps in.
+        let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
+        let area_px = std::f64::consts::PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
+        let reason = match strongest {
+            None => "it has no rings".into(),
+            Some((part, name)) if seen.is_empty() => {
+                format!("the strongest, {name}, changes a pixel by {part:.2e} of white against {VISIBLE_CHANGE:.2e}")
+            }
+            Some((part, name)) => {
+                format!("{name} changes a pixel by {part:.2e} of white; out to {outer:.0} km, {area_px:.1} px against 0.5")
+            }
+        };
+        Counted { bound: Bound { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
+    }
+
+    /// Whether any of its rings can be in the picture.
+    pub fn meets_frame(&self) -> bool {
+        self.rect(self.body.rings.iter().map(|r| r.outer_km).fold(0.0, f64::max)).is_some()
+    }
+
+    fn sun_tangent(&self, sun_radius_km: f64) -> f64 {
+        sun_radius_km / self.sun_km
+    }
+
+    /// Whether the ring takes light from the lit globe, and the model that it takes.
+    pub fn ring_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (Bound, RingShadow) {
+        let sine = self.sun.z.abs();
+        let tangent = self.sun_tangent(sun_radius_km);
+        // A path from the lit globe to the Sun meets the plane no farther out than the Sun's cylinder through the terminator does.
+        let farthest_km = self.body.radii_km.x / sine.max(1e-9);
+        let darkest = rings
+            .iter()
+            .filter(|r| r.inner_km < farthest_km)
+            .map(|r| -(-r.tau_normal / sine.max(LEAST_COSINE)).exp_m1())
+            .fold(0.0, f64::max);
+        let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
+        let model = if penumbra_px > 0.5 { RingShadow::Penumbra } else { RingShadow::PointSun };
+        let reason = format!(
+            "the Sun stands {:.3} degrees over their plane and they take {darkest:.2e} of its light against {VISIBLE_CHANGE:.2e}; penumbra up to {penumbra_px:.1} px",
+            sine.asin().to_degrees()
+        );
+        (Bound { on: darkest > VISIBLE_CHANGE && sine > 0.0, reason }, model)
+    }
+
+    /// Whether the globe's shadow meets the ring, and the model that it takes.
+    pub fn body_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (Bound, BodyShadow) {
+        let inner_km = rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min);
+        let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
+        // The shadow's cylinder passes this far over the innermost ring's nearest point.
+        let aside = inner_km * self.sun.z.abs() / self.body.radii_km.x;
+        let flat = super::effects::flattening(self.body);
+        let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer_km / self.body.radii_km.x;
+        let aside_px = flat.max(soft) * self.pixels_per_radius();
+        let model = if aside_px > 0.5 { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
+        let reason =
+            format!("the shadow's axis passes {aside:.3} radii from the innermost ring; oblateness and penumbra make {aside_px:.1} px");
+        (Bound { on: aside < 1.0, reason }, model)
+    }
+
+    /// The outline of the outermost counted ring: the rectangle to draw.
+    pub fn rect(&self, outer_km: f64) -> Option<ClipRect> {
+        let disc = Placement { radii_km: DVec3::new(outer_km, outer_km, outer_km * THIN), ..*self.placement };
+        if disc.camera_is_inside() {
+            return Some(ClipRect::VIEWPORT);
+        }
+        Outline::of(self.camera, &disc).rect(self.camera)
+    }
+
+    /// The view rays over the rectangle, in the ring's frame: the equatorial radius on all axes.
+    pub fn rays(&self, rect: ClipRect) -> Amounts {
+        let round = Placement { radii_km: DVec3::splat(self.body.radii_km.x), ..*self.placement };
+        let rays = self.camera.view_rays(&round, rect, AnchorForm::Auto);
+        Amounts {
+            rect_in_clip: rays.rect_in_clip,
+            anchor_origin: rays.anchor_origin,
+            anchor_du: rays.anchor_du,
+            anchor_dv: rays.anchor_dv,
+            ray_origin: rays.ray_origin,
+            ray_du: rays.ray_du,
+            ray_dv: rays.ray_dv,
+            depth_row: rays.depth_row,
+            ..Amounts::default()
+        }
+    }
+
+    /// The amounts of both draws; `half` is set by each.
+    pub fn amounts(&self, rings: &[&Ring], sun: Option<&Body>) -> RingAmounts {
+        let radius_km = self.body.radii_km.x;
+        let Some(table) = RingTable::of(rings.iter().copied(), radius_km) else { return RingAmounts::default() };
+        let (u1, u2) = match sun.map(|s| &s.photometry) {
+            Some(Photometry::Emissive { u1, u2 }) => (DVec3::from_array(*u1), DVec3::from_array(*u2)),
+            _ => (DVec3::ZERO, DVec3::ZERO),
+        };
+        let covers = |r: &&Ring| (r.outer_km - r.inner_km) * -(-r.tau_normal).exp_m1();
+        let whole: f64 = rings.iter().map(covers).sum();
+        let dust = rings.iter().map(|r| covers(r) * r.dust).sum::<f64>() / whole.max(1e-30);
+        let narrow = camera::narrow_scalar;
+        RingAmounts {
+            reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
+            table: Some(Arc::new(table)),
+            blur: narrow(0.5 / self.pixels_per_radius()),
+            phase: Vec4::new(narrow(phase_factor()), narrow(PHASE_EXPONENT), narrow(dust), narrow(DUST_ASYMMETRY)),
+            opposition: Vec2::new(narrow(OPPOSITION[0]), narrow(OPPOSITION[1])),
+            half: 0.0,
+            sun_tangent: narrow(self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6)),
+            shadow_axes: camera::narrow(self.body.radii_km / radius_km),
+            sun_limb_u1: camera::narrow(u1),
+            sun_limb_u2: camera::narrow(u2),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_phase_function_keeps_its_light() {
+        for dust in [0.0, 0.3, 1.0] {
+            let n = 20_000;
+            let h = std::f64::consts::PI / f64::from(n);
+            let mean: f64 = (0..n).map(|k| (f64::from(k) + 0.5) * h).map(|a| 0.5 * phase_function(a, dust) * a.sin() * h).sum();
+            assert!((mean - 1.0).abs() < 1e-6, "dust {dust}: {mean}");
+        }
+        assert!(phase_function(0.0, 0.0) > 4.0 && phase_function(3.0, 0.0) < 0.01 && phase_function(3.0, 1.0) > 3.0);
+    }
+}

@@ -1,0 +1,218 @@
+//! Rings against tables made outside this program, against geometry, and in whole frames.
+
+use orrery::catalog::NaifId;
+use orrery::probe::Prober;
+use orrery::render::plan::Fineness;
+use orrery::render::software::{Options, Precision, SoftwareRenderer};
+use orrery::scene::Scene;
+use orrery::scene::draw::{BodyShadow, Part, RingShadow};
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
+use orrery::session::{Session, Sources};
+use orrery::time::Instant;
+use serde_json::{Value, json};
+use std::sync::LazyLock;
+
+const SATURN: NaifId = NaifId(699);
+const URANUS: NaifId = NaifId(799);
+const TITAN: NaifId = NaifId(606);
+const PLAIN: Fineness = Fineness { samples: 1, anisotropy: 1 };
+
+static SESSION: LazyLock<Session> = LazyLock::new(|| {
+    let cache = std::env::temp_dir().join(format!("orrery-rings-{}", std::process::id()));
+    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
+});
+
+fn ask(precision: Precision, question: &Value, answer: &str) -> f64 {
+    static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
+        [Precision::F32, Precision::F64]
+            .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
+    });
+    let renderer = &RENDERERS[usize::from(precision == Precision::F64)];
+    let value = Prober { session: &SESSION, renderer }.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}"));
+    value[answer].as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+fn table() -> Value {
+    serde_json::from_str(include_str!("data/ring_shadow_public.json")).expect("JSON")
+}
+
+fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
+    v[name].as_array().unwrap_or_else(|| panic!("{name}"))
+}
+
+#[test]
+fn light_through_the_ring_is_what_the_closed_form_says() {
+    let table = table();
+    let steps = |p: &Value| json!({"r_in": p["r_in"], "r_out": p["r_out"], "tau_normal": p["tau_normal"]});
+    let profile: Vec<_> = list(&table, "ring_profile").iter().map(steps).collect();
+    for precision in [Precision::F32, Precision::F64] {
+        let mut dimmed = 0;
+        for row in list(&table, "surface_points") {
+            let q = json!({"q": "ring-transmission", "profile": profile, "flattening": table["flattening"], "point": row["point"], "sun": row["sun"]});
+            let expected = row["ring_transmission"].as_f64().expect("a number");
+            let error = ask(precision, &q, "transmission") - expected;
+            assert!(error.abs() < 1e-3, "{precision:?} {q}: off by {error:e}");
+            dimmed += i32::from(expected < 0.99);
+        }
+        assert!(dimmed > 10, "the table holds shadows");
+    }
+}
+
+#[test]
+fn the_oblate_planet_hides_what_the_chords_say() {
+    let table = table();
+    let mut sphere_off: f64 = 0.0;
+    for row in list(&table, "ring_points") {
+        let ask = |precision, model: &str| {
+            let q = json!({"q": "ring-shadow", "flattening": table["flattening"], "point": row["point"], "sun": row["sun"],
+                "sun_angular_radius_deg": row["sun_angular_radius_deg"], "model": model});
+            ask(precision, &q, "blocked")
+        };
+        for (model, field) in [("uniform-disc", "blocked_uniform"), ("limb-darkened", "blocked_limb_darkened")] {
+            let expected = row[field].as_f64().expect("a number");
+            for precision in [Precision::F32, Precision::F64] {
+                let error = ask(precision, model) - expected;
+                assert!(error.abs() < 1e-3, "{precision:?} {model} {row}: off by {error:e}");
+            }
+            sphere_off = sphere_off.max((ask(Precision::F32, "sphere") - expected).abs());
+        }
+    }
+    assert!(sphere_off > 0.3, "a sphere under a point Sun would pass, too: {sphere_off}");
+}
+
+#[test]
+fn a_narrow_ringlet_keeps_its_place_in_the_table() {
+    let profile = json!([{"r_in": 1.5, "r_out": 1.6, "tau_normal": 0.5}, {"r_in": 1.55, "r_out": 1.55005, "tau_normal": 3.0}]);
+    let through = |radius: f64| {
+        let q = json!({"q": "ring-transmission", "profile": profile, "point": [radius - 0.5, 0.0, -0.5], "sun": [1.0, 0.0, 1.0]});
+        ask(Precision::F64, &q, "transmission")
+    };
+    let slope = 2.0_f64.sqrt();
+    for (radius, tau) in [(1.49999, 0.0), (1.5001, 0.5), (1.54999, 0.5), (1.550025, 3.0), (1.5501, 0.5), (1.5999, 0.5), (1.6001, 0.0)] {
+        let (found, expected) = (through(radius), (-tau * slope).exp());
+        assert!((found - expected).abs() < 1e-3, "{radius}: {found}, not {expected}");
+    }
+}
+
+#[test]
+fn wrong_questions_get_one_line() {
+    let prober_error = |q: Value| {
+        let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
+        Prober { session: &SESSION, renderer: &renderer }.answer(&q.to_string()).expect_err("wrong")
+    };
+    let at = |mut q: Value| {
+        (q["point"], q["sun"]) = (json!([1.0, 0.0, 0.0]), json!([0.0, 0.0, 1.0]));
+        q
+    };
+    for (q, says) in [
+        (at(json!({"q": "ring-transmission"})), "profile"),
+        (at(json!({"q": "ring-transmission", "body": "nowhere"})), "nowhere"),
+        (at(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "annulus"),
+        (at(json!({"q": "ring-shadow", "flattening": 1.5})), "flattening"),
+        (json!({"q": "ring-shadow", "flattening": 0.1, "point": [1.5, 0, 0], "sun": [0, 0, 0]}), "sun"),
+    ] {
+        let error = prober_error(q);
+        assert!(error.contains(says) && !error.contains('\n'), "{error}");
+    }
+}
+
+fn request(target: NaifId, time: &str, radii: f64, size: u32, effects: &str) -> ViewRequest {
+    ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(radii) },
+        width: size,
+        height: size,
+        exposure: ExposureRequest::Stops(5.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        fov_deg: Some(5.0),
+        ..ViewRequest::of(target, Instant::parse(time).expect("a time"))
+    }
+}
+
+fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
+    let drawn = SESSION.draw(request, PLAIN, true).expect("drawn");
+    let hdr = drawn.frame.hdr.clone();
+    assert_eq!(hdr.len(), (request.width * request.height) as usize);
+    (drawn.scene, hdr)
+}
+
+/// Light that the rings add: the picture with them minus that without, summed over the solid angle of the pixels.
+fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
+    let sum = |effects: &str| {
+        let (_, hdr) = pixels(&request(target, time, radii, size, effects));
+        hdr.iter().map(|p| f64::from(p[1])).sum::<f64>() / f64::from(size * size)
+    };
+    sum("+rings,-ring-shadow,-points") - sum("-rings,-ring-shadow,-points")
+}
+
+#[test]
+fn narrow_rings_keep_their_light_at_any_size() {
+    // Uranus' rings, few kilometres wide: from 20 to 640 pixels across the whole. Only what they lie over differs, and that is the same.
+    let full = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, 800);
+    assert!(full > 0.0);
+    for size in [25, 50, 100, 250] {
+        let light = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, size);
+        assert!((light / full - 1.0).abs() < 0.04, "{size} px: {light:e} against {full:e}");
+    }
+}
+
+#[test]
+fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunlight() {
+    // The Earth crosses the plane on 2025-03-23, the Sun on 2025-05-06.
+    let times = ["2017-05-17T00:00:00Z", "2025-03-23T17:46:00Z", "2025-03-23T18:30:00Z", "2025-05-06T14:15:00Z", "2025-05-06T20:00:00Z"];
+    for time in times {
+        for (size, radii) in [(300, 70.0), (64, 90.0)] {
+            let (scene, hdr) = pixels(&request(SATURN, time, radii, size, "+rings"));
+            assert!(scene.draws.iter().any(|d| d.part == Part::Ring), "{time}");
+            // Sunlight at 9 au and more is 0.0125 of that at 1 au; Enceladus, the brightest, reflects 1.4 of a white plane.
+            let worst = hdr.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
+            assert!(hdr.iter().all(|p| p.iter().all(|v| v.is_finite() && *v >= 0.0)), "{time} {size}");
+            assert!(worst < 0.0125 * 1.5 && worst > 0.001, "{time} {size}: {worst}");
+        }
+    }
+}
+
+#[test]
+fn the_side_away_from_the_sun_is_darker() {
+    // Between the Earth's and the Sun's crossing the Earth looks at the unlit side.
+    let per_opening = |time: &str| ring_light(SATURN, time, 70.0, 200);
+    let (unlit, lit) = (per_opening("2025-04-20T00:00:00Z"), per_opening("2017-05-17T00:00:00Z"));
+    assert!(unlit < 0.05 * lit && lit > 0.0, "unlit {unlit:e}, lit {lit:e}");
+}
+
+#[test]
+fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
+    let (bare, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow"));
+    assert!(bare.draws.iter().all(|d| d.part == Part::Globe && d.needs.ring_shadow == RingShadow::None && d.amounts.ring.table.is_none()));
+    let asked = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow");
+    let (scene, ringed) = pixels(&asked);
+    let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
+    assert_eq!(parts, [Part::RingBehind, Part::Globe, Part::Ring]);
+    assert_ne!(hdr, ringed);
+    // From the pole's ground the rings stand below the horizon.
+    let ground = |effects: &str| {
+        let standing = ViewRequest {
+            target: Some(TITAN),
+            position: Position::Ground { body: SATURN, latitude_deg: 88.0, longitude_deg: 10.0, height_km: 1.0 },
+            fov_deg: Some(90.0),
+            ..request(SATURN, "2017-05-17T00:00:00Z", 70.0, 64, effects)
+        };
+        pixels(&standing).1
+    };
+    assert_eq!(ground("-rings,-ring-shadow"), ground("+rings,-ring-shadow"));
+}
+
+#[test]
+fn shadows_are_decided_by_what_they_take() {
+    let needs = |target, time: &str, size| {
+        let scene = SESSION.scene(&request(target, time, 70.0, size, "")).expect("a scene");
+        let of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.needs);
+        (of(Part::Globe).expect("a globe"), of(Part::Ring))
+    };
+    let (globe, ring) = needs(SATURN, "2017-05-17T00:00:00Z", 400);
+    assert_eq!((globe.ring_shadow, ring.map(|n| n.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));
+    // Near the Sun's crossing the penumbra is wide.
+    assert_eq!(needs(SATURN, "2025-05-01T00:00:00Z", 400).0.ring_shadow, RingShadow::Penumbra);
+    // Under a high Sun Uranus' rings throw their shadow past the globe.
+    assert_eq!(needs(URANUS, "2030-01-01T00:00:00Z", 400).0.ring_shadow, RingShadow::None);
+}
