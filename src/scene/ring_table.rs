@@ -63,10 +63,10 @@ impl RingTable {
             texels.extend([0.0; 4]);
             for step in &steps {
                 let stopped = (step.to - step.from) * -(-step.tau * slope).exp_m1();
-                for c in 0..3 {
-                    sum[c] += stopped * step.albedo[c];
+                let [red, green, blue] = step.albedo;
+                for (of, weight) in sum.iter_mut().zip([red, green, blue, 1.0]) {
+                    *of += stopped * weight;
                 }
-                sum[3] += stopped;
                 texels.extend(sum.map(narrow_scalar));
             }
         }
