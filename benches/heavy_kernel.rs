@@ -1,6 +1,6 @@
 //! The tape against a kernel written by hand, on one thread, in turns within one process: CPU time and the median of the rounds' ratios.
 //!
-//! `cargo bench --bench heavy_kernel`. Prints one line a kernel class, then the ratio tape over hand for AVX2.
+//! `cargo bench --bench heavy_kernel`. Prints one line a kernel class, then what the tone map takes.
 
 #[cfg(target_arch = "x86_64")]
 #[path = "heavy/by_hand.rs"]
@@ -15,7 +15,7 @@ fn main() {
 
 #[cfg(target_arch = "x86_64")]
 fn main() {
-    use heavy::{UNIFORMS, cpu_seconds, map, median, module, plan};
+    use heavy::{TONE_MAP, UNIFORMS, WGSL, cpu_seconds, map, median, module, plan, tone_map_plan};
     use orrery::render::software::kernels::KernelClass;
     use orrery::render::software::{Options, Precision, SoftwareRenderer};
 
@@ -32,7 +32,7 @@ fn main() {
     };
     let linear = texture.levels[0].bytes.chunks_exact(4).map(|t| [decoded(t[0]), decoded(t[1]), decoded(t[2]), 1.0]).collect();
     let texels = by_hand::Texels { width: 1024, height: 512, linear };
-    let (plan, module) = (plan(SIZE as u32), module());
+    let (plan, module) = (plan(SIZE as u32), module(WGSL));
     let classes: Vec<_> = KernelClass::available().into_iter().collect();
     let renderers: Vec<_> = classes
         .iter()
@@ -59,5 +59,16 @@ fn main() {
     for (class, times) in classes.iter().zip(&tape_s) {
         let ratio = median(times.iter().zip(&hand_s).map(|(t, h)| t / h).collect());
         println!("tape, {}: {:.1} ms, {ratio:.2} of the kernel by hand", class.name(), 1e3 * median(times.clone()));
+    }
+    let (plan, module) = (tone_map_plan(SIZE as u32), heavy::module(TONE_MAP));
+    for class in &classes {
+        // A renderer of its own: one keeps its modules by name.
+        let renderer = SoftwareRenderer::new(Options { threads: 1, kernels: *class, precision: Precision::F32 }).expect("a renderer");
+        let times = (0..ROUNDS).map(|_| {
+            let start = cpu_seconds();
+            renderer.render(&plan, &module, false).expect("draws");
+            cpu_seconds() - start
+        });
+        println!("tone map, {}: {:.1} ms", class.name(), 1e3 * median(times.collect()));
     }
 }

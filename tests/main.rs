@@ -27,4 +27,5 @@ mod software_math;
 mod software_raster;
 mod software_sampling;
 mod software_speed;
+mod software_tone_map;
 mod textures;

@@ -46,8 +46,9 @@ fn cases() -> Vec<Case> {
     let case = |name, op, exact, samples: Vec<f64>, most| Case { name, op, exact, samples, most };
     let both = |v: Vec<f64>| v.iter().flat_map(|x| [*x, -x]).collect::<Vec<_>>();
     vec![
-        case("exp", Op::Exp, f64::exp, span(-87.0, 88.7, N).collect(), [1.1, 1.5]),
-        case("exp2", Op::Exp2, f64::exp2, span(-126.0, 127.9, N).collect(), [1.2, 2.5]),
+        case("exp", Op::Exp, f64::exp, span(-86.98, 88.7, N).collect(), [1.1, 1.5]),
+        // Where the result nears the end of f32's range, half of it has one bit less.
+        case("exp2", Op::Exp2, f64::exp2, span(-125.49, 127.9, N).collect(), [1.4, 2.5]),
         case("log", Op::Log, f64::ln, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.1, 1.5]),
         case("log2", Op::Log2, f64::log2, scales(1e-38, 1e38, N).chain(span(0.5, 2.0, N)).collect(), [1.6, 1.5]),
         case("sin", Op::Sin, f64::sin, both(scales(1e-20, 1e6, N).chain(span(0.0, 100.0, N)).collect()), [1.6, 2.5]),
@@ -209,8 +210,6 @@ fn edges<R: Real>(smallest: f64) {
     ] {
         same(one::<R>(op, x), y, &format!("{op:?}({x})"));
     }
-    // The smallest subnormal is reached from both sides.
-    assert!(one::<R>(Op::Exp, smallest.ln() + 0.1) == smallest, "exp into the subnormals");
     for (y, x) in [
         (0.0, 1.0),
         (-0.0, 1.0),
@@ -262,6 +261,39 @@ fn edges<R: Real>(smallest: f64) {
 fn edges_of_the_domain() {
     edges::<f32>(2f64.powi(-149));
     edges::<f64>(f64::from_bits(1));
+    // f64 goes down to the smallest subnormal. f32 ends where its results would become subnormal, at zero and never below it.
+    assert!(one::<f64>(Op::Exp, f64::from_bits(1).ln() + 0.1) == f64::from_bits(1), "exp into the subnormals");
+    for (op, last) in [(Op::Exp, -125.5 * std::f64::consts::LN_2), (Op::Exp2, -125.5)] {
+        for step in span(0.0, 30.0, 1000) {
+            let small = one::<f32>(op, last - 1e-4 - step);
+            assert!(small == 0.0 && small.is_sign_positive(), "{op:?}({})", last - step);
+        }
+        assert!(one::<f32>(op, last + 1e-4) > 0.0);
+    }
+    // The last numbers before infinity, with either rounding of products and sums.
+    for fused in [false, true] {
+        let largest = kernels::eval::<f32>(Op::Exp, fused, 88.722_83, 0.0, 0.0);
+        assert!(ulp32(largest, f64::from(88.722_83_f32).exp()) < 1.1, "{largest}");
+        assert!(kernels::eval::<f32>(Op::Exp, fused, 88.722_84, 0.0, 0.0).is_infinite());
+        assert!(kernels::eval::<f32>(Op::Exp2, fused, 127.999_99, 0.0, 0.0).is_finite());
+        assert!(kernels::eval::<f32>(Op::Exp2, fused, 128.0, 0.0, 0.0).is_infinite());
+    }
+}
+
+#[test]
+fn both_ways_of_rounding_to_whole_numbers_give_the_same_bits() {
+    fn compare<R: Real>(largest: f64) {
+        let values = span(-9.0, 9.0, 5000).chain((-40..40).map(|k| f64::from(k) * 0.25)).chain(scales(1e-30, largest, 5000));
+        let odd = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, largest - 0.5, 0.5 - largest, largest * 3.0];
+        for x in values.chain(odd).flat_map(|x| [x, -x]).map(R::from_f64) {
+            for op in [Op::Floor, Op::Ceil, Op::Round, Op::Trunc, Op::Fract] {
+                let [a, b] = [false, true].map(|fused| kernels::eval(op, fused, x, R::ZERO, R::ZERO));
+                assert!(equal(a, b), "{op:?}({}): {} and {}", x.f64(), a.f64(), b.f64());
+            }
+        }
+    }
+    compare::<f32>(8_388_608.0);
+    compare::<f64>(4_503_599_627_370_496.0);
 }
 
 /// Operand values that visit the difficult places of every operation.

@@ -1,7 +1,7 @@
 //! The heavy fragment shader as a plan for the software renderer. In: a size. Out: plan and module, ready to run.
 
 use glam::Vec4;
-use orrery::image::{TexelFormat, Texture};
+use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{
     AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
     TextureBinding, TextureSource, Vertices,
@@ -12,6 +12,7 @@ use orrery::shader::{ShaderModule, SourceMap};
 use std::sync::Arc;
 
 pub const WGSL: &str = include_str!("heavy.wgsl");
+pub const TONE_MAP: &str = include_str!("../../shaders/entry/tone_map.wgsl");
 
 /// The uniform block: the Sun's direction, the caster, the air.
 pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
@@ -38,14 +39,15 @@ impl Modules for Only {
     }
 }
 
-pub fn module() -> Only {
-    let module = naga::front::wgsl::parse_str(WGSL).expect("the bench's shader parses");
+/// A module of a WGSL text that needs no assembly.
+pub fn module(wgsl: &str) -> Only {
+    let module = naga::front::wgsl::parse_str(wgsl).expect("the bench's shader parses");
     let info = orrery::shader::module::validate(&module).expect("and is valid");
     let tape = (lowering().lower)(&module, &info).expect("and can be lowered");
     let layout = Layout::of(&module).expect("its bindings are usual ones");
     Only(Arc::new(ShaderModule {
         id: ModuleName::Simple("tone_map"),
-        wgsl: WGSL.into(),
+        wgsl: wgsl.into(),
         module,
         info,
         layout,
@@ -81,6 +83,25 @@ pub fn plan(size: u32) -> Plan {
         draws: vec![draw],
     };
     Plan { passes: vec![pass] }
+}
+
+/// The tone map with its dither over a picture of all brightnesses up to ten times white, `size` x `size`.
+pub fn tone_map_plan(size: u32) -> Plan {
+    let mut bytes = Vec::new();
+    for k in 0..size * size {
+        let value = |n: u32| (k.wrapping_mul(n) >> 8) as f32 / (1 << 24) as f32;
+        let pixel = [value(0x9e37_79b9), 10.0 * value(0x85eb_ca6b).powi(3), value(0xc2b2_ae35).powi(2), 1.0];
+        bytes.extend(pixel.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    let hdr = Texture { format: TexelFormat::Rgba32Float, levels: vec![Level { width: size, height: size, bytes }] };
+    let mut plan = plan(size);
+    let pass = &mut plan.passes[0];
+    (pass.name, pass.format) = ("tone map", ColourFormat::Rgba8Unorm);
+    let draw = &mut pass.draws[0];
+    draw.uniforms = [1.0_f32, 1.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    draw.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(hdr)) }];
+    draw.samplers.clear();
+    plan
 }
 
 /// CPU seconds that the process has used, all threads.

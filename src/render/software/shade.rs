@@ -86,18 +86,21 @@ pub struct TileShader<'a> {
     pub samples: u8,
 }
 
+/// Components of a colour that a program does not write: red, green and blue, and alpha.
+static ABSENT: [[f32; LANES]; 2] = [[0.0; LANES], [1.0; LANES]];
+
 /// Quads waiting for a full batch.
 #[derive(Clone, Debug)]
 pub struct Batch {
     quads: [Quad; QUADS],
     count: usize,
-    /// Colour of the last run, as stored.
-    colour: [[f32; LANES]; 4],
+    /// Colour of the last run narrowed to f32, where the lanes are wider.
+    narrowed: [[f32; LANES]; 4],
 }
 
 impl Batch {
     pub fn new() -> Self {
-        Self { quads: [Quad { place: 0, coverage: 0, surface: 0 }; QUADS], count: 0, colour: [[0.0; LANES]; 4] }
+        Self { quads: [Quad { place: 0, coverage: 0, surface: 0 }; QUADS], count: 0, narrowed: [[0.0; LANES]; 4] }
     }
 }
 
@@ -179,18 +182,21 @@ impl TileShader<'_> {
         self.feed(job, run, quads);
         let alive = run.run(active);
         let plan = &job.fragment_plan;
-        for (k, output) in plan.colour.iter().enumerate() {
-            let lanes = &mut batch.colour[k];
-            match output.map(|o| run.output(o)) {
-                Some(values) => lanes.iter_mut().zip(values).for_each(|(to, from)| *to = from.f64() as f32),
-                None => lanes.fill(if k == 3 { 1.0 } else { 0.0 }),
+        let outputs = plan.colour.map(|output| output.map(|o| run.output(o)));
+        for (narrowed, values) in batch.narrowed.iter_mut().zip(&outputs) {
+            if let Some(wide) = values.filter(|v| R::as_f32(&v[..]).is_none()) {
+                narrowed.iter_mut().zip(wide).for_each(|(to, from)| *to = from.f64() as f32);
             }
         }
         if !plan.early {
             let late = plan.depth_output.map(|o| run.output(o));
             self.late(job, late, alive, &mut batch.quads[..count]);
         }
-        self.store(job, &batch.quads[..count], &batch.colour);
+        let colour = [0, 1, 2, 3].map(|k| match outputs[k] {
+            Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
+            None => ABSENT[usize::from(k == 3)].as_slice(),
+        });
+        self.store(job, &batch.quads[..count], colour);
     }
 
     /// Fills the lane inputs.
@@ -324,7 +330,7 @@ impl TileShader<'_> {
         }
     }
 
-    fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: &[[f32; LANES]; 4]) {
+    fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
         let blend = job.blend;
         let full = super::raster::coverage::full_coverage(self.samples);
         let mut q = 0;

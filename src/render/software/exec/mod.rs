@@ -4,7 +4,7 @@
 //! outputs and which lanes live. Inactive lanes may hold anything; no operation traps on it. A program is bound to kernels once, in
 //! [`Executor::new`]; a batch allocates nothing.
 
-use super::kernels::{self, KernelClass, KernelFn};
+use super::kernels::{self, KernelClass, KernelFn, ScalarFn};
 use super::math::Real;
 use super::program::{Constant, LaneInput, LaneOutput, Program};
 use super::tape::{Instr, Op, Operand, TextureOp, WordKind};
@@ -161,13 +161,20 @@ enum Mask {
     Register(usize),
 }
 
-enum Step {
+enum Step<R> {
     /// The kernels `from..to`, one after the other.
     Kernels {
         from: u32,
         to: u32,
     },
-    Scalar(Instr),
+    /// An operation on registers, which are counted from the first of the arena's.
+    Scalar {
+        run: ScalarFn<R>,
+        dst: usize,
+        args: [usize; 3],
+    },
+    /// A load from the uniform block into a register.
+    Load(Instr),
     Gather {
         dst: u32,
         kind: WordKind,
@@ -205,7 +212,7 @@ enum Step {
 
 /// A bound program: straight runs of kernels, and between them what decides where to go.
 struct Bound<R, const N: usize> {
-    steps: Vec<Step>,
+    steps: Vec<Step<R>>,
     kernels: Vec<KernelStep<R, N>>,
 }
 
@@ -394,7 +401,12 @@ impl<R: Real, const N: usize> Executor<R, N> {
                     self.run_kernels(&bound.kernels[*from as usize..*to as usize]);
                     continue;
                 }
-                Step::Scalar(instr) => {
+                Step::Scalar { run, dst, args } => {
+                    let [a, b, c] = args.map(|r| self.register(r));
+                    self.set_register(*dst, run(a, b, c));
+                    continue;
+                }
+                Step::Load(instr) => {
                     if let Some((r, value)) = scalar(instr, self.fused, &prepared.words, |r| self.register(r)) {
                         self.set_register(r, value);
                     }
@@ -495,7 +507,7 @@ impl<R: Real, const N: usize> Binder<R, N> {
         self.open = true;
     }
 
-    fn step(&mut self, step: Step) {
+    fn step(&mut self, step: Step<R>) {
         self.bound.steps.push(step);
         self.open = false;
     }
@@ -554,7 +566,11 @@ impl<R: Real, const N: usize> Binder<R, N> {
                 let places = [0, 1, 2, 3, 4].map(|k| self.place(args.get(k).unwrap_or(&args[0])));
                 self.kernel(run, Self::slot_place(u32::from(*dst)), places);
             }
-            Instr::Scalar { .. } | Instr::LoadUniform { .. } => self.step(Step::Scalar(instr.clone())),
+            Instr::Scalar { op, dst, args } => {
+                let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));
+                self.step(Step::Scalar { run: kernels::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });
+            }
+            Instr::LoadUniform { .. } => self.step(Step::Load(instr.clone())),
             Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
                 let index = self.lanes(index, &mut used)?;
                 self.step(Step::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });

@@ -84,17 +84,50 @@ impl KernelClass {
     }
 }
 
-/// Computes one operation on single values: folding and the per-draw tape.
-pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
+/// One operation on single values.
+pub type ScalarFn<R> = fn(R, R, R) -> R;
+
+/// What computes one operation on single values: folding and the per-draw tape.
+pub fn scalar<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
     macro_rules! arms {
         ($($name:ident $arity:literal,)*) => {
             match (op, fused) {
-                $((Op::$name, true) => ops::$name::eval::<R, true>(a, b, c),
-                  (Op::$name, false) => ops::$name::eval::<R, false>(a, b, c),)*
+                $((Op::$name, true) => ops::$name::eval::<R, true>,
+                  (Op::$name, false) => ops::$name::eval::<R, false>,)*
             }
         };
     }
     with_ops!(arms)
+}
+
+/// Computes one operation on single values.
+pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
+    scalar(op, fused)(a, b, c)
+}
+
+/// An operand: lanes, or one value for all. References and no pointers, because checked builds test every use of a pointer, and loops with
+/// tests do not become vector code.
+struct Input<'a, R, const N: usize> {
+    lanes: Option<&'a [R; N]>,
+    single: R,
+}
+
+impl<R: Real, const N: usize> Input<'_, R, N> {
+    /// # Safety
+    /// `values` is valid for `N` reads, or one where `lanes` is false, as long as this lives.
+    #[inline(always)]
+    unsafe fn new(values: *const R, lanes: bool) -> Self {
+        // SAFETY: the caller vouches for it.
+        unsafe { Self { lanes: if lanes { Some(&*values.cast()) } else { None }, single: *values } }
+    }
+
+    #[inline(always)]
+    fn at(&self, i: usize) -> R {
+        match self.lanes {
+            Some(values) => values[i],
+            None => self.single,
+        }
+    }
 }
 
 /// # Safety
@@ -107,14 +140,9 @@ unsafe fn lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, 
     c: *const R,
 ) {
     // SAFETY: the caller vouches for validity.
-    unsafe {
-        let (a0, b0, c0) = (*a, *b, *c);
-        for (i, d) in dst.iter_mut().enumerate() {
-            let x = if A { *a.add(i) } else { a0 };
-            let y = if B { *b.add(i) } else { b0 };
-            let z = if C { *c.add(i) } else { c0 };
-            *d = O::eval::<R, F>(x, y, z);
-        }
+    let (a, b, c) = unsafe { (Input::<R, N>::new(a, A), Input::<R, N>::new(b, B), Input::<R, N>::new(c, C)) };
+    for (i, d) in dst.iter_mut().enumerate() {
+        *d = O::eval::<R, F>(a.at(i), b.at(i), c.at(i));
     }
 }
 

@@ -25,16 +25,27 @@ fn signed<R: Real>(a: R) -> i32 {
 fn of<R: Real>(i: i32) -> R {
     R::from_int(i as u32)
 }
+// Classes that fuse have an instruction that rounds; the others round by additions. Both are exact, so the bits are the same.
 #[inline(always)]
-fn toward_zero<R: Real>(a: R) -> R {
+fn toward_zero<R: Real, const F: bool>(a: R) -> R {
+    if F {
+        return a.whole_toward_zero();
+    }
     let m = a.abs();
     let r = m.round();
     (if r > m { r - R::ONE } else { r }).with_sign(a)
 }
 #[inline(always)]
-fn down<R: Real>(a: R) -> R {
+fn down<R: Real, const F: bool>(a: R) -> R {
+    if F {
+        return a.whole_below();
+    }
     let r = a.round();
     if r > a { r - R::ONE } else { r }
+}
+#[inline(always)]
+fn nearest<R: Real, const F: bool>(a: R) -> R {
+    if F { a.whole_nearest() } else { a.round() }
 }
 
 /// IEEE half precision of a value, ties to even, as 16 bits.
@@ -88,11 +99,11 @@ eval! {
     Abs = |R, F, a, _, _| a.abs();
     Sqrt = |R, F, a, _, _| a.sqrt();
     InverseSqrt = |R, F, a, _, _| R::ONE / a.sqrt();
-    Floor = |R, F, a, _, _| down(a);
-    Ceil = |R, F, a, _, _| -down(-a);
-    Round = |R, F, a, _, _| a.round();
-    Trunc = |R, F, a, _, _| toward_zero(a);
-    Fract = |R, F, a, _, _| a - down(a);
+    Floor = |R, F, a, _, _| down::<R, F>(a);
+    Ceil = |R, F, a, _, _| -down::<R, F>(-a);
+    Round = |R, F, a, _, _| nearest::<R, F>(a);
+    Trunc = |R, F, a, _, _| toward_zero::<R, F>(a);
+    Fract = |R, F, a, _, _| a - down::<R, F>(a);
     Sign = |R, F, a, _, _| if a > R::ZERO { R::ONE } else if a < R::ZERO { -R::ONE } else { R::ZERO };
     Exp = |R, F, a, _, _| a.exp::<F>();
     Exp2 = |R, F, a, _, _| a.exp2::<F>();
@@ -139,7 +150,7 @@ eval! {
     Div = |R, F, a, b, _| a / b;
     Min = |R, F, a, b, _| if a < b { a } else { b };
     Max = |R, F, a, b, _| if a > b { a } else { b };
-    FRem = |R, F, a, b, _| a - b * toward_zero(a / b);
+    FRem = |R, F, a, b, _| a - b * toward_zero::<R, F>(a / b);
     Pow = |R, F, a, b, _| a.pow::<F>(b);
     Atan2 = |R, F, a, b, _| a.atan2::<F>(b);
     Ldexp = |R, F, a, b, _| a.ldexp(signed(b));

@@ -4,6 +4,7 @@
 //! the other, bit for bit, because each operation still rounds by itself. Which pairs there are was chosen by what the atmosphere, eclipse and
 //! map code of planets asks for; the lowering asks [`known`] and leaves every other pair apart.
 
+use super::Input;
 use super::ops::Eval;
 use crate::render::software::math::Real;
 use crate::render::software::tape::{Op, Pair};
@@ -89,18 +90,17 @@ pub unsafe fn lanes<A: Eval, B: Eval, R: Real, const N: usize, const TAKES: usiz
     operands: [*const R; MOST_OPERANDS],
 ) {
     // SAFETY: the caller vouches for one read of each operand, and for N of those whose bit is set.
-    unsafe {
-        let single = operands.map(|p| *p);
-        for (i, d) in dst.iter_mut().enumerate() {
-            let x = |k: usize| if KINDS >> k & 1 == 1 { *operands[k].add(i) } else { single[k] };
-            let last = TAKES - 1;
-            let v = A::eval::<R, F>(x(0), x(if last < 1 { last } else { 1 }), x(last));
-            let (r, s) = (x(TAKES), x(TAKES + 1));
-            *d = match AT {
-                0 => B::eval::<R, F>(v, r, s),
-                1 => B::eval::<R, F>(r, v, s),
-                _ => B::eval::<R, F>(r, s, v),
-            };
-        }
+    let [a, b, c, d, e] = operands;
+    let new = |p: *const R, k: usize| unsafe { Input::<R, N>::new(p, KINDS >> k & 1 == 1) };
+    let inputs = [new(a, 0), new(b, 1), new(c, 2), new(d, 3), new(e, 4)];
+    for (i, to) in dst.iter_mut().enumerate() {
+        let last = TAKES - 1;
+        let v = A::eval::<R, F>(inputs[0].at(i), inputs[if last < 1 { last } else { 1 }].at(i), inputs[last].at(i));
+        let (r, s) = (inputs[TAKES].at(i), inputs[TAKES + 1].at(i));
+        *to = match AT {
+            0 => B::eval::<R, F>(v, r, s),
+            1 => B::eval::<R, F>(r, v, s),
+            _ => B::eval::<R, F>(r, s, v),
+        };
     }
 }

@@ -267,6 +267,15 @@ impl Builder {
             (Op::Mul, &[a, b]) if is(self, b, one) => Some(a),
             (Op::Mul, &[a, b]) if is(self, a, one) => Some(b),
             (Op::Div, &[a, b]) if is(self, b, one) => Some(a),
+            (Op::Div, &[a, b]) => {
+                // A power of two within f32 has an exact reciprocal, and the product rounds as the quotient does.
+                let Some(Constant::Float(x)) = self.known_constant(b) else { return None };
+                let power_of_two = x.to_bits() << 12 == 0 && (2f64.powi(-120)..=2f64.powi(120)).contains(&x.abs());
+                power_of_two.then(|| {
+                    let reciprocal = self.float(1.0 / x);
+                    self.bin(Op::Mul, a, reciprocal)
+                })
+            }
             (Op::Add, &[a, b]) if is(self, b, zero) => Some(a),
             (Op::Add, &[a, b]) if is(self, a, zero) => Some(b),
             (Op::Sub, &[a, b]) if is(self, b, zero) => Some(a),

@@ -35,6 +35,8 @@ pub trait Real:
     fn mask(self) -> bool;
     fn from_f64(x: f64) -> Self;
     fn f64(self) -> f64;
+    /// The elements themselves where they are f32.
+    fn as_f32(values: &[Self]) -> Option<&[f32]>;
     /// Bitwise operations on the whole element, for masks and integers alike.
     fn bit_and(self, b: Self) -> Self;
     fn bit_or(self, b: Self) -> Self;
@@ -55,6 +57,10 @@ pub trait Real:
     fn with_sign(self, s: Self) -> Self;
     /// Nearest integer, ties to even.
     fn round(self) -> Self;
+    /// [`Real::round`], floor and truncation by one instruction where the machine has it; a library call where not.
+    fn whole_nearest(self) -> Self;
+    fn whole_below(self) -> Self;
+    fn whole_toward_zero(self) -> Self;
     /// The nearest integer (ties to even) of |self| <= 2^22, as an element and as an integer; anything of larger ones and NaN.
     fn nearest_small(self) -> (Self, i32);
     fn is_nan(self) -> bool;
@@ -180,6 +186,18 @@ macro_rules! common {
             (if a < $magic { r } else { a }).copysign(self)
         }
         #[inline(always)]
+        fn whole_nearest(self) -> Self {
+            self.round_ties_even()
+        }
+        #[inline(always)]
+        fn whole_below(self) -> Self {
+            self.floor()
+        }
+        #[inline(always)]
+        fn whole_toward_zero(self) -> Self {
+            self.trunc()
+        }
+        #[inline(always)]
         fn nearest_small(self) -> (Self, i32) {
             // With 1.5 times that power the integer stands in the low bits: no conversion that saturates, which has no vector form.
             const MAGIC: $t = 1.5 * $magic;
@@ -271,10 +289,18 @@ macro_rules! common {
 
 impl Real for f32 {
     common!(f32, u32, single, 8_388_608.0);
+    #[inline(always)]
+    fn as_f32(values: &[Self]) -> Option<&[f32]> {
+        Some(values)
+    }
 }
 
 impl Real for f64 {
     common!(f64, u64, double, 4_503_599_627_370_496.0);
+    #[inline(always)]
+    fn as_f32(_: &[Self]) -> Option<&[f32]> {
+        None
+    }
 }
 
 /// Horner's rule, highest coefficient first.

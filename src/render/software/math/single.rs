@@ -23,38 +23,35 @@ pub fn scale(x: f32, n: i32) -> f32 {
     x * power(third) * power(third) * power(n - 2 * third)
 }
 
+/// e^r 2^n from r of at most ln(2)/2 and t = MAGIC + n, -126 <= n <= 128. The factor is 2^(n-1), because 2^128 is no number; for n = -126
+/// its bits are those of zero.
 #[inline(always)]
-fn exp_of_reduced<const F: bool>(r: f32) -> f32 {
+fn exp_of_reduced<const F: bool>(r: f32, t: f32) -> f32 {
     let p = poly::<f32, F, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
-    fma::<F>(p, r * r, r) + 1.0
+    let half = f32::from_bits((t.to_bits() << 23).wrapping_add(126 << 23));
+    2.0 * fma::<F>(fma::<F>(p, r * r, r), half, half)
 }
 
-/// Two factors, because 2^n alone leaves the range where the result does not yet.
-#[inline(always)]
-fn scale_pair(y: f32, n: i32) -> f32 {
-    let half = n >> 1;
-    y * power(half) * power(n.wrapping_sub(half))
-}
-
+/// Results below 2^-125 (x < -86.99) are zero: WGSL lets subnormal results be flushed, and the half binade above them pays for one factor
+/// where the whole range needs two.
 #[inline(always)]
 pub fn exp<const F: bool>(x: f32) -> f32 {
-    let c = if x > 90.0 { 90.0 } else { x };
-    let c = if c < -105.0 { -105.0 } else { c };
-    let t = c * std::f32::consts::LOG2_E + MAGIC;
-    let n = (t.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32);
+    let c = if x > 88.9 { 88.9 } else { x };
+    let c = if c < -87.5 { -87.5 } else { c };
+    let t = fma::<F>(c, std::f32::consts::LOG2_E, MAGIC);
     let k = t - MAGIC;
     let r = fma::<F>(k, 2.121_944_4e-4, fma::<F>(k, -0.693_359_375, c));
-    scale_pair(exp_of_reduced::<F>(r), n)
+    exp_of_reduced::<F>(r, t)
 }
 
+/// Results below 2^-125.5 are zero, as with [`exp`].
 #[inline(always)]
 pub fn exp2<const F: bool>(x: f32) -> f32 {
-    let c = if x > 130.0 { 130.0 } else { x };
-    let c = if c < -152.0 { -152.0 } else { c };
+    let c = if x > 128.25 { 128.25 } else { x };
+    let c = if c < -126.25 { -126.25 } else { c };
     let t = c + MAGIC;
-    let n = (t.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32);
     let r = (c - (t - MAGIC)) * std::f32::consts::LN_2;
-    scale_pair(exp_of_reduced::<F>(r), n)
+    exp_of_reduced::<F>(r, t)
 }
 
 /// Mantissa less one in [-0.293, 0.414], exponent, and x^3 P(x) - x^2/2 of it.

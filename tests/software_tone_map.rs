@@ -1,0 +1,144 @@
+//! The tone map's shader on the tape against its formula in f64 with the exact sRGB curve, for every kernel class and brightness, and its
+//! dither against Bayer's matrix.
+
+use orrery::render::software::exec::{Executor, Gradients, LaneMask, TextureUnit};
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::lower::lower;
+use orrery::render::software::program::{LaneInput, Program};
+
+const LANES: usize = 128;
+/// Half of what the eight-bit picture could show is 2e-3; f32 leaves this much.
+const TOLERANCE: f64 = 1.5e-6;
+
+fn program() -> Program {
+    let module = naga::front::wgsl::parse_str(include_str!("../shaders/entry/tone_map.wgsl")).expect("WGSL");
+    let info = orrery::shader::module::validate(&module).expect("valid");
+    lower(&module, &info, "fragment_main").expect("lowers")
+}
+
+/// A picture whose texels are given lane by lane, wherever they are asked for.
+struct Picture([[f32; LANES]; 3]);
+
+impl TextureUnit<f32> for Picture {
+    fn sample_gradients(&self, _: usize, _: &[f32], _: &[f32], _: Gradients<'_, f32>, _: LaneMask, _: [&mut [f32]; 4]) {
+        unreachable!("the tone map loads");
+    }
+    fn sample_level(&self, _: usize, _: &[f32], _: &[f32], _: &[f32], _: LaneMask, _: [&mut [f32]; 4]) {
+        unreachable!("the tone map loads");
+    }
+    fn load(&self, _: usize, _: &[f32], _: &[f32], _: &[f32], _: LaneMask, out: [&mut [f32]; 4]) {
+        let [r, g, b, a] = out;
+        for (to, from) in [r, g, b].into_iter().zip(&self.0) {
+            to.copy_from_slice(from);
+        }
+        a.fill(1.0);
+    }
+    fn dimensions(&self, _: usize, _: u32) -> [u32; 2] {
+        [LANES as u32, 1]
+    }
+    fn levels(&self, _: usize) -> u32 {
+        1
+    }
+}
+
+/// Runs one batch: pixels along a row of 128, `radiance` per lane.
+fn mapped(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], row: u32, exposure: f32, dither: f32) -> [[f32; LANES]; 4] {
+    let uniforms: Vec<u8> = [exposure, dither].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let mut executor = Executor::<f32, LANES>::with_class(program, class).expect("binds");
+    for (k, input) in program.inputs.iter().enumerate() {
+        for (i, v) in executor.input_mut(k).iter_mut().enumerate() {
+            *v = match input {
+                LaneInput::FragCoord { component: 0 } => i as f32 + 0.5,
+                LaneInput::FragCoord { component: 1 } => row as f32 + 0.5,
+                _ => 0.0,
+            };
+        }
+    }
+    executor.run(&program.prepare_for(&uniforms, class), LaneMask::MAX, &Picture(radiance));
+    [0, 1, 2, 3].map(|k| *executor.output(k))
+}
+
+/// The formula of the shader's comments, exponent of the curve given.
+fn formula(radiance: [f64; 3], exponent: f64) -> [f64; 3] {
+    let colour = radiance.map(|c| c.clamp(0.0, 1.0e6));
+    let peak = colour.iter().fold(1.0e-12, |a: f64, b| a.max(*b));
+    let mapped = if peak <= 0.8 { peak } else { 1.0 - 0.04 / (peak - 0.6) };
+    let whiteness = 1.0 - 1.0 / (0.15 * (peak - mapped) + 1.0);
+    colour.map(|c| {
+        let linear = c * mapped / peak * (1.0 - whiteness) + mapped * whiteness;
+        if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(exponent) - 0.055 }
+    })
+}
+
+/// Colours from far below the straight piece of the curve to far beyond white.
+fn colours(batch: usize) -> [[f32; LANES]; 3] {
+    [3, 17, 29].map(|step: usize| {
+        std::array::from_fn(|i| {
+            let t = ((batch * LANES + i) * step * 7919 % 100_003) as f32 / 100_003.0;
+            10.0_f32.powf(8.0 * t - 5.0)
+        })
+    })
+}
+
+/// The greatest distance from the formula with this exponent.
+fn worst(class: KernelClass, exponent: f64) -> f64 {
+    let program = program();
+    let exposure = 0.75;
+    let mut worst = 0.0_f64;
+    for batch in 0..200 {
+        let radiance = colours(batch);
+        let out = mapped(&program, class, radiance, 3, exposure, 0.0);
+        for i in 0..LANES {
+            let exact = formula([0, 1, 2].map(|c| f64::from(radiance[c][i] * exposure)), exponent);
+            for c in 0..3 {
+                worst = worst.max((f64::from(out[c][i]) - exact[c]).abs());
+            }
+            assert_eq!(out[3][i], 1.0);
+        }
+    }
+    worst
+}
+
+#[test]
+fn the_tone_map_is_its_formula() {
+    for class in KernelClass::available() {
+        let error = worst(class, 1.0 / 2.4);
+        println!("{}: {error:.2e}", class.name());
+        assert!(error < TOLERANCE, "{}: {error}", class.name());
+    }
+    assert!(worst(KernelClass::Portable, 1.0 / 2.4 + 1e-5) > TOLERANCE, "the measure sees a wrong exponent");
+}
+
+#[test]
+fn black_negative_and_boundless_light_stay_in_range() {
+    let program = program();
+    let of = |v: f32| mapped(&program, KernelClass::detect(), [[v; LANES]; 3], 0, 1.0, 0.0)[0][0];
+    assert_eq!((of(0.0), of(-1.0)), (0.0, 0.0));
+    for v in [1e6, 1e30, f32::INFINITY] {
+        assert!((of(v) - 1.0).abs() < 1e-6, "{v}: {}", of(v));
+    }
+}
+
+/// Bayer's matrix by its recursion: M(2n) = 4 M(n) + [[0, 2], [3, 1]].
+fn bayer(x: usize, y: usize, size: usize) -> usize {
+    match size {
+        1 => 0,
+        _ => 4 * bayer(x % (size / 2), y % (size / 2), size / 2) + [[0, 2], [3, 1]][y / (size / 2)][x / (size / 2)],
+    }
+}
+
+#[test]
+fn the_dither_is_bayers_matrix() {
+    let program = program();
+    for class in KernelClass::available() {
+        for row in 0..16 {
+            let grey = [[0.2_f32; LANES]; 3];
+            let [plain, dithered] = [0.0, 1.0].map(|dither| mapped(&program, class, grey, row, 1.0, dither)[1]);
+            for x in 0..LANES {
+                let threshold = bayer(x % 8, row as usize % 8, 8) as f64 / 64.0 - 63.0 / 128.0;
+                let moved = f64::from(dithered[x]) - f64::from(plain[x]);
+                assert!((moved - threshold / 255.0).abs() < 2e-7, "{} {x} {row}: {moved}", class.name());
+            }
+        }
+    }
+}
