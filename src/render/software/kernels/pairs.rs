@@ -89,8 +89,8 @@ pub unsafe fn lanes<A: Eval, B: Eval, R: Real, const N: usize, const TAKES: usiz
     dst: &mut [R; N],
     operands: [*const R; MOST_OPERANDS],
 ) {
-    // SAFETY: the caller vouches for one read of each operand, and for N of those whose bit is set.
     let [a, b, c, d, e] = operands;
+    // SAFETY: the caller vouches for one read of each operand, and for N of those whose bit is set.
     let new = |p: *const R, k: usize| unsafe { Input::<R, N>::new(p, KINDS >> k & 1 == 1) };
     let inputs = [new(a, 0), new(b, 1), new(c, 2), new(d, 3), new(e, 4)];
     for (i, to) in dst.iter_mut().enumerate() {
