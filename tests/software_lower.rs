@@ -6,7 +6,7 @@ use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::{lower, lower_to_bytes, lower_with, programs_from_bytes};
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, LaneOutput, Program};
-use orrery::render::software::tape::{Instr, Op};
+use orrery::render::software::tape::{Instr, Link, Op, Operand};
 
 const ALL: LaneMask = LaneMask::MAX;
 
@@ -519,8 +519,9 @@ fn joined_operations_change_no_bit() {
     let (module, info) = parse(include_str!("../benches/heavy/heavy.wgsl"));
     let joined = lower(&module, &info, "fragment_main").expect("lowers");
     let apart = lower_with(&module, &info, "fragment_main", false).expect("lowers");
-    let pairs = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::Pair { .. })).count();
-    assert!(pairs(&joined) > 20 && pairs(&apart) == 0, "{} pairs", pairs(&joined));
+    let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::Chain { .. })).count();
+    assert!(chains(&joined) > 20 && chains(&apart) == 0, "{} chains", chains(&joined));
+    assert!(3 * joined.lane_tape.len() < 2 * apart.lane_tape.len(), "{} of {} steps", joined.lane_tape.len(), apart.lane_tape.len());
     // A negation before a sum of products is part of it; nothing else is added or lost.
     let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
     for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
@@ -559,14 +560,23 @@ fn joined_operations_change_no_bit() {
 }
 
 #[test]
-fn a_pair_without_a_kernel_is_refused() {
-    let mut program = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(exp(p.x * p.y)); }");
-    let pair = program.lane_tape.iter_mut().find_map(|i| match i {
-        Instr::Pair { pair, .. } => Some(pair),
-        _ => None,
-    });
-    let pair = pair.expect("product and exp are joined");
-    assert_eq!((pair.first, pair.second, pair.at), (Op::Mul, Op::Exp, 0));
-    pair.second = Op::Ldexp;
-    assert!(Executor::<f32, 128>::new(&program).is_err());
+fn a_chain_without_a_kernel_is_refused() {
+    let whole = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(exp(p.x * p.y)); }");
+    let changed = |change: &dyn Fn(&mut Vec<Link>, &mut Vec<Operand>)| {
+        let mut program = whole.clone();
+        let chain = program.lane_tape.iter_mut().find_map(|i| match i {
+            Instr::Chain { links, args, .. } => Some((links, args)),
+            _ => None,
+        });
+        let (links, args) = chain.expect("product and exp are joined");
+        assert_eq!(links[..], [Link { op: Op::Mul, at: 0 }, Link { op: Op::Exp, at: 0 }]);
+        change(links, args);
+        Executor::<f32, 128>::new(&program).is_ok()
+    };
+    assert!(changed(&|_, _| ()));
+    assert!(!changed(&|links, _| links[1].op = Op::Ldexp));
+    assert!(!changed(&|links, _| links.clear()));
+    // An operand too few or too many is no kernel's either.
+    assert!(!changed(&|_, args| args.truncate(1)));
+    assert!(!changed(&|_, args| args.push(Operand::Reg(0))));
 }

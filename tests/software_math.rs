@@ -1,9 +1,9 @@
 //! The elementary functions against the standard library's, in units in the last place of the result, with and without fused multiply-add;
 //! their edges; and every kernel, lane by lane, against the scalar form of its operation.
 
-use orrery::render::software::kernels::{self, KernelClass};
+use orrery::render::software::kernels::{self, KernelClass, chains};
 use orrery::render::software::math::Real;
-use orrery::render::software::tape::Op;
+use orrery::render::software::tape::{Link, Op};
 
 /// Distance in units in the last place of f32 at `exact`, subnormal results in units of the smallest subnormal.
 fn ulp32(got: f32, exact: f64) -> f64 {
@@ -335,8 +335,9 @@ fn kernels_match<R: Real>() {
                     None => continue,
                 };
                 let mut out = [R::ZERO; N];
-                // SAFETY: all arrays hold N lanes, `out` is apart from the operands, and the class is one that this machine has.
-                unsafe { run(&mut out, a.as_ptr(), b.as_ptr(), c.as_ptr(), a.as_ptr(), a.as_ptr()) };
+                let arena = [a, b, c].concat();
+                // SAFETY: each operand has N lanes of the arena, and the class is one that this machine has.
+                unsafe { run(&mut out, arena.as_ptr(), [0, N as u32, 2 * N as u32].as_ptr()) };
                 for i in 0..N {
                     let pick = |v: &[R; N], k: usize| if kinds[k] { v[i] } else { v[0] };
                     let want = kernels::eval(op, class.fused(), pick(&a, 0), pick(&b, 1), pick(&c, 2));
@@ -347,44 +348,62 @@ fn kernels_match<R: Real>() {
     }
 }
 
-fn pairs_match<R: Real>() {
+/// The value of a chain's operations one after the other.
+fn one_by_one<R: Real>(links: &[Link], fused: bool, mut operands: impl Iterator<Item = R>) -> R {
+    let mut last = None;
+    for link in links {
+        let mut args = [R::ZERO; 3];
+        for (k, arg) in args.iter_mut().enumerate().take(link.op.arity()) {
+            *arg = match last {
+                Some(v) if k == usize::from(link.at) => v,
+                _ => operands.next().expect("as many operands as the chain takes"),
+            };
+        }
+        last = Some(kernels::eval(link.op, fused, args[0], args[1], args[2]));
+    }
+    assert!(operands.next().is_none(), "{links:?}: an operand too many");
+    last.expect("a chain is never empty")
+}
+
+fn chains_match<R: Real>() {
     const N: usize = 64;
     let pool = operands::<R>();
     for class in KernelClass::available() {
-        for &(pair, kinds) in kernels::pairs::all() {
-            let bits = kernels::pairs::mask(kinds);
-            assert!(kernels::pairs::known(pair, kinds.len(), bits) && !kernels::pairs::known(pair, kinds.len() + 1, bits));
-            let run = kernels::paired::<R, N>(class, pair, bits).expect("a kernel for every listed pair");
-            let mut operands: [[R; N]; 5] =
-                [1, 5, 3, 7, 11].map(|step| std::array::from_fn(|i| pool[(i * step + i / 7 + step) % pool.len()]));
-            if pair.first == Op::Select {
-                operands[0] = std::array::from_fn(|i| R::from_mask(i % 3 == 0));
-            }
-            let mut out = [R::ZERO; N];
-            let [a, b, c, d, e] = operands.each_ref().map(|o| o.as_ptr());
-            // SAFETY: all arrays hold N lanes and the class is one that this machine has.
-            unsafe { run(&mut out, a, b, c, d, e) };
-            for i in 0..N {
-                let mut args = (0..kinds.len()).map(|k| if kinds.as_bytes()[k] == b'L' { operands[k][i] } else { operands[k][0] });
-                let mut first = [R::ZERO; 3];
-                first.iter_mut().zip(args.by_ref().take(pair.first.arity())).for_each(|(f, a)| *f = a);
-                let v = kernels::eval(pair.first, class.fused(), first[0], first[1], first[2]);
-                let mut second = [R::ZERO; 3];
-                for (k, s) in second.iter_mut().enumerate().take(pair.second.arity()) {
-                    *s = if k == usize::from(pair.at) { v } else { args.next().expect("as many operands as the two take") };
+        let kernels = kernels::chained::<R, N>(class);
+        assert_eq!(kernels.len(), chains::all().len());
+        for (place, &(links, kinds)) in chains::all().iter().enumerate() {
+            assert_eq!(chains::find(links, chains::mask(kinds)), Some(place), "{links:?} {kinds} is listed twice");
+            assert!(links.len() > 1 && links.len() <= chains::MOST_LINKS && kinds.len() <= chains::MOST_OPERANDS && kinds.contains('L'));
+            assert_eq!(chains::takes(links), kinds.len(), "{links:?} {kinds}");
+            // Some numbers of every kind, then tame ones, which get further than the first NaN.
+            for tame in [false, true] {
+                let operands: [[R; N]; chains::MOST_OPERANDS] = [1, 5, 3, 7, 11, 13, 17, 19].map(|step: usize| {
+                    std::array::from_fn(|i| match tame {
+                        false => pool[(i * step + i / 7 + step) % pool.len()],
+                        true => R::from_f64(((i * step) as f64 * 0.618 + 0.1).fract() * 3.0 - if i % 5 == 0 { 1.5 } else { 0.0 }),
+                    })
+                });
+                let arena = operands.concat();
+                let places: Vec<u32> = (0..kinds.len() as u32).map(|k| k * N as u32).collect();
+                let mut out = [R::ZERO; N];
+                // SAFETY: every operand has N lanes of the arena and the class is one that this machine has.
+                unsafe { kernels[place](&mut out, arena.as_ptr(), places.as_ptr()) };
+                for i in 0..N {
+                    let args = kinds.bytes().zip(&operands).map(|(kind, o)| if kind == b'L' { o[i] } else { o[0] });
+                    let want = one_by_one(links, class.fused(), args);
+                    let got = out[i];
+                    assert!(equal(got, want), "{} {links:?} {kinds} lane {i}: {} instead of {}", class.name(), got.f64(), want.f64());
                 }
-                assert!(args.next().is_none(), "{pair:?} {kinds}: an operand too many");
-                let want = kernels::eval(pair.second, class.fused(), second[0], second[1], second[2]);
-                assert!(equal(out[i], want), "{} {pair:?} {kinds} lane {i}: {} instead of {}", class.name(), out[i].f64(), want.f64());
             }
         }
     }
 }
 
 #[test]
-fn every_pair_computes_what_its_two_operations_do() {
-    pairs_match::<f32>();
-    pairs_match::<f64>();
+fn every_chain_computes_what_its_operations_do() {
+    chains_match::<f32>();
+    chains_match::<f64>();
+    assert_eq!(chains::find(&[Link { op: Op::Mul, at: 0 }, Link { op: Op::Ldexp, at: 0 }], 3), None);
 }
 
 #[test]

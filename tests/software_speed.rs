@@ -88,10 +88,11 @@ fn kernels_of_one_batch() {
             let run = kernels::general::<f32, LANES>(class, op);
             let mut out = [0.0_f32; LANES];
             let lanes = |from: f32| std::array::from_fn::<f32, LANES, _>(|k| from + k as f32 / 128.0);
-            let (a, b, c) = (lanes(0.01), lanes(0.4), lanes(0.2));
-            // SAFETY: the class is available and all arrays hold LANES lanes.
+            let operands = [lanes(0.01), lanes(0.4), lanes(0.2)].concat();
+            let places = [0, LANES as u32, 2 * LANES as u32];
+            // SAFETY: the class is available and every operand has LANES lanes.
             let ns = best_of(1000, |_| unsafe {
-                run(&mut out, a.as_ptr(), b.as_ptr(), c.as_ptr(), a.as_ptr(), a.as_ptr());
+                run(&mut out, operands.as_ptr(), places.as_ptr());
                 black_box(&out);
             });
             println!("{:8} {op:?}: {:6.2} ns a lane", class.name(), ns / LANES as f64);

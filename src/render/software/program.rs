@@ -97,12 +97,12 @@ impl Program {
     pub fn op_statistics(&self) -> Vec<(Op, usize)> {
         let mut counts: Vec<(Op, usize)> = Vec::new();
         for instr in &self.lane_tape {
-            let ops = match instr {
-                Instr::Lane { op, .. } => [Some(*op), None],
-                Instr::Pair { pair, .. } => [Some(pair.first), Some(pair.second)],
-                _ => [None, None],
+            let (one, links) = match instr {
+                Instr::Lane { op, .. } => (Some(*op), &[][..]),
+                Instr::Chain { links, .. } => (None, &links[..]),
+                _ => (None, &[][..]),
             };
-            for op in ops.into_iter().flatten() {
+            for op in one.into_iter().chain(links.iter().map(|l| l.op)) {
                 match counts.iter_mut().find(|(o, _)| *o == op) {
                     Some((_, n)) => *n += 1,
                     None => counts.push((op, 1)),

@@ -48,11 +48,10 @@ mod ops_list {
 }
 with_ops!(ops);
 
-/// Two operations in one instruction: operand `at` of the second is the first's result, which nothing else reads.
+/// One operation of a chain: its operand `at` is the result of the one before, which nothing else reads. The first's `at` is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Pair {
-    pub first: Op,
-    pub second: Op,
+pub struct Link {
+    pub op: Op,
     pub at: u8,
 }
 
@@ -83,9 +82,10 @@ pub enum Instr {
         dst: u16,
         args: Vec<Operand>,
     },
-    /// dst slot = both operations of a pair, lane by lane; the first's operands, then the rest of the second's. Only pairs that have a kernel.
-    Pair {
-        pair: Pair,
+    /// dst slot = the last of several operations, lane by lane; the first's operands, then the rest of each further one's. Only chains that
+    /// have a kernel.
+    Chain {
+        links: Vec<Link>,
         dst: u16,
         args: Vec<Operand>,
     },
@@ -152,7 +152,7 @@ impl Instr {
     /// Everything read.
     pub(crate) fn operands(&self) -> Vec<Operand> {
         match self {
-            Self::Lane { args, .. } | Self::Pair { args, .. } | Self::Scalar { args, .. } => args.clone(),
+            Self::Lane { args, .. } | Self::Chain { args, .. } | Self::Scalar { args, .. } => args.clone(),
             Self::LoadUniform { index, .. } => index.iter().copied().collect(),
             Self::GatherUniform { index, .. } => vec![*index],
             Self::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
@@ -165,7 +165,7 @@ impl Instr {
 
     pub(crate) fn written_slots(&self) -> Vec<u16> {
         match self {
-            Self::Lane { dst, .. } | Self::Pair { dst, .. } | Self::GatherUniform { dst, .. } => vec![*dst],
+            Self::Lane { dst, .. } | Self::Chain { dst, .. } | Self::GatherUniform { dst, .. } => vec![*dst],
             Self::Texture { dst, .. } => dst.to_vec(),
             _ => vec![],
         }

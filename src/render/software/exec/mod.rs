@@ -144,15 +144,17 @@ impl Program {
 #[derive(Clone)]
 struct Lane<R, const N: usize>([R; N]);
 
-/// A kernel with the places of its lanes and operands, ready to be called: element offsets from the start of the arena.
+/// A kernel ready to be called. Places are element offsets from the start of the arena.
 struct KernelStep<R, const N: usize> {
     run: KernelFn<R, N>,
+    /// The place that it writes.
     dst: u32,
-    args: [u32; 5],
+    /// Where the places of its operands begin in [`Bound::places`].
+    operands: u32,
 }
 
-/// Two steps in a cache line.
-const _: () = assert!(size_of::<KernelStep<f32, LANES>>() <= 32);
+/// Four steps in a cache line.
+const _: () = assert!(size_of::<KernelStep<f32, LANES>>() <= 16);
 
 /// The mask that a texture is read under.
 #[derive(Clone, Copy)]
@@ -214,6 +216,8 @@ enum Step<R> {
 struct Bound<R, const N: usize> {
     steps: Vec<Step<R>>,
     kernels: Vec<KernelStep<R, N>>,
+    /// The operands of every kernel, in their order.
+    places: Vec<u32>,
 }
 
 /// Runs one program in one class with `N` lanes a batch.
@@ -255,7 +259,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
         }
         let first_register = (program.slots + SCRATCH) as usize;
         let mut binder = Binder {
-            bound: Bound { steps: Vec::new(), kernels: Vec::with_capacity(program.lane_tape.len()) },
+            bound: Bound { steps: Vec::new(), kernels: Vec::with_capacity(program.lane_tape.len()), places: Vec::new() },
             class,
             scratch: program.slots,
             registers_at: first_register * N,
@@ -371,22 +375,22 @@ impl<R: Real, const N: usize> Executor<R, N> {
     }
 
     fn walk(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
-        let bound = std::mem::replace(&mut self.bound, Bound { steps: Vec::new(), kernels: Vec::new() });
+        let bound = std::mem::replace(&mut self.bound, Bound { steps: Vec::new(), kernels: Vec::new(), places: Vec::new() });
         let finished = self.walk_steps(&bound, prepared, textures);
         self.bound = bound;
         finished
     }
 
-    fn run_kernels(&mut self, kernels: &[KernelStep<R, N>]) {
+    fn run_kernels(&mut self, kernels: &[KernelStep<R, N>], places: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
         for k in kernels {
-            // SAFETY: Program::check has verified every index against the counts that the arena was made from, so each offset is that of a
+            // SAFETY: Program::check has verified every index against the counts that the arena was made from, so each place is that of a
             // whole slot or of a register inside it; `dst` is a slot and no operand's slot, and scratch slots are written by broadcasts
-            // only, whose operand is a register, so nothing overlaps `dst`; the class of the kernel is available (with_class).
+            // only, whose operand is a register, so nothing overlaps `dst`; `places` holds what the kernel takes (bind);
+            // the class of the kernel is available (with_class).
             unsafe {
-                let operand = |i: usize| base.add(k.args[i] as usize).cast_const();
                 let dst = &mut *base.add(k.dst as usize).cast::<[R; N]>();
-                (k.run)(dst, operand(0), operand(1), operand(2), operand(3), operand(4));
+                (k.run)(dst, base, places.as_ptr().add(k.operands as usize));
             }
         }
     }
@@ -398,7 +402,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
             at += 1;
             let target = match step {
                 Step::Kernels { from, to } => {
-                    self.run_kernels(&bound.kernels[*from as usize..*to as usize]);
+                    self.run_kernels(&bound.kernels[*from as usize..*to as usize], &bound.places);
                     continue;
                 }
                 Step::Scalar { run, dst, args } => {
@@ -497,9 +501,10 @@ impl<R: Real, const N: usize> Binder<R, N> {
         slot * N as u32
     }
 
-    fn kernel(&mut self, run: KernelFn<R, N>, dst: u32, args: [u32; 5]) {
+    fn kernel(&mut self, run: KernelFn<R, N>, dst: u32, args: &[u32]) {
         let to = self.bound.kernels.len() as u32 + 1;
-        self.bound.kernels.push(KernelStep { run, dst, args });
+        self.bound.kernels.push(KernelStep { run, dst, operands: self.bound.places.len() as u32 });
+        self.bound.places.extend(args);
         match self.bound.steps.last_mut() {
             Some(Step::Kernels { to: end, .. }) if self.open => *end = to,
             _ => self.bound.steps.push(Step::Kernels { from: to - 1, to }),
@@ -524,7 +529,7 @@ impl<R: Real, const N: usize> Binder<R, N> {
         }
         let from = self.place(o);
         match kernels::special::<R, N>(self.class, Op::Copy, [false; 3]) {
-            Some(spread) => self.kernel(spread, Self::slot_place(slot), [from; 5]),
+            Some(spread) => self.kernel(spread, Self::slot_place(slot), &[from; 3]),
             None => unreachable!("one value is spread by its own kernel"),
         }
         Ok(slot)
@@ -544,27 +549,24 @@ impl<R: Real, const N: usize> Binder<R, N> {
                 let operand = |k: usize| args.get(k).unwrap_or(first);
                 let dst = Self::slot_place(u32::from(*dst));
                 match kernels::special::<R, N>(self.class, *op, [0, 1, 2].map(|k| is_lanes(operand(k)))) {
-                    Some(run) => self.kernel(run, dst, [0, 1, 2, 0, 0].map(|k| self.place(operand(k)))),
+                    Some(run) => self.kernel(run, dst, &[0, 1, 2].map(|k| self.place(operand(k)))),
                     None => {
-                        let mut places = [0; 5];
-                        places[0] = Self::slot_place(self.lanes(first, &mut used)?);
-                        for k in 1..5 {
-                            places[k] = match args.get(k) {
-                                Some(o) if k < 3 => Self::slot_place(self.lanes(o, &mut used)?),
-                                _ => places[0],
-                            };
+                        let mut places = [Self::slot_place(self.lanes(first, &mut used)?); 3];
+                        for (place, o) in places.iter_mut().zip(args).skip(1) {
+                            *place = Self::slot_place(self.lanes(o, &mut used)?);
                         }
-                        self.kernel(kernels::general::<R, N>(self.class, *op), dst, places);
+                        self.kernel(kernels::general::<R, N>(self.class, *op), dst, &places);
                     }
                 }
             }
-            Instr::Pair { pair, dst, args } => {
-                let kinds = args.iter().take(5).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
-                let run =
-                    kernels::pairs::known(*pair, args.len(), kinds).then(|| kernels::paired::<R, N>(self.class, *pair, kinds)).flatten();
-                let run = run.ok_or_else(|| format!("no kernel for {pair:?} with these operands"))?;
-                let places = [0, 1, 2, 3, 4].map(|k| self.place(args.get(k).unwrap_or(&args[0])));
-                self.kernel(run, Self::slot_place(u32::from(*dst)), places);
+            Instr::Chain { links, dst, args } => {
+                let kinds = args.iter().take(kernels::chains::MOST_OPERANDS).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
+                let whole = args.len() == kernels::chains::takes(links);
+                let found = if whole { kernels::chains::find(links, kinds) } else { None };
+                let run = found.map(|k| kernels::chained::<R, N>(self.class)[k]);
+                let run = run.ok_or_else(|| format!("no kernel for the chain {links:?} with these operands"))?;
+                let places: Vec<u32> = args.iter().map(|o| self.place(o)).collect();
+                self.kernel(run, Self::slot_place(u32::from(*dst)), &places);
             }
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));

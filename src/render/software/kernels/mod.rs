@@ -2,22 +2,23 @@
 //!
 //! In: pointers to lanes or to one broadcast value. Out: `N` lanes written. Frequent operations have one kernel per combination of
 //! operand kinds with the lane count known at compile time; the rest take lane operands only and run in pieces of [`CHUNK`] lanes.
-//! [`pairs`] computes two operations in one.
+//! [`chains`] computes several operations in one.
 
+pub mod chains;
 mod ops;
-pub mod pairs;
 
 use super::math::Real;
-use super::tape::{Op, Pair, with_ops};
+use super::tape::{Op, with_ops};
 pub use ops::Eval;
 use std::sync::OnceLock;
 
 /// Lanes of one piece of the less frequent kernels; every lane count is a multiple of it.
 pub const CHUNK: usize = 32;
 
-/// The lanes that are written, then five operands (lane arrays or single values as the table was asked). Operands that an operation does not
-/// use must still be valid for one read. That nothing overlaps the written lanes is in the type, which spares every kernel the test.
-pub type KernelFn<R, const N: usize> = unsafe fn(&mut [R; N], *const R, *const R, *const R, *const R, *const R);
+/// The lanes that are written; where operands are counted from; the place of each operand, in elements (lane arrays or single values as the
+/// table was asked). A kernel of one operation reads three places, whatever it uses; a chain's kernel one for each operand. That nothing
+/// overlaps the written lanes is in the type, which spares every kernel the test.
+pub type KernelFn<R, const N: usize> = unsafe fn(&mut [R; N], *const R, *const u32);
 
 /// Which instruction set the kernels use. Classes that fuse multiply and add give the same bits, and so do those that do not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -107,7 +108,7 @@ pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
 
 /// An operand: lanes, or one value for all. References and no pointers, because checked builds test every use of a pointer, and loops with
 /// tests do not become vector code.
-struct Input<'a, R, const N: usize> {
+pub struct Input<'a, R, const N: usize> {
     lanes: Option<&'a [R; N]>,
     single: R,
 }
@@ -165,37 +166,53 @@ unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut 
     }
 }
 
+/// # Safety
+/// `places` holds more than `k`, and what it names lies in what `base` points to.
+#[inline(always)]
+unsafe fn at<R>(base: *const R, places: *const u32, k: usize) -> *const R {
+    // SAFETY: the caller vouches for it.
+    unsafe { base.add(*places.add(k) as usize) }
+}
+
+/// The type of a chain.
+macro_rules! nested {
+    ($chain:ty) => { $chain };
+    ($chain:ty, $op:ident $at:literal $(, $next:ident $next_at:literal)*) => {
+        nested!(chains::Then<$chain, ops::$op, $at> $(, $next $next_at)*)
+    };
+}
+
 macro_rules! class {
     ($module:ident, $fused:literal, $(#[$feature:meta])*) => {
         mod $module {
             use super::*;
 
             /// # Safety
-            /// As [`lanes`]; the instruction set of this class is available.
+            /// As [`lanes`] for operands at their places; the instruction set of this class is available.
             $(#[$feature])*
             unsafe fn fixed<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, const C: bool>(
-                dst: &mut [R; N], a: *const R, b: *const R, c: *const R, _d: *const R, _e: *const R,
+                dst: &mut [R; N], base: *const R, places: *const u32,
             ) {
                 // SAFETY: passed on to the caller.
-                unsafe { lanes::<O, R, N, A, B, C, $fused>(dst, a, b, c) }
+                unsafe { lanes::<O, R, N, A, B, C, $fused>(dst, at(base, places, 0), at(base, places, 1), at(base, places, 2)) }
             }
 
             /// # Safety
-            /// As [`pairs::lanes`]; the instruction set of this class is available.
+            /// As [`chains::lanes`]; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn pair<A: Eval, B: Eval, R: Real, const N: usize, const TAKES: usize, const AT: usize, const KINDS: u8>(
-                dst: &mut [R; N], a: *const R, b: *const R, c: *const R, d: *const R, e: *const R,
+            unsafe fn chain<C: chains::Chain, R: Real, const N: usize, const KINDS: u8>(
+                dst: &mut [R; N], base: *const R, places: *const u32,
             ) {
                 // SAFETY: passed on to the caller.
-                unsafe { pairs::lanes::<A, B, R, N, TAKES, AT, KINDS, $fused>(dst, [a, b, c, d, e]) }
+                unsafe { chains::lanes::<C, R, N, KINDS, $fused>(dst, base, places) }
             }
 
             /// # Safety
-            /// As [`lanes`] with all operands lane arrays; the instruction set is available.
+            /// As [`lanes`] for operands at their places, all of them lane arrays; the instruction set is available.
             $(#[$feature])*
-            unsafe fn pieces<O: Eval, R: Real, const N: usize>(
-                dst: &mut [R; N], a: *const R, b: *const R, c: *const R, _d: *const R, _e: *const R,
-            ) {
+            unsafe fn pieces<O: Eval, R: Real, const N: usize>(dst: &mut [R; N], base: *const R, places: *const u32) {
+                // SAFETY: passed on to the caller.
+                let (a, b, c) = unsafe { (at(base, places, 0), at(base, places, 1), at(base, places, 2)) };
                 for (k, piece) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
                     let k = k * CHUNK;
                     // SAFETY: each piece lies inside the N lanes.
@@ -204,23 +221,19 @@ macro_rules! class {
             }
 
             /// # Safety
-            /// As [`quad_difference`]; the instruction set is available.
+            /// As [`quad_difference`] for the first place; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdx<R: Real, const N: usize>(
-                dst: &mut [R; N], a: *const R, _b: *const R, _c: *const R, _d: *const R, _e: *const R,
-            ) {
+            unsafe fn dpdx<R: Real, const N: usize>(dst: &mut [R; N], base: *const R, places: *const u32) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, N, 1>(dst, a) }
+                unsafe { quad_difference::<R, N, 1>(dst, at(base, places, 0)) }
             }
 
             /// # Safety
-            /// As [`quad_difference`]; the instruction set is available.
+            /// As [`quad_difference`] for the first place; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdy<R: Real, const N: usize>(
-                dst: &mut [R; N], a: *const R, _b: *const R, _c: *const R, _d: *const R, _e: *const R,
-            ) {
+            unsafe fn dpdy<R: Real, const N: usize>(dst: &mut [R; N], base: *const R, places: *const u32) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, N, 2>(dst, a) }
+                unsafe { quad_difference::<R, N, 2>(dst, at(base, places, 0)) }
             }
 
             fn unary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
@@ -285,7 +298,7 @@ macro_rules! class {
             }
 
             with_ops!(general_table);
-            pairs::with_pairs!(pair_table);
+            chains::with_chains!(chain_table);
         }
     };
 }
@@ -304,16 +317,13 @@ macro_rules! general_table {
     };
 }
 
-macro_rules! pair_table {
-    ($($first:ident $second:ident $at:literal [$($kinds:literal)*],)*) => {
-        /// The kernel of a pair for operands of these kinds ([`pairs::mask`]), if there is one.
-        pub fn paired<R: Real, const N: usize>(pair: Pair, kinds: u8) -> Option<KernelFn<R, N>> {
-            $($(
-                if pair == (Pair { first: Op::$first, second: Op::$second, at: $at }) && kinds == const { pairs::mask($kinds) } {
-                    return Some(self::pair::<ops::$first, ops::$second, R, N, { Op::$first.arity() }, $at, { pairs::mask($kinds) }>);
-                }
-            )*)*
-            None
+macro_rules! chain_table {
+    ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
+        /// The kernels of [`chains::all`], in that order.
+        pub fn chained<R: Real, const N: usize>() -> &'static [KernelFn<R, N>] {
+            const {
+                &[$(chain::<nested!(chains::First<ops::$first> $(, $op $at)+), R, N, { chains::mask($kinds) }> as KernelFn<R, N>,)*]
+            }
         }
     };
 }
@@ -353,15 +363,15 @@ pub fn general<R: Real, const N: usize>(class: KernelClass, op: Op) -> KernelFn<
     }
 }
 
-/// The kernel of a pair for operands of these kinds; None when [`pairs::known`] says no. The class must be available where it is called.
-pub fn paired<R: Real, const N: usize>(class: KernelClass, pair: Pair, kinds: u8) -> Option<KernelFn<R, N>> {
+/// The kernels of [`chains::all`], in that order. The class must be available where they are called.
+pub fn chained<R: Real, const N: usize>(class: KernelClass) -> &'static [KernelFn<R, N>] {
     match class {
         #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx512 => avx512::paired::<R, N>(pair, kinds),
+        KernelClass::Avx512 => avx512::chained::<R, N>(),
         #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx2Fma => avx2::paired::<R, N>(pair, kinds),
+        KernelClass::Avx2Fma => avx2::chained::<R, N>(),
         #[cfg(target_arch = "aarch64")]
-        KernelClass::Neon => neon::paired::<R, N>(pair, kinds),
-        _ => plain::paired::<R, N>(pair, kinds),
+        KernelClass::Neon => neon::chained::<R, N>(),
+        _ => plain::chained::<R, N>(),
     }
 }

@@ -1,9 +1,12 @@
 //! What each operation computes on one lane: the one truth for folding, the per-draw tape and the vector kernels.
 
 use crate::render::software::math::Real;
+use crate::render::software::tape::Op;
 
 /// One operation on one lane; unused operands are ignored. `F`: fused multiply-add.
 pub trait Eval {
+    /// Operands that it takes.
+    const ARITY: usize;
     fn eval<R: Real, const F: bool>(a: R, b: R, c: R) -> R;
 }
 
@@ -11,6 +14,7 @@ macro_rules! eval {
     ($($name:ident = |$r:ident, $f:ident, $a:pat_param, $b:pat_param, $c:pat_param| $body:expr;)*) => {$(
         pub struct $name;
         impl Eval for $name {
+            const ARITY: usize = Op::$name.arity();
             #[inline(always)]
             fn eval<$r: Real, const $f: bool>($a: $r, $b: $r, $c: $r) -> $r { $body }
         }

@@ -5,7 +5,7 @@
 
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
-use crate::render::software::tape::{Op, Pair, TextureOp, WordKind};
+use crate::render::software::tape::{Link, Op, TextureOp, WordKind};
 use std::collections::HashMap;
 
 /// A scalar value during lowering.
@@ -30,10 +30,10 @@ pub enum Step {
         op: Op,
         args: Vec<Val>,
     },
-    /// Two operations as one instruction; made last, by [`super::finish`].
-    Pair {
+    /// Several operations as one instruction; made last, by [`super::chains`].
+    Chain {
         dst: Val,
-        pair: Pair,
+        links: Vec<Link>,
         args: Vec<Val>,
     },
     /// A loop variable takes its next value: the one step that writes a value twice.

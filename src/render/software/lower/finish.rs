@@ -1,12 +1,11 @@
-//! From SSA steps to the stored program: dead code, fused multiply-add, pairs, then slots and registers by lifetime.
+//! From SSA steps to the stored program: dead code, fused multiply-add, chains, then slots and registers by lifetime.
 //!
 //! A lane value lives from its first write to its last use; a value from before a loop that the loop uses lives to the loop's end. Slots are
 //! reused last in, first out, and a result never shares the slot of an operand, which lets kernels assume that nothing overlaps.
 
 use super::LowerError;
 use super::builder::{Builder, Label, Step, Val};
-use crate::render::software::kernels::pairs;
-use crate::render::software::tape::{Instr, Op, Operand, Pair};
+use crate::render::software::tape::{Instr, Op, Operand};
 use std::collections::{HashMap, HashSet};
 
 pub struct Finished {
@@ -17,9 +16,9 @@ pub struct Finished {
     pub slots: u32,
 }
 
-fn reads(step: &Step) -> Vec<Val> {
+pub fn reads(step: &Step) -> Vec<Val> {
     match step {
-        Step::Op { args, .. } | Step::Pair { args, .. } => args.clone(),
+        Step::Op { args, .. } | Step::Chain { args, .. } => args.clone(),
         Step::Assign { from, .. } => vec![*from],
         Step::Uniform { index, .. } => index.iter().copied().collect(),
         Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
@@ -33,7 +32,7 @@ fn reads(step: &Step) -> Vec<Val> {
 fn writes(step: &Step) -> Vec<Val> {
     match step {
         Step::Op { dst, .. }
-        | Step::Pair { dst, .. }
+        | Step::Chain { dst, .. }
         | Step::Assign { dst, .. }
         | Step::Uniform { dst, .. }
         | Step::TextureSize { dst, .. } => vec![*dst],
@@ -132,67 +131,6 @@ fn fuse(b: &mut Builder) {
     });
 }
 
-/// Joins an operation with the one that makes an operand of it, where nothing else reads that operand and there is a kernel for the two. The
-/// first moves down to the second, so both stand in one straight piece of code, and no loop variable that the first reads changes between.
-fn pair_up(b: &mut Builder, outputs: &[Val]) {
-    let mut uses: HashMap<Val, u32> = HashMap::new();
-    for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
-        *uses.entry(v).or_default() += 1;
-    }
-    // Operations of this straight piece whose results have one reader.
-    let mut waiting: HashMap<Val, (usize, Op, Vec<Val>)> = HashMap::new();
-    let mut gone = HashSet::new();
-    for i in 0..b.code.len() {
-        match &b.code[i] {
-            Step::Assign { dst, .. } => waiting.retain(|_, (_, _, args)| !args.contains(dst)),
-            Step::Op { dst: dst @ Val::Lane(_), op, args } => {
-                let (dst, op, args) = (*dst, *op, args.clone());
-                let found = args.iter().enumerate().find_map(|(at, v)| {
-                    let (from, first, operands) = waiting.get(v)?;
-                    joined(*first, operands, op, at, &args, dst).map(|step| (*v, *from, step))
-                });
-                if let Some((operand, from, step)) = found {
-                    waiting.remove(&operand);
-                    gone.insert(from);
-                    b.code[i] = step;
-                }
-                if let Step::Op { op, args, .. } = &b.code[i]
-                    && uses.get(&dst) == Some(&1)
-                {
-                    waiting.insert(dst, (i, *op, args.clone()));
-                }
-            }
-            Step::SkipIfNone { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
-                waiting.clear();
-            }
-            _ => {}
-        }
-    }
-    let mut i = 0;
-    b.code.retain(|_| {
-        i += 1;
-        !gone.contains(&(i - 1))
-    });
-}
-
-/// `second(args)` with `first(operands)` in place of its operand `at`, as one step.
-fn joined(first: Op, operands: &[Val], second: Op, at: usize, args: &[Val], dst: Val) -> Option<Step> {
-    if first == Op::Neg && second == Op::Fma && at < 2 {
-        // The sign goes to either factor and changes no bit; a value for all lanes stands first, as the pairs have it.
-        let mut factors = [operands[0], args[1 - at]];
-        factors.sort();
-        return Some(Step::Op { dst, op: Op::Fnma, args: vec![factors[0], factors[1], args[2]] });
-    }
-    let pair = Pair { first, second, at: at as u8 };
-    let rest = args.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, v)| *v);
-    let all: Vec<Val> = operands.iter().copied().chain(rest).collect();
-    if all.len() > pairs::MOST_OPERANDS {
-        return None;
-    }
-    let kinds = all.iter().enumerate().map(|(k, v)| u8::from(matches!(v, Val::Lane(_))) << k).sum();
-    pairs::known(pair, all.len(), kinds).then_some(Step::Pair { dst, pair, args: all })
-}
-
 /// First and last position of every lane and once value, loops taken into account.
 fn lifetimes(code: &[Step], inputs: &[Val], outputs: &[Val]) -> HashMap<Val, (usize, usize)> {
     // Inputs are there from the start, wherever they are first read.
@@ -241,13 +179,13 @@ impl Pool {
     }
 }
 
-/// `inputs`: lane values that hold slots 0.. from the start. `outputs` must be lane values. `pairs`: whether to join operations.
-pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], pairs: bool) -> Result<Finished, LowerError> {
+/// `inputs`: lane values that hold slots 0.. from the start. `outputs` must be lane values. `join`: whether to join operations into chains.
+pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Result<Finished, LowerError> {
     drop_dead(&mut b, outputs);
     fuse(&mut b);
     drop_dead(&mut b, outputs);
-    if pairs {
-        pair_up(&mut b, outputs);
+    if join {
+        super::chains::join(&mut b.code, outputs);
     }
     let life = lifetimes(&b.code, inputs, outputs);
     let mut place: HashMap<Val, Operand> = HashMap::new();
@@ -314,7 +252,9 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], pairs: bool) -> R
                     count: *count,
                 })
             }
-            Step::Pair { dst, pair, args } => lane_tape.push(Instr::Pair { pair: *pair, dst: index(at(*dst)), args: all(args) }),
+            Step::Chain { dst, links, args } => {
+                lane_tape.push(Instr::Chain { links: links.clone(), dst: index(at(*dst)), args: all(args) })
+            }
             Step::Op { .. } | Step::Assign { .. } | Step::Uniform { .. } | Step::TextureSize { .. } => {
                 lane_tape.push(scalar_instr(step, &at, &index));
             }

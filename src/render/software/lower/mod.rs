@@ -6,6 +6,7 @@
 //! What is not supported is refused here, with the place in the source.
 
 mod builder;
+mod chains;
 mod expr;
 mod finish;
 mod flow;
@@ -54,11 +55,11 @@ pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Pr
     lower_with(module, info, entry, true)
 }
 
-/// The same with (`pairs`) or without operations that are joined two by two; both give the same bits.
+/// The same with (`chains`) or without operations that are joined; both give the same bits.
 ///
 /// # Errors
 /// As [`lower`].
-pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, pairs: bool) -> Result<Program> {
+pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool) -> Result<Program> {
     let found = module.entry_points.iter().position(|e| e.name == entry);
     let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let point = &module.entry_points[index];
@@ -96,7 +97,7 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, pairs: 
         }
     }
     let constants = b.constants.clone();
-    let finished = finish::finish(b, &interface.values, &outputs, pairs)?;
+    let finished = finish::finish(b, &interface.values, &outputs, chains)?;
     let mut operands = finished.outputs;
     let discarded = if killed.is_some() { operands.pop() } else { None };
     let uses_derivatives =

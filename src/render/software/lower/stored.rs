@@ -14,7 +14,8 @@ const LOWERING_SOURCES: &[&[u8]] = &[
     include_bytes!("functions.rs"),
     include_bytes!("place.rs"),
     include_bytes!("../kernels/ops.rs"),
-    include_bytes!("../kernels/pairs.rs"),
+    include_bytes!("../kernels/chains.rs"),
+    include_bytes!("chains.rs"),
     include_bytes!("../math/mod.rs"),
     include_bytes!("../math/double.rs"),
 ];

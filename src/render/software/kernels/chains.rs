@@ -1,0 +1,245 @@
+//! Chains of operations in one kernel: each takes the result of the one before without a store and a load between.
+//!
+//! In: up to [`MOST_OPERANDS`] operands, those of the first operation and then the rest of each further one's. Out: what the single kernels
+//! would give one after the other, bit for bit, because each operation still rounds by itself. Which chains there are was chosen by what the
+//! atmosphere, eclipse, map and tone-map code asks for; the lowering asks [`find`] and cuts every other chain into these.
+
+use super::Input;
+use super::ops::Eval;
+use crate::render::software::math::Real;
+use crate::render::software::tape::{Link, Op};
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+/// Most operands of a chain.
+pub const MOST_OPERANDS: usize = 8;
+/// Most operations of a chain.
+pub const MOST_LINKS: usize = 8;
+
+/// Operand kinds as bits, the first operand lowest: L = one value per lane, R = one value for all lanes.
+pub const fn mask(kinds: &str) -> u8 {
+    let (kinds, mut bits, mut k) = (kinds.as_bytes(), 0, 0);
+    while k < kinds.len() {
+        if kinds[k] == b'L' {
+            bits |= 1 << k;
+        }
+        k += 1;
+    }
+    bits
+}
+
+/// Kinds of operands, first operation, then each further one with the place of the last result among its operands. Where a product or sum
+/// may take the last result first or second, it takes it second.
+macro_rules! with_chains {
+    ($m:ident) => {
+        $m! {
+            "LLL" = Add > Sub 0,
+            "RLL" = Add > Sub 0,
+            "LL" = BNot > And 1,
+            "LLR" = Div > Max 0,
+            "LRR" = Div > Max 0,
+            "RLR" = Div > Max 0,
+            "RLL" = Div > Mul 1,
+            "LLL" = FLe > And 1,
+            "LRL" = FLe > And 1,
+            "RLL" = FLe > And 1,
+            "LLL" = FLt > And 1,
+            "LRL" = FLt > And 1,
+            "RLL" = FLt > And 1,
+            "LRR" = FLt > Or 1,
+            "LLLL" = Fma > Div 0,
+            "RLLL" = Fma > Div 0,
+            "RLRL" = Fma > Div 1,
+            "RLRR" = Fma > Div 1,
+            "LLLLL" = Fma > Fma 2,
+            "LLLLL" = Fma > Fma 1,
+            "LLRLR" = Fma > Fma 1,
+            "RLLRL" = Fma > Fma 2,
+            "RLRLR" = Fma > Fma 1,
+            "RLRRL" = Fma > Fma 2,
+            "LLL" = Fma > InverseSqrt 0,
+            "LLLR" = Fma > Max 0,
+            "RLLR" = Fma > Max 0,
+            "LLLL" = Fma > Mul 1,
+            "RLLL" = Fma > Mul 1,
+            "RLRL" = Fma > Mul 1,
+            "LLLLL" = Fma > Select 1,
+            "LLL" = Fma > Sqrt 0,
+            "LLLR" = Fms > Max 0,
+            "LLRR" = Fms > Max 0,
+            "RLRR" = Fms > Max 0,
+            "RLRR" = Fnma > Div 1,
+            "LLRR" = Fnma > Max 0,
+            "LR" = Max > InverseSqrt 0,
+            "LLL" = Max > Max 0,
+            "LRR" = Max > Min 0,
+            "LRL" = Max > Mul 1,
+            "LRR" = Max > Mul 1,
+            "LR" = Max > Sqrt 0,
+            "LL" = Mul > Exp 0,
+            "RL" = Mul > Exp 0,
+            "RL" = Mul > Floor 0,
+            "LLLL" = Mul > Fma 1,
+            "LLLL" = Mul > Fma 2,
+            "LLRL" = Mul > Fma 2,
+            "RLLL" = Mul > Fma 1,
+            "RLLL" = Mul > Fma 2,
+            "RLRL" = Mul > Fma 2,
+            "LLR" = Mul > Max 0,
+            "RLR" = Mul > Max 0,
+            "LLL" = Mul > Mul 1,
+            "LLR" = Mul > Mul 1,
+            "RLL" = Mul > Mul 1,
+            "RLR" = Mul > Mul 1,
+            "LLLR" = Mul > Select 2,
+            "RLLR" = Mul > Select 2,
+            "L" = Neg > Exp 0,
+            "LR" = Neg > Mul 1,
+            "LL" = Neg > Sub 0,
+            "LLLRL" = Select > Fma 1,
+            "LLL" = Sub > Div 0,
+            "LRL" = Sub > Div 0,
+            "LRR" = Sub > Div 0,
+            "LLR" = Sub > Max 0,
+            "LRR" = Sub > Max 0,
+            "LLL" = Sub > Mul 1,
+            "LLR" = Sub > Mul 1,
+            "LRL" = Sub > Mul 1,
+            "LRR" = Sub > Mul 1,
+            "RLL" = Sub > Mul 1,
+            "RL" = Sub > Sqrt 0,
+            "RLRRL" = Fma > Div 1 > Mul 1,
+            "RLRL" = Mul > Floor 0 > Fnma 1,
+            "LLLLLL" = Mul > Fma 2 > Fma 2,
+            "RLRLRL" = Mul > Fma 2 > Fma 2,
+            "RLRR" = Mul > Max 0 > Min 0,
+            "LLLLL" = Mul > Mul 1 > Fma 2,
+            "LLRRL" = Mul > Mul 1 > Fma 2,
+            "LLLL" = Mul > Mul 1 > Mul 1,
+            "LLR" = Neg > Mul 1 > Mul 1,
+            "LRRR" = Sub > Max 0 > Mul 1,
+            "RLRR" = Div > Max 0 > Min 0 > Asin 0,
+            "LRRR" = Max > Min 0 > Acos 0 > Mul 1,
+            "RLLLL" = Mul > Exp 0 > Mul 1 > Fma 1,
+            "RLRLL" = Mul > Exp 0 > Mul 1 > Fma 1,
+            "RLRL" = Mul > Floor 0 > Fma 1 > Fract 0,
+            "RLRLRLL" = Mul > Fma 2 > Fma 2 > Div 0,
+            "RLRLRLRR" = Mul > Fma 2 > Fma 2 > Fma 1,
+            "LLLLLL" = Mul > Fma 2 > Fma 2 > InverseSqrt 0,
+            "LLLLLLR" = Mul > Fma 2 > Fma 2 > Max 0,
+            "LLLLLL" = Mul > Fma 2 > Fma 2 > Sqrt 0,
+            "LLLLLLR" = Mul > Fma 2 > Fma 2 > Sub 1,
+            "LLLLR" = Mul > Fma 2 > Sqrt 0 > Max 0,
+            "LLLLLR" = Mul > Fms 2 > Div 0 > Mul 1,
+            "LLLLLLL" = Mul > Fms 2 > Mul 1 > Fma 2,
+            "RLLRL" = Mul > Mul 1 > Fma 2 > Fract 0,
+            "RLLLL" = Mul > Mul 1 > Mul 1 > Mul 1,
+            "RLRLL" = Mul > Mul 1 > Mul 1 > Mul 1,
+            "RLRRL" = Fnma > Div 1 > Mul 1,
+            "LRRRR" = Sub > Div 0 > Max 0 > Min 0,
+            "LLRRRR" = Sub > Fma 1 > Div 1 > Sub 1,
+            "LLRRRL" = Sub > Max 0 > Div 1 > Select 1,
+            "RLRLL" = Sub > Max 0 > Sqrt 0 > Select 1,
+            "RLLRLRRR" = Fma > Fma 2 > Sub 0 > Mul 1 > Div 0,
+            "LRRRRLL" = Max > Sub 0 > Div 1 > Sub 1 > Select 2,
+            "RLRLRLRR" = Mul > Fma 2 > Fma 2 > Max 0 > Min 0,
+            "RLRLRLRL" = Mul > Fma 2 > Fma 2 > Max 0 > Mul 1,
+            "RLRLRLRR" = Mul > Fma 2 > Fma 2 > Sub 1 > Max 0,
+            "RLLLLLLL" = Mul > Mul 1 > Fma 1 > Fma 1 > Mul 1,
+            "RLLRRRRR" = Fma > Add 1 > Max 0 > Div 1 > Max 0 > Min 0,
+            "LLRRLLLL" = Select > Mul 1 > Mul 1 > Mul 1 > Mul 1 > Mul 1,
+            "LLRRLRR" = Fnma > Max 0 > Sqrt 0 > Fms 1 > Max 0 > Neg 0 > Exp 0,
+            "LRRRRLLL" = Max > Log2 0 > Mul 1 > Exp2 0 > Fms 1 > Select 2 > Add 1,
+            "LRLRRRLR" = Sqrt > Max 0 > Div 1 > Add 1 > Max 0 > Min 0 > Select 1,
+            "LLRRLLRR" = Div > Max 0 > Min 0 > Acos 0 > Sub 0 > Div 0 > Max 0 > Min 0,
+        }
+    };
+}
+pub(crate) use with_chains;
+
+macro_rules! table {
+    ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
+        const TABLE: &[(&[Link], &str)] = &[$((&[Link { op: Op::$first, at: 0 } $(, Link { op: Op::$op, at: $at })+], $kinds),)*];
+    };
+}
+with_chains!(table);
+
+/// Every chain with the kinds of operands that it serves, as [`mask`] reads them.
+pub fn all() -> &'static [(&'static [Link], &'static str)] {
+    TABLE
+}
+
+/// Operands of a chain.
+pub fn takes(links: &[Link]) -> usize {
+    links.iter().map(|l| l.op.arity()).sum::<usize>() + 1 - links.len().max(1)
+}
+
+/// Where [`all`] has the chain of these operations for these kinds of operands.
+pub fn find(links: &[Link], kinds: u8) -> Option<usize> {
+    static PLACES: LazyLock<HashMap<(&'static [Link], u8), usize>> =
+        LazyLock::new(|| TABLE.iter().enumerate().map(|(place, (links, kinds))| ((*links, mask(kinds)), place)).collect());
+    fn place<'a>(places: &HashMap<(&'a [Link], u8), usize>, links: &'a [Link], kinds: u8) -> Option<usize> {
+        places.get(&(links, kinds)).copied()
+    }
+    place(&PLACES, links, kinds)
+}
+
+/// A chain as a type: what it computes on one lane.
+pub trait Chain {
+    /// Operands.
+    const TAKES: usize;
+    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MOST_OPERANDS], lane: usize) -> R;
+}
+
+/// The first operation.
+pub struct First<A>(A);
+/// A chain and one operation more, whose operand `AT` is the chain's result.
+pub struct Then<P, B, const AT: usize>(P, B);
+
+impl<A: Eval> Chain for First<A> {
+    const TAKES: usize = A::ARITY;
+    #[inline(always)]
+    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MOST_OPERANDS], lane: usize) -> R {
+        let last = A::ARITY - 1;
+        A::eval::<R, F>(x[0].at(lane), x[if last < 1 { last } else { 1 }].at(lane), x[last].at(lane))
+    }
+}
+
+impl<P: Chain, B: Eval, const AT: usize> Chain for Then<P, B, AT> {
+    const TAKES: usize = P::TAKES + B::ARITY - 1;
+    #[inline(always)]
+    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MOST_OPERANDS], lane: usize) -> R {
+        let v = P::eval::<R, N, F>(x, lane);
+        let r = if B::ARITY > 1 { x[P::TAKES].at(lane) } else { v };
+        let s = if B::ARITY > 2 { x[P::TAKES + 1].at(lane) } else { v };
+        match AT {
+            0 => B::eval::<R, F>(v, r, s),
+            1 => B::eval::<R, F>(r, v, s),
+            _ => B::eval::<R, F>(r, s, v),
+        }
+    }
+}
+
+/// `KINDS`: as [`mask`]. `F`: fused.
+/// # Safety
+/// `places` holds the place of every operand, counted in elements from `base`; there it is valid for `N` reads, or one where its bit is not
+/// set; none overlaps `dst`.
+#[inline(always)]
+pub unsafe fn lanes<C: Chain, R: Real, const N: usize, const KINDS: u8, const F: bool>(
+    dst: &mut [R; N],
+    base: *const R,
+    places: *const u32,
+) {
+    macro_rules! input {
+        ($k:literal) => {{
+            // What a chain does not take stands for the first.
+            let k = if $k < C::TAKES { $k } else { 0 };
+            // SAFETY: passed on to the caller.
+            unsafe { Input::<R, N>::new(base.add(*places.add(k) as usize), KINDS >> k & 1 == 1) }
+        }};
+    }
+    let x = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];
+    for (lane, to) in dst.iter_mut().enumerate() {
+        *to = C::eval::<R, N, F>(&x, lane);
+    }
+}
