@@ -89,9 +89,9 @@ fn negations(code: &mut Vec<Step>, outputs: &[Val]) {
     let uses = uses(code, outputs);
     let mut negated: HashMap<Val, (usize, Val)> = HashMap::new();
     let mut gone = HashSet::new();
-    for place in 0..code.len() {
-        match &code[place] {
-            Step::Assign { dst, .. } => negated.retain(|_, (_, a)| a != dst),
+    for (place, step) in code.iter_mut().enumerate() {
+        match step {
+            Step::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
             Step::Op { dst: dst @ Val::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
                 negated.insert(*dst, (place, args[0]));
             }
@@ -101,7 +101,7 @@ fn negations(code: &mut Vec<Step>, outputs: &[Val]) {
                 let mut factors = [factor, args[1 - at]];
                 factors.sort();
                 gone.insert(from);
-                code[place] = Step::Op { dst: *dst, op: Op::Fnma, args: vec![factors[0], factors[1], args[2]] };
+                *step = Step::Op { dst: *dst, op: Op::Fnma, args: vec![factors[0], factors[1], args[2]] };
             }
             Step::SkipIfNone { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
                 negated.clear();

@@ -129,7 +129,8 @@ pub fn asin<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    let z = if big { half } else { a * a };
+    // The lesser of the two is the one that is wanted; a choice by `big` would have the compiler compute the polynomial for either.
+    let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<F>(z, if big { root } else { a });
     let y = if big { std::f32::consts::FRAC_PI_2 - 2.0 * y } else { y };
@@ -141,7 +142,8 @@ pub fn acos<const F: bool>(x: f32) -> f32 {
     let a = x.abs();
     let big = a > 0.5;
     let half = 0.5 * (1.0 - a);
-    let z = if big { half } else { a * a };
+    // The lesser of the two is the one that is wanted; a choice by `big` would have the compiler compute the polynomial for either.
+    let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<F>(z, if big { root } else { x });
     let outer = if x < 0.0 { std::f32::consts::PI - 2.0 * y } else { 2.0 * y };

@@ -145,6 +145,14 @@ impl<'a> Textures<'a> {
     }
 }
 
+/// Writes one lane.
+#[inline(always)]
+fn put<R: Real, D: Decode>(decode: D, stored: D::Texel, lane: usize, out: [&mut [R]; 4]) {
+    for (to, channel) in out.into_iter().zip(decode.channels(stored)) {
+        to[lane] = R::from_f32_bits(channel.to_bits());
+    }
+}
+
 /// Single texels by integer coordinates.
 fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 3], active: LaneMask, out: [&mut [R]; 4]) {
     let [x, y, level] = place;
@@ -157,13 +165,6 @@ fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 
     for i in 0..count {
         inside &= (x[i].int() < levels[0].width) & (y[i].int() < levels[0].height) & (level[i].int() == 0);
     }
-    let mut put = |lane: usize, stored: D::Texel| {
-        let [red, green, blue, alpha] = decode.channels(stored);
-        r[lane] = R::from_f32_bits(red.to_bits());
-        g[lane] = R::from_f32_bits(green.to_bits());
-        b[lane] = R::from_f32_bits(blue.to_bits());
-        a[lane] = R::from_f32_bits(alpha.to_bits());
-    };
     if inside {
         // Without branches, so that many reads are under way at once: they wait for memory more than anything.
         let width = levels[0].width;
@@ -171,9 +172,23 @@ fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 
         for i in 0..count {
             index[i] = y[i].int().wrapping_mul(width).wrapping_add(x[i].int());
         }
-        for (lane, i) in index[..count].iter().enumerate() {
+        let (fours, rest) = index[..count].as_chunks::<4>();
+        for (k, four) in fours.iter().enumerate() {
+            // Four texels become four pieces of channels: small enough to stay in registers.
             // SAFETY: tested above.
-            put(lane, unsafe { decode.stored(&levels[0], *i) });
+            let t = unsafe { decode.fetch(&levels[0], four) };
+            let t = [decode.channels(t[0]), decode.channels(t[1]), decode.channels(t[2]), decode.channels(t[3])];
+            let lanes = 4 * k..4 * k + 4;
+            for (c, to) in [&mut r[lanes.clone()], &mut g[lanes.clone()], &mut b[lanes.clone()], &mut a[lanes]].into_iter().enumerate() {
+                for (to, texel) in to.iter_mut().zip(&t) {
+                    *to = R::from_f32_bits(texel[c].to_bits());
+                }
+            }
+        }
+        for (lane, i) in rest.iter().enumerate() {
+            // SAFETY: tested above.
+            let stored = unsafe { decode.stored(&levels[0], *i) };
+            put(decode, stored, 4 * fours.len() + lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
         }
         return;
     }
@@ -185,7 +200,7 @@ fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 
             // What lies outside reads as zero, and zero bytes are zero in every format.
             _ => D::Texel::default(),
         };
-        put(lane, stored);
+        put(decode, stored, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
     }
 }
 
