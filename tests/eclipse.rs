@@ -452,7 +452,7 @@ fn what_takes_nothing_changes_no_bit() {
         let plan = plan(&plain, &Layouts, Fineness { samples: 1, anisotropy: 1 }).expect("a plan");
         SINGLE.render(&plan, SESSION.library(), true).expect("a picture").0
     };
-    const BARE: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow";
+    const BARE: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";
     let [with, without] = ["+eclipse=limb-darkened", "-eclipse"].map(|e| draw(&format!("{e}{BARE}")));
     assert!(with.hdr.iter().any(|p| p[0] > 0.0));
     assert_eq!(with.hdr, without.hdr);

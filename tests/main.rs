@@ -1,5 +1,6 @@
 //! One test binary: one link. Each module below is one area; unit tests live beside the code.
 
+mod air;
 mod apparent;
 mod catalog;
 mod cli;

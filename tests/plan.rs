@@ -3,7 +3,8 @@
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
-use orrery::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, Needs, RingAmounts};
+use orrery::scene::air_table::NODES;
+use orrery::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, Needs, RingAmounts};
 use orrery::scene::effects::possible_needs;
 use orrery::shader::key::{ShaderKey, keys_of};
 use orrery::shader::reflect::LayoutError;
@@ -40,6 +41,21 @@ fn amounts(lights: u8) -> Amounts {
         clouds: CloudAmounts { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
         eclipse: Default::default(),
         ring: RingAmounts::default(),
+        air: AirAmounts {
+            top: 32.0,
+            gas_height: 33.0,
+            gas_scattering: Vec3::splat(34.0),
+            gas_extinction: Vec3::splat(35.0),
+            skylight: Vec3::splat(36.0),
+            haze_height: 37.0,
+            haze_asymmetry: 38.0,
+            haze_scattering: Vec3::splat(39.0),
+            haze_extinction: Vec3::splat(40.0),
+            layer: Vec3::splat(41.0),
+            layer_extinction: Vec3::splat(42.0),
+            many_heights: Vec2::splat(43.0),
+            many: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
+        },
     }
 }
 

@@ -38,6 +38,9 @@
 //: if maps.night
 //: use lib/night_lights.wgsl
 //: end
+//: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
+//: use lib/air/seen_air.wgsl
+//: end
 
 struct Pixel {
     @location(0) colour: vec4f,
@@ -96,9 +99,16 @@ fn fragment_main(in: Varyings) -> Pixel {
     //: end
   //: end
 //: end
+//: if surface.sky
+    // Under the ground's soft edge the sky goes on; where the ground is whole it hides the sky.
+    if coverage >= 1.0 {
+        discard;
+    }
+//: else
     if coverage <= 0.0 {
         discard;
     }
+//: end
 
 //: if view.shaded|view.albedo
   //: if surface.emissive|lights.1|view.albedo
@@ -144,6 +154,11 @@ fn fragment_main(in: Varyings) -> Pixel {
     //: if surface.sky
     //: else
     //: if lights.1
+      //: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
+    let direct = sunlight_through_air(seen.position);
+    radiance += albedo * skylight_on(seen.position, seen.normal, direct) * sunlight;
+    sunlight *= direct;
+      //: end
     var facet: Facet;
     facet.normal = normal;
     facet.towards_camera = seen.towards_camera;
@@ -213,6 +228,12 @@ fn fragment_main(in: Varyings) -> Pixel {
   //: else
     radiance = vec3f(1.0);
   //: end
+//: end
+
+//: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
+    let aired = through_air(in, radiance, coverage);
+    radiance = aired.rgb;
+    coverage = aired.a;
 //: end
 
     var pixel: Pixel;

@@ -164,6 +164,33 @@ struct Draw {
     // Radiance of a white texel of the night map.
     night_radiance: vec3f,
 //: end
+//: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
+    // The air: lib/air/columns.wgsl says what each is.
+    air_top: f32,
+    air_gas_height: f32,
+    air_gas_scattering: vec3f,
+    air_gas_extinction: vec3f,
+  //: if lights.1
+    // Part of what the air takes out of the sunlight that reaches the ground from the whole sky.
+    air_skylight: vec3f,
+  //: end
+  //: if air.mie
+    air_haze_height: f32,
+    air_haze_asymmetry: f32,
+    air_haze_scattering: vec3f,
+    air_haze_extinction: vec3f,
+  //: end
+  //: if air.absorption
+    air_layer: vec3f,
+    air_layer_extinction: vec3f,
+  //: end
+  //: if air.table
+    // Height of the frame's floor over the ground, and one over that of the top; both in the frame's radii.
+    air_many_heights: vec2f,
+    // 8 rows of heights and one of the ground, each of 16 Suns: lib/air/many.wgsl.
+    air_many: array<vec4f, 144>,
+  //: end
+//: end
 }
 
 @group(0) @binding(0) var<uniform> draw: Draw;

@@ -7,6 +7,7 @@
 pub mod lanes;
 mod overlap;
 mod ring;
+mod scatter;
 pub mod sunlight;
 
 use crate::catalog::Catalog;
@@ -60,6 +61,7 @@ type Ask = fn(&Prober<'_>, Value) -> Result<Value, String>;
 /// Every kind of question.
 static KINDS: &[(&str, Ask)] = &[
     ("disc-overlap", overlap::ask),
+    ("scatter", scatter::ask),
     ("sunlight", sunlight::ask),
     ("ring-shadow", ring::shadow),
     ("ring-transmission", ring::transmission),

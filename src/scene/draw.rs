@@ -61,6 +61,7 @@ pub struct Amounts {
     pub clouds: CloudAmounts,
     pub eclipse: EclipseAmounts,
     pub ring: RingAmounts,
+    pub air: AirAmounts,
     /// Unit camera position for distant views or camera in unit-sphere frame, f32.
     pub camera_in_unit_sphere: Vec3,
     pub pixel_size: Vec2,
@@ -80,15 +81,40 @@ pub struct CloudAmounts {
     pub albedo: f32,
 }
 
+/// The air, lengths in equatorial radii. An excess is |p|² - 1 in the unit-sphere frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AirAmounts {
+    /// Excess above which there is nothing.
+    pub top: f32,
+    pub gas_height: f32,
+    /// Per radius at the ground, linear RGB.
+    pub gas_scattering: Vec3,
+    pub gas_extinction: Vec3,
+    /// Part of the light taken out of the sunlight that reaches the ground from the sky.
+    pub skylight: Vec3,
+    pub haze_height: f32,
+    pub haze_asymmetry: f32,
+    pub haze_scattering: Vec3,
+    pub haze_extinction: Vec3,
+    /// Excess at the foot, the middle and the top of an absorbing layer.
+    pub layer: Vec3,
+    pub layer_extinction: Vec3,
+    /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
+    pub many_heights: Vec2,
+    /// [`crate::scene::air_table`]; brought in where the draw asks for it.
+    pub many: std::sync::Arc<Vec<Vec4>>,
+}
+
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
     /// The half of the ring behind the globe's centre.
     RingBehind,
+    /// The air beside the ground, before it: the ground's soft edge covers it.
+    Sky,
     Globe,
     Ring,
     Clouds,
-    Sky,
 }
 
 /// One draw of a body that is large enough to be a disc.

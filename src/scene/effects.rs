@@ -4,7 +4,7 @@
 //! validated ahead of time and the keys that frames use come from the same two functions.
 
 use super::SceneError;
-use super::draw::{BodyShadow, Eclipse, EclipseModel, MapSet, Needs, PixelView, RingShadow, Shape, Surface};
+use super::draw::{AirTier, BodyShadow, Eclipse, EclipseModel, MapSet, Needs, PixelView, RingShadow, Shape, Surface};
 use crate::catalog::{Body, Catalog, Photometry};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,12 +22,13 @@ pub enum Effect {
     Rings,
     RingShadow,
     BodyShadow,
+    Atmosphere,
     PlanetShine,
     Points,
 }
 
 impl Effect {
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Ellipsoid,
         Self::Albedo,
         Self::Normal,
@@ -39,6 +40,7 @@ impl Effect {
         Self::Rings,
         Self::RingShadow,
         Self::BodyShadow,
+        Self::Atmosphere,
         Self::PlanetShine,
         Self::Points,
     ];
@@ -56,6 +58,7 @@ impl Effect {
             Self::Rings => "rings",
             Self::RingShadow => "ring-shadow",
             Self::BodyShadow => "body-shadow",
+            Self::Atmosphere => "atmosphere",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
         }
@@ -67,6 +70,7 @@ impl Effect {
     pub fn ways(self) -> &'static [&'static str] {
         match self {
             Self::Eclipse => &["linear", "uniform-disc", "limb-darkened", "refracted"],
+            Self::Atmosphere => &super::air::WAYS,
             _ => &[],
         }
     }
@@ -197,12 +201,17 @@ pub struct Chosen {
     pub ring_eclipse: Eclipse,
     pub ring_shadow: RingShadow,
     pub body_shadow: BodyShadow,
+    /// How the air is summed; `None` without it.
+    pub air: AirTier,
 }
 
 impl Chosen {
     /// The structure of the draw. What the body does not have is left out, so no choice can ask for it.
     pub fn needs(self, body: &Body, view: PixelView) -> Needs {
         let available = Available::of(body);
+        let air = super::air::structure(body, self.air);
+        // Air lies on the true shape: half as many keys, and nobody misses a round one under it.
+        let ellipsoid = self.ellipsoid || air.tier != AirTier::None;
         let surface = match body.photometry {
             Photometry::Emissive { .. } => Surface::Emissive,
             Photometry::Lambert => Surface::Lambert,
@@ -221,8 +230,14 @@ impl Chosen {
             },
             lights: if available.emissive { 0 } else { (1 + self.shine).min(LIGHTS_AT_MOST) },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
-            ring_shadow: if available.rings && !available.emissive { self.ring_shadow } else { RingShadow::None },
-            shape: if self.ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
+            // Under its air a ringed body is seen from within only: there the ring's shadow is left out.
+            ring_shadow: if available.rings && !available.emissive && air.tier == AirTier::None {
+                self.ring_shadow
+            } else {
+                RingShadow::None
+            },
+            shape: if ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
+            air,
             view,
             ..Needs::LEAST
         }
@@ -243,6 +258,14 @@ impl Chosen {
         let needs =
             Needs { surface: Surface::Ring, lights: 1, eclipse: self.ring_eclipse, body_shadow: self.body_shadow, view, ..Needs::LEAST };
         (available.rings && !available.emissive).then_some(needs)
+    }
+
+    /// The structure of the draw of the air beside the ground; `None` where there is none or the view does not show it.
+    pub fn sky_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
+        let shown = matches!(view, PixelView::Shaded | PixelView::Cost | PixelView::OpticalDepth);
+        let ground = self.needs(body, view);
+        let sky = Needs { surface: Surface::Sky, maps: MapSet::default(), lights: 1, ..ground };
+        (shown && ground.air.tier != AirTier::None).then_some(sky)
     }
 }
 
@@ -287,10 +310,18 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
                             // The two shadows are parts of different draws, so that their values need not be crossed.
                             let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
                             for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
-                                let chosen = Chosen { ellipsoid, maps, shine, eclipse, ring_eclipse: eclipse, ring_shadow, body_shadow };
+                                let air = AirTier::None;
+                                let chosen =
+                                    Chosen { ellipsoid, maps, shine, eclipse, ring_eclipse: eclipse, ring_shadow, body_shadow, air };
                                 all.insert(chosen.needs(body, view));
                                 all.extend(chosen.cloud_needs(body, view));
                                 all.extend(chosen.ring_needs(body, view));
+                            }
+                            for air in super::air::possible_tiers(body, eclipse.casters) {
+                                let chosen = Chosen { ellipsoid, maps, shine, eclipse, air, ..Chosen::default() };
+                                all.insert(chosen.needs(body, view));
+                                all.extend(chosen.cloud_needs(body, view));
+                                all.extend(chosen.sky_needs(body, view));
                             }
                         }
                     }

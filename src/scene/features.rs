@@ -1,7 +1,7 @@
 //! What one body's draw gets and does not get, each by a number against a bound.
 
-use super::camera::{self, AnchorForm, NEAR_DEPTH_KM};
-use super::draw::{Amounts, Draw, Light, MapFiles, MapSet, Part, Point};
+use super::camera::{self, AnchorForm, ClipRect, NEAR_DEPTH_KM};
+use super::draw::{AirTier, Amounts, Draw, Light, MapFiles, MapSet, Part, PixelView, Point};
 use super::draw::{EclipseAmounts, EclipseModel, RingAmounts, RingShadow};
 use super::eclipse::{self, Extent, Receiver, Wanted};
 use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
@@ -22,6 +22,8 @@ pub(super) struct Frame<'a> {
     pub reflectors: &'a [Reflector<'a>],
     pub catalog: &'a Catalog,
     pub ephemeris: &'a Ephemeris,
+    /// The air that the camera stands in.
+    pub air: Option<super::air::Around<'a>>,
 }
 
 /// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in
@@ -110,6 +112,9 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     let rect = p.outline.rect(camera);
     let ring_view = ring_view(frame, p).filter(|v| rect.is_some() || v.meets_frame());
     if rect.is_none() && ring_view.is_none() {
+        if let Some(sky) = sky_alone(frame, p, &mut ledger, diameter_px) {
+            return (Seen { appearance: Appearance::Disc, diameter_px, decisions: ledger.decisions }, vec![sky], None);
+        }
         return not_shown(ledger, if p.outline == Outline::Behind { "behind the camera" } else { "outside the frame" });
     }
     let what = if rect.is_some() { "its outline meets" } else { "its rings meet" };
@@ -118,7 +123,9 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         Some(false) => 1.0,
         _ => disc_share(diameter_px),
     };
-    let flux = point_flux(frame, p) * (1.0 - share);
+    // Light from beyond the camera's air comes reddened.
+    let tint = frame.air.as_ref().filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
+    let flux = point_flux(frame, p) * (1.0 - share) * tint;
     // A point that can be seen at all goes dark in a shadow.
     let shows = share < 1.0 && flux.max_element() / frame.exposure.white() > VISIBLE_CHANGE;
     let flux = if shows { flux * dimming(frame.request, frame.catalog, frame.ephemeris, p, diameter_px).0 } else { flux };
@@ -139,6 +146,11 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
 
     let (mut chosen, shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
     let (ring, ring_draws) = ring_view.map(|view| ring_parts(frame, p, &view, &mut ledger, &mut chosen, share)).unwrap_or_default();
+    let sky = sky_draw(frame, p, &mut ledger, &mut chosen, diameter_px);
+    if chosen.air != AirTier::None && chosen.ring_shadow != RingShadow::None {
+        ledger.note(Effect::RingShadow.name(), false, "left out under the air that the camera is in".into());
+        chosen.ring_shadow = RingShadow::None;
+    }
     let needs = chosen.needs(body, frame.request.pixel_view);
     let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     let map_files = MapFiles {
@@ -150,9 +162,10 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     };
     let globe = rect.map(|rect| {
         let amounts = Amounts { ring, ..amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share) };
+        let amounts = Amounts { albedo: amounts.albedo * camera::narrow(tint), ..amounts };
         Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files }
     });
-    let mut draws: Vec<_> = globe.into_iter().chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
+    let mut draws: Vec<_> = globe.into_iter().chain(sky).chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
     for draw in &mut draws {
         draw.amounts.eclipse.clone_from(&eclipse);
     }
@@ -225,12 +238,50 @@ fn ring_parts(
     (for_globe, vec![half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)])
 }
 
+/// Decides on the air: sets the globe's tier, and returns the draw of the air beside the ground.
+fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, diameter_px: f64) -> Option<Draw> {
+    let body = p.body;
+    let (air, shell) = (body.atmosphere.as_ref()?, super::air::shell(body, &p.placement)?);
+    let inside = shell.camera_is_inside();
+    let (on, reason) = super::air::bound(body, air, inside, diameter_px);
+    if !ledger.effect(Effect::Atmosphere, on, reason) {
+        return None;
+    }
+    let (tier, reason) = super::air::tier(frame.request.effects.way(Effect::Atmosphere), frame.request.quality, chosen.eclipse.casters);
+    ledger.note("air-samples", true, reason.into());
+    chosen.air = tier;
+    if !chosen.ellipsoid && Available::of(body).ellipsoid {
+        ledger.note(Effect::Ellipsoid.name(), true, "air lies on the true shape".into());
+    }
+    let needs = chosen.sky_needs(body, frame.request.pixel_view);
+    // Only a bare ground's colour lacks what the air does to it from afar.
+    if !inside && !super::air::ground_is_bare(body) && frame.request.pixel_view != PixelView::OpticalDepth {
+        ledger.note("air-over-ground", false, "the colours of its disc have the air in them".into());
+        chosen.air = AirTier::None;
+    }
+    let rect = if inside { ClipRect::VIEWPORT } else { Outline::of(frame.camera, &shell).rect(frame.camera)? };
+    let amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
+    let name = format!("{} air", body.name);
+    Some(Draw { body: body.id, part: Part::Sky, name, needs: needs?, amounts, map_files: MapFiles::default() })
+}
+
+/// The air of a body whose ground is outside the frame.
+fn sky_alone(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_px: f64) -> Option<Draw> {
+    p.body.atmosphere.as_ref()?;
+    let mut chosen = Chosen::default();
+    let eclipse = darkened(frame, p, ledger, &mut chosen, diameter_px);
+    let mut sky = sky_draw(frame, p, ledger, &mut chosen, diameter_px)?;
+    sky.amounts.eclipse = eclipse;
+    Some(sky)
+}
+
 /// The cloud shell over the globe.
 fn cloud_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: Chosen, shine: &[LightOn], share: f64) -> Option<Draw> {
     let body = p.body;
     let clouds = body.clouds.as_ref()?;
     let needs = chosen.cloud_needs(body, frame.request.pixel_view)?;
-    let shell = super::clouds::shell(&p.placement, super::clouds::shell_scale(body, clouds));
+    let scale = super::clouds::shell_scale(body, clouds);
+    let shell = super::clouds::shell(&p.placement, scale);
     if shell.camera_is_inside() {
         ledger.note(Effect::Clouds.name(), false, format!("the camera is below them, {} km over the ground", clouds.height_km));
         return None;
@@ -242,6 +293,7 @@ fn cloud_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen
     let rect = Outline::of(frame.camera, &shell).rect(frame.camera)?;
     let mut amounts = amounts(frame, p, &shell, rect, MapSet::default(), shine, share);
     let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);
+    amounts.air = super::air::amounts(body, scale);
     amounts.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * share));
     let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
     Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), needs, amounts, map_files })
@@ -408,7 +460,7 @@ fn amounts(
     frame: &Frame<'_>,
     p: &Placed<'_>,
     placement: &camera::Placement,
-    rect: camera::ClipRect,
+    rect: ClipRect,
     maps: MapSet,
     shine: &[LightOn],
     share: f64,
@@ -474,6 +526,7 @@ fn amounts(
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
         clouds: super::clouds::amounts(body),
         eclipse: EclipseAmounts::default(),
+        air: super::air::amounts(body, 1.0),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
         ..Amounts::default()

@@ -3,6 +3,8 @@
 //! In: the catalog, the ephemeris and a [`request::ViewRequest`]. Out: a [`Scene`]: the camera, every body with its decisions, the
 //! draws far to near and the points. Everything is f64 until [`camera`] narrows it. Nothing here knows of shaders or keeps state.
 
+mod air;
+pub mod air_table;
 pub mod camera;
 mod clouds;
 pub mod draw;
@@ -176,10 +178,11 @@ impl Scene {
                 Err(e) => bodies.push(Some(unplaced(body, e.to_string()))),
             }
         }
-        let exposure = exposure(request, camera, &placed, (catalog, ephemeris));
+        let air = placed.iter().find_map(|p| air::Around::of(p.body, &p.placement));
+        let exposure = exposure(request, camera, &placed, air.as_ref(), (catalog, ephemeris));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
-        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, catalog, ephemeris };
+        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, catalog, ephemeris, air };
         let mut draws: Vec<(f64, Draw)> = Vec::new();
         let mut points = Vec::new();
         let mut next = placed.iter();
@@ -251,12 +254,31 @@ fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, 
 
 /// The automatic exposure shows the target's fully lit disc at [`AUTO_EXPOSED_MEAN`] of white; without a target in the frame, that of
 /// the body that takes most pixels, the Sun last.
-fn exposure(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>], sky: (&Catalog, &Ephemeris)) -> Exposure {
+fn exposure(
+    request: &ViewRequest,
+    camera: &Camera,
+    placed: &[Placed<'_>],
+    air: Option<&air::Around<'_>>,
+    sky: (&Catalog, &Ephemeris),
+) -> Exposure {
     if let ExposureRequest::Stops(stops) = request.exposure {
         return Exposure { stops, reason: "asked for".into() };
     }
     if request.pixel_view == PixelView::Eclipse {
         return Exposure { stops: 0.0, reason: "the picture shows a part: 1 is white".into() };
+    }
+    // Under a bright sky the eye settles on the sky, unless it is asked to look at something beyond, which the Sun is not.
+    let drawn = request.effects.asked(effects::Effect::Atmosphere) != Some(false);
+    if let Some(air) = air.filter(|a| drawn && a.is_bright())
+        && request.target.is_none_or(|t| t == NaifId::SUN || t == air.body.id)
+        && let Some(p) = placed.iter().find(|p| p.body.id == air.body.id)
+    {
+        let level = air.level(p.sun_from_body_km);
+        let stops = (AUTO_EXPOSED_MEAN / level.max(1e-30)).log2().clamp(-60.0, 60.0);
+        return Exposure {
+            stops,
+            reason: format!("in the air of {}, a level of {level:.3e}, at {AUTO_EXPOSED_MEAN} of white", p.body.name),
+        };
     }
     let in_frame = |p: &&Placed<'_>| p.outline.rect(camera).is_some();
     let area = |p: &Placed<'_>| match p.outline {

@@ -4,6 +4,7 @@
 //! took. A session is opened once and draws many frames; it keeps decoded maps and shader modules. What the user should know (a map
 //! that is missing, a cache that cannot be written) goes to `say`, once each. It reads no clock but to measure.
 
+mod air_tables;
 mod sample;
 mod software;
 mod stages;
@@ -19,6 +20,7 @@ use crate::image::{MapStore, SharedTexture, TexelFormat};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, Plan, PlanError, Supplies};
 use crate::render::software::SoftwareRenderer;
+use crate::scene::draw::AirTier;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Scene, SceneError};
 use crate::shader::library::{Library, Statistics};
@@ -71,6 +73,7 @@ pub struct Session {
     ephemeris: Ephemeris,
     maps: MapStore,
     library: Library,
+    air_tables: air_tables::AirTables,
     renderer: SoftwareRenderer,
     /// Map files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
@@ -96,10 +99,14 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     Ok(Catalog::with_files(&files)?)
 }
 
+/// The cache folder that was named, or the user's own.
+fn cache_folder(cache: Option<PathBuf>) -> Option<PathBuf> {
+    cache.or_else(|| directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned()))
+}
+
 /// The library below a cache folder, or the user's own; in memory where the system names none.
 pub fn open_library(cache: Option<PathBuf>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
-    let folder = cache.or_else(|| directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned()));
-    match folder {
+    match cache_folder(cache) {
         Some(folder) => Library::open(&folder, lowering, move |line| say(line)),
         None => {
             say("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place");
@@ -121,6 +128,7 @@ impl Session {
             let bytes = std::fs::read(path).map_err(|e| SessionError::File { path: name.clone(), why: e.to_string() })?;
             Ok(embedded.with_kernel(&name, bytes)?)
         })?;
+        let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
         let renderer = software::renderer(sources.threads, sources.double_precision).map_err(SessionError::Renderer)?;
         Ok(Self {
@@ -128,6 +136,7 @@ impl Session {
             ephemeris,
             maps: MapStore::new(sources.textures.clone()),
             library,
+            air_tables,
             renderer,
             missing: Mutex::default(),
             say,
@@ -164,7 +173,13 @@ impl Session {
     pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
         let mut request = request.clone();
         request.missing_maps.extend(self.missing.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());
-        Ok(self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?)
+        let mut scene = self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?;
+        for draw in scene.draws.iter_mut().filter(|d| d.needs.air.tier == AirTier::Table) {
+            if let Some(body) = self.catalog.body(draw.body) {
+                draw.amounts.air.many = self.air_tables.get(body);
+            }
+        }
+        Ok(scene)
     }
 
     /// Scene and plan of a view. A map that cannot be read is said once, and its body is drawn without it.

@@ -11,7 +11,8 @@ use crate::render::plan::{
     SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::draw::{Amounts, CloudAmounts, EclipseAmounts, Light, RingAmounts, RingTable, Shape};
+use crate::scene::air_table::{NODES, SUNS};
+use crate::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, RingAmounts, RingTable, Shape};
 use crate::scene::eclipse::AIR_LAYERS;
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
@@ -88,6 +89,26 @@ fn ring() -> RingAmounts {
     }
 }
 
+/// Air that is a tenth as high as the body is wide, blue, hazy below and with an absorbing layer, so that each part shows.
+fn air() -> AirAmounts {
+    let excess = |height: f32| height * (2.0 + height);
+    AirAmounts {
+        top: excess(0.2),
+        gas_height: 0.025,
+        gas_scattering: Vec3::new(2.0, 4.0, 9.0),
+        gas_extinction: Vec3::new(2.0, 4.0, 9.0),
+        skylight: Vec3::splat(0.4),
+        haze_height: 0.01,
+        haze_asymmetry: 0.7,
+        haze_scattering: Vec3::splat(8.0),
+        haze_extinction: Vec3::new(9.0, 9.5, 10.0),
+        layer: Vec3::new(excess(0.03), excess(0.06), excess(0.09)),
+        layer_extinction: Vec3::new(0.8, 2.0, 0.2),
+        many_heights: Vec2::new(0.0, 5.0),
+        many: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
+    }
+}
+
 fn amounts(key: &ShaderKey, half: f32) -> Amounts {
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
     let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.needs().lights));
@@ -107,6 +128,7 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
             Vec4::new(0.0, 0.0, 0.5, 1.0),
         ),
         albedo: Vec3::new(0.6, 0.5, 0.4),
+        air: air(),
         eclipse: eclipse(key),
         lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize_or_zero(), irradiance: Vec3::splat(i) }).collect(),
         photometric_parameter: 0.1,

@@ -13,10 +13,15 @@ fragments![
     "entry/planet.wgsl",
     "entry/point.wgsl",
     "entry/probe_disc_overlap.wgsl",
+    "entry/probe_scatter.wgsl",
     "entry/probe_sunlight.wgsl",
     "entry/probe_ring_shadow.wgsl",
     "entry/probe_ring_transmission.wgsl",
     "entry/tone_map.wgsl",
+    "lib/air/columns.wgsl",
+    "lib/air/many.wgsl",
+    "lib/air/scatter.wgsl",
+    "lib/air/seen_air.wgsl",
     "lib/clouds.wgsl",
     "lib/draw.wgsl",
     "lib/eclipse/casters.wgsl",
@@ -54,7 +59,7 @@ fragments![
 pub const SIMPLE_MODULES: [&str; 2] = ["point", "tone_map"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
-pub const PROBES: [&str; 4] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_sunlight"];
+pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
 
 /// The keys with which a probe is recorded and tested: one for each model that it may be asked for.
 pub fn probe_samples() -> Vec<ModuleId> {
@@ -66,5 +71,8 @@ pub fn probe_samples() -> Vec<ModuleId> {
     all.extend(keys("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
     all.extend(keys("probe_ring_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
     all.extend(keys("probe_ring_transmission", &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"]));
+    let scatter = ["air-pixel-8", "air-pixel-16-mie", "air-pixel-32-mie-absorption", "air-pixel-16-absorption"];
+    let scatter = scatter.map(|air| format!("sky.sun1.{air}.sphere"));
+    all.extend(keys("probe_scatter", &scatter.each_ref().map(String::as_str)));
     all
 }

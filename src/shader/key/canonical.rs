@@ -154,6 +154,7 @@ pub static RULES: &[Rule] = &[
         },
         because: "this image shows no air",
     },
+    Rule { of: "air", least: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
     Rule { of: "mie", least: "", applies: |n| n.air.tier == AirTier::None, because: "there is no air" },
     Rule { of: "absorption", least: "", applies: |n| n.air.tier == AirTier::None, because: "there is no air" },
     Rule { of: "twosided", least: "", applies: |n| n.shape != Shape::Mesh, because: "a closed body shows its outside only" },
@@ -239,10 +240,15 @@ mod tests {
             eclipse: Eclipse { casters: 4, model: EclipseModel::Refracted },
             ring_shadow: RingShadow::Penumbra,
             air: Air { tier: AirTier::Table, mie: true, absorption: true },
-            shape: Shape::Mesh,
-            flags: Flags { two_sided: true, alpha_texture: true, vertex_colour: true },
+            shape: Shape::Ellipsoid,
+            flags: Flags { alpha_texture: true, ..Flags::default() },
             ..Needs::LEAST
         };
         assert_eq!(canonical(&n), n);
+        // What a mesh has more, and the air that it has not.
+        let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
+        let mesh = Needs { shape: Shape::Mesh, air: Air::default(), flags, ..n };
+        assert_eq!(canonical(&mesh), mesh);
+        assert_eq!(canonical(&Needs { air: n.air, ..mesh }), mesh);
     }
 }

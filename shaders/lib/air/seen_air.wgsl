@@ -1,0 +1,120 @@
+// The air before what a pixel of a globe's draw shows, from the draw's own rays.
+
+//: use lib/draw.wgsl
+//: use lib/intersection.wgsl
+//: use lib/air/scatter.wgsl
+//: if air.table
+//: use lib/air/many.wgsl
+//: end
+
+fn air_of_draw() -> Air {
+    var air: Air;
+    air.top = draw.air_top;
+    air.gas_height = draw.air_gas_height;
+    air.gas_scattering = draw.air_gas_scattering;
+    air.gas_extinction = draw.air_gas_extinction;
+//: if air.mie
+    air.haze_height = draw.air_haze_height;
+    air.haze_asymmetry = draw.air_haze_asymmetry;
+    air.haze_scattering = draw.air_haze_scattering;
+    air.haze_extinction = draw.air_haze_extinction;
+//: end
+//: if air.absorption
+    air.layer = draw.air_layer;
+    air.layer_extinction = draw.air_layer_extinction;
+//: end
+    return air;
+}
+
+// The ray ends on the ground, but a sky's never does: under the horizon it grazes.
+fn air_before(in: Varyings) -> AirLight {
+//: if surface.sky
+    let ground = false;
+//: else
+    let ground = true;
+//: end
+    let along = normalize(in.ray);
+    let b = dot(in.anchor, along);
+    let nearest = in.anchor - b * along;
+    let near = draw.anchor_is_camera > 0.5;
+    let low = select(dot(nearest, nearest) - 1.0, draw.anchor_excess - b * b, near);
+    // Between the ground's last pixel and the first of the sky both graze; a ray that rises from a near camera meets no ground.
+    let over = select(max(low, 0.0), low, near && b >= 0.0);
+    let grazing = select(over, min(low, 0.0), ground);
+    let path = air_path(nearest, along, grazing, b, draw.anchor_excess, near, ground, draw.air_top);
+//: if lights.1
+    let sun = draw.light_direction[0].xyz;
+//: else
+    let sun = vec3f(0.0, 0.0, 1.0);
+//: end
+//: if shape.ellipsoid
+    let sun_in_frame = normalize(sun / draw.axis_ratios);
+    let true_along = along * draw.axis_ratios;
+    let along_length = length(true_along);
+    let scale = vec2f(along_length, length(sun_in_frame * draw.axis_ratios));
+    let cos_scattering = dot(true_along, sun) / along_length;
+//: else
+    let sun_in_frame = sun;
+    let scale = vec2f(1.0);
+    let cos_scattering = dot(along, sun);
+//: end
+    var light = air_along(air_of_draw(), path, sun_in_frame, scale, cos_scattering);
+//: if air.table
+    light.scattered += many_along(air_of_draw(), path, sun_in_frame, scale);
+//: end
+    return light;
+}
+
+// What the camera sees of light and coverage behind the air. A sky covers by what it takes, and its light is per coverage.
+fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
+    let air = air_before(in);
+//: if view.optical-depth
+    return vec4f(air.depth, select(coverage, 1.0, air.depth.x > 0.0));
+//: else
+  //: if lights.1
+    let scattered = air.scattered * draw.light_irradiance[0].rgb;
+    //: if surface.sky
+    // Not nothing where it shines: air too thin to dim would be lost.
+    let least = select(0.0, 1.0e-6, scattered.x + scattered.y + scattered.z > 0.0);
+    let taken = max(1.0 - dot(exp(-air.depth), vec3f(0.33333333)), least);
+    return vec4f(scattered / max(taken, 1.0e-6), taken);
+    //: else
+    return vec4f(radiance * exp(-air.depth) + scattered, coverage);
+    //: end
+  //: else
+    return vec4f(radiance * exp(-air.depth), coverage);
+  //: end
+//: end
+}
+
+//: if lights.1
+// Part of the Sun's light that reaches the ground through the air.
+fn sunlight_through_air(position: vec3f) -> vec3f {
+    let sun = draw.light_direction[0].xyz;
+//: if shape.ellipsoid
+    let sun_in_frame = normalize(sun / draw.axis_ratios);
+    let scale = length(sun_in_frame * draw.axis_ratios);
+    return exp(-depth_towards_sun(air_of_draw(), 0.0, max(dot(position, sun_in_frame), 0.0)) * scale);
+//: else
+    return exp(-depth_towards_sun(air_of_draw(), 0.0, max(dot(position, sun), 0.0)));
+//: end
+}
+
+// Irradiance by the whole sky per unit of sunlight. What the air takes out, `direct` is left, comes down in part as from a white dome; a
+// night has none.
+fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f) -> vec3f {
+  //: if air.table
+    //: if surface.cloud
+    //: else
+      //: if shape.ellipsoid
+    return many_on_ground(dot(position, normalize(draw.light_direction[0].xyz / draw.axis_ratios)));
+      //: else
+    return many_on_ground(dot(position, draw.light_direction[0].xyz));
+      //: end
+    //: end
+  //: end
+  //: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|surface.cloud
+    return draw.air_skylight * (1.0 - direct) * max(dot(normal, draw.light_direction[0].xyz), 0.0);
+  //: end
+}
+//: end

@@ -1,0 +1,160 @@
+//! `scatter`: sunlight scattered once into a ray through an atmosphere, and the ray's transmittance.
+
+use super::lanes::{Lanes, Numbers};
+use super::{Prober, fields};
+use crate::scene::draw::{Air, AirTier, Needs, Surface};
+use crate::shader::ModuleId;
+use crate::shader::key::ShaderKey;
+use glam::{DVec3, Vec3};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Fields {
+    atmosphere: Atmosphere,
+    /// Planet radii, the centre at the origin.
+    cam: [f64; 3],
+    /// Away from the camera, and towards the Sun; of any length.
+    dir: [f64; 3],
+    sun: [f64; 3],
+    tier: Tier,
+}
+
+#[derive(Deserialize)]
+struct Atmosphere {
+    planet_radius_km: f64,
+    top_km: f64,
+    species: Vec<Species>,
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "profile", rename_all = "kebab-case")]
+enum Species {
+    Exponential {
+        scale_height_km: f64,
+        scattering_per_m: [f64; 3],
+        extinction_per_m: [f64; 3],
+        phase: Phase,
+        #[serde(default)]
+        g: f64,
+    },
+    Tent {
+        centre_km: f64,
+        half_width_km: f64,
+        extinction_per_m: [f64; 3],
+    },
+}
+
+#[derive(Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+enum Phase {
+    Rayleigh,
+    Hg,
+}
+
+#[derive(Deserialize)]
+enum Tier {
+    #[serde(rename = "pixel-8")]
+    Pixel8,
+    #[serde(rename = "pixel-16")]
+    Pixel16,
+    #[serde(rename = "pixel-32")]
+    Pixel32,
+}
+
+fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
+    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction"))
+}
+
+pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+    let f: Fields = fields(question)?;
+    let tier = match f.tier {
+        Tier::Pixel8 => AirTier::Pixel8,
+        Tier::Pixel16 => AirTier::Pixel16,
+        Tier::Pixel32 => AirTier::Pixel32,
+    };
+    let (cam, dir, sun) = (DVec3::from_array(f.cam), unit("dir", f.dir)?, unit("sun", f.sun)?);
+    let excess = (cam.length() - 1.0) * (cam.length() + 1.0);
+    if !(excess.is_finite() && excess > -1e-9) {
+        return Err("field \"cam\" is inside the planet, whose radius is 1".into());
+    }
+    let a = &f.atmosphere;
+    if !(a.planet_radius_km > 0.0 && a.top_km > 0.0) {
+        return Err("field \"atmosphere\": planet_radius_km and top_km are greater than 0".into());
+    }
+    let air = Air {
+        tier,
+        mie: a.species.iter().any(|s| matches!(s, Species::Exponential { phase: Phase::Hg, .. })),
+        absorption: a.species.iter().any(|s| matches!(s, Species::Tent { .. })),
+    };
+    let key = ShaderKey::for_draw(&Needs { surface: Surface::Sky, lights: 1, air, ..Needs::LEAST });
+    let module = ModuleId::Probe("probe_scatter", key);
+    let uniforms = uniforms(prober, &module, a)?;
+    let mut numbers: Numbers = [0.0; 12];
+    // The ray as scene gives it to a draw: what would cancel in f32 is taken in f64.
+    let along = cam.dot(dir);
+    numbers[..3].copy_from_slice(&(cam - along * dir).to_array());
+    numbers[3] = excess - along * along;
+    numbers[4..7].copy_from_slice(&dir.to_array());
+    numbers[7] = along;
+    numbers[8..11].copy_from_slice(&sun.to_array());
+    numbers[11] = excess;
+    let lanes = Lanes { uniforms, ..Lanes::plain(module, 2) };
+    let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
+    let [light, through] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
+    Ok(json!({ "transmittance": &through[..3], "radiance": &light[..3], "hits_ground": light[3] > 0.5 }))
+}
+
+/// The bytes of the module's `Air`.
+fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere) -> Result<Vec<u8>, String> {
+    let built = prober.library().get(module).map_err(|e| e.to_string())?;
+    let mut w = built.layout.writer();
+    let radius_km = a.planet_radius_km;
+    let per_radius = |v: &[f64; 3]| (DVec3::from_array(*v) * radius_km * 1000.0).as_vec3();
+    let excess = |km: f64| ((km / radius_km) * (2.0 + km / radius_km)) as f32;
+    let mut gas = (1.0, Vec3::ZERO, Vec3::ZERO);
+    let mut haze = (1.0, Vec3::ZERO, Vec3::ZERO, 0.0);
+    let mut layer = (Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO);
+    let (mut gases, mut hazes, mut layers) = (0, 0, 0);
+    for s in &a.species {
+        match s {
+            Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g } => {
+                let height = (scale_height_km / radius_km) as f32;
+                let (scattering, extinction) = (per_radius(scattering_per_m), per_radius(extinction_per_m));
+                if *phase == Phase::Rayleigh {
+                    gases += 1;
+                    gas = (height, scattering, extinction);
+                } else {
+                    hazes += 1;
+                    haze = (height, scattering, extinction, *g as f32);
+                }
+            }
+            Species::Tent { centre_km, half_width_km, extinction_per_m } => {
+                layers += 1;
+                let knots = [centre_km - half_width_km, *centre_km, centre_km + half_width_km].map(excess);
+                layer = (Vec3::from_array(knots), per_radius(extinction_per_m));
+            }
+        }
+    }
+    if gases > 1 || hazes > 1 || layers > 1 {
+        return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
+    }
+    for field in &built.layout.fields {
+        let name = field.name.as_str();
+        match name {
+            "top" => w.f32(name, excess(a.top_km)),
+            "gas_height" => w.f32(name, gas.0),
+            "gas_scattering" => w.vec3(name, gas.1),
+            "gas_extinction" => w.vec3(name, gas.2),
+            "haze_height" => w.f32(name, haze.0),
+            "haze_scattering" => w.vec3(name, haze.1),
+            "haze_extinction" => w.vec3(name, haze.2),
+            "haze_asymmetry" => w.f32(name, haze.3),
+            "layer" => w.vec3(name, layer.0),
+            _ => w.vec3(name, layer.1),
+        }
+        .map_err(|e| e.to_string())?;
+    }
+    w.finish().map_err(|e| e.to_string())
+}

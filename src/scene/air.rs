@@ -1,0 +1,244 @@
+//! The air of a body: when it is drawn, with what amounts, and what it does to light from beyond.
+//!
+//! In: the catalog's species. Out: one gas with Rayleigh's phase function, one haze, one absorbing layer, lengths in equatorial radii, in the
+//! frame where the ground is the unit sphere. Not here: how the light is summed (shaders/lib/air).
+
+use super::camera::{self, Placement};
+use super::draw::{Air, AirAmounts, AirTier};
+use super::effects::VISIBLE_CHANGE;
+use super::request::Quality;
+use crate::catalog::{Atmosphere, Body, Species};
+use glam::DVec3;
+use std::collections::BTreeSet;
+
+/// Part of the extinguished light that comes down again as light of the sky: half goes each way in Rayleigh's scattering.
+const DOWNWARDS: f64 = 0.5;
+/// Steps of the transmittance towards a body beyond the air; against 1000 steps within 1e-4.
+const STEPS: usize = 64;
+
+/// Height of the Sun in degrees and the radiance that pictures of the Earth's ground and sky are exposed for: chosen by eye.
+const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
+
+fn gas(air: &Atmosphere) -> Option<&Species> {
+    air.species.iter().find(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none())
+}
+fn haze(air: &Atmosphere) -> Option<&Species> {
+    air.species.iter().find(|s| s.asymmetry.is_some() && s.tent_centre_km.is_none())
+}
+fn layer(air: &Atmosphere) -> Option<&Species> {
+    air.species.iter().find(|s| s.tent_centre_km.is_some())
+}
+pub(super) fn scattering(s: &Species) -> DVec3 {
+    DVec3::from_array(s.scattering_per_km)
+}
+pub(super) fn extinction(s: &Species) -> DVec3 {
+    scattering(s) + DVec3::from_array(s.absorption_per_km)
+}
+
+/// What of the air a body's draws have at this tier; none without an atmosphere.
+pub(super) fn structure(body: &Body, tier: AirTier) -> Air {
+    body.atmosphere.as_ref().map_or_else(Air::default, |air| Air { tier, mie: haze(air).is_some(), absorption: layer(air).is_some() })
+}
+
+/// Every tier that a draw of the body can have beside this number of eclipsing bodies.
+pub(super) fn possible_tiers(body: &Body, casters: u8) -> BTreeSet<AirTier> {
+    let drawn = WAYS.map(|w| tier(Some(w), Quality::Standard, casters).0);
+    let drawn = drawn.into_iter().filter(|_| body.atmosphere.is_some());
+    drawn.chain([AirTier::None]).collect()
+}
+
+/// Ways of the effect that a viewer may choose.
+pub(super) const WAYS: [&str; 4] = ["pixel-8", "pixel-16", "pixel-32", "table"];
+
+/// How finely the air is summed, and why.
+pub(super) fn tier(way: Option<&str>, quality: Quality, casters: u8) -> (AirTier, &'static str) {
+    if casters > 0 {
+        // Each tier under each number of casters and model would double the keys for a difference that no eclipse needs.
+        return (AirTier::Table, "16 samples along each ray and a table, each behind the eclipse");
+    }
+    match (way, quality) {
+        (Some("pixel-8"), _) => (AirTier::Pixel8, "8 samples along each ray: asked for"),
+        (Some("pixel-16"), _) => (AirTier::Pixel16, "16 samples along each ray: asked for"),
+        (Some("pixel-32"), _) => (AirTier::Pixel32, "32 samples along each ray: asked for"),
+        (Some(_), _) => (AirTier::Table, "16 samples along each ray, and a table of further scattering: asked for"),
+        (None, Quality::Draft) => (AirTier::Pixel8, "8 samples along each ray: draft quality"),
+        (None, _) => (AirTier::Table, "16 samples along each ray, and a table of further scattering"),
+    }
+}
+
+/// Whether the colours of the body's map and disc are those of the ground alone; the others have their air in them already.
+pub(super) fn ground_is_bare(body: &Body) -> bool {
+    body.clear_sky_albedo.is_some()
+}
+
+/// Optical depth straight up, per channel.
+fn vertical_depth(air: &Atmosphere) -> DVec3 {
+    // A tent of half width w holds as much as a slab of height w.
+    air.species.iter().map(|s| extinction(s) * s.scale_height_km).sum()
+}
+
+/// The shell that holds the air: the ground's ellipsoid made larger by one factor.
+pub(super) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
+    let air = body.atmosphere.as_ref()?;
+    Some(Placement { radii_km: placement.radii_km * (1.0 + air.top_km / body.radii_km.x), ..*placement })
+}
+
+/// Whether the air can change the picture, with the numbers.
+pub(super) fn bound(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64) -> (bool, String) {
+    if inside {
+        return (true, format!("the camera is in it, below {} km", air.top_km));
+    }
+    let shell_px = air.top_km / (2.0 * body.radii_km.max_element()) * diameter_px;
+    let change = 1.0 - (-vertical_depth(air).max_element()).exp();
+    let reason = format!(
+        "its shell is {shell_px:.2} px high against 0.5, and straight down it takes {change:.2e} of the light against {VISIBLE_CHANGE:.2e}"
+    );
+    (shell_px >= 0.5 || (change > VISIBLE_CHANGE && diameter_px >= 1.0), reason)
+}
+
+fn excess_of(height_radii: f64) -> f64 {
+    height_radii * (2.0 + height_radii)
+}
+
+/// The air above a floor: the body's ellipsoid made larger by one factor, 1 for the ground itself. Lengths are the floor's equatorial radii.
+pub(super) fn amounts(body: &Body, floor: f64) -> AirAmounts {
+    let Some(air) = &body.atmosphere else { return AirAmounts::default() };
+    let radius_km = body.radii_km.x * floor;
+    let floor_km = radius_km - body.radii_km.x;
+    let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(1.0, |s| s.scale_height_km) / radius_km);
+    let of = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
+        // A tent keeps its peak; an exponential begins with what it has at the floor.
+        let there = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
+        camera::narrow(s.map_or(DVec3::ZERO, what) * there * radius_km)
+    };
+    let tent = layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
+    let knots = tent.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
+    let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
+    AirAmounts {
+        top: camera::narrow_scalar(excess_of(((air.top_km - floor_km) / radius_km).max(0.0))),
+        gas_height: height(gas(air)),
+        gas_scattering: of(gas(air), scattering),
+        gas_extinction: of(gas(air), extinction),
+        skylight: camera::narrow(DOWNWARDS * scattered / vertical_depth(air).max(DVec3::splat(1e-30))),
+        haze_height: height(haze(air)),
+        haze_asymmetry: camera::narrow_scalar(haze(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
+        haze_scattering: of(haze(air), scattering),
+        haze_extinction: of(haze(air), extinction),
+        layer: camera::narrow(knots.map(excess_of)),
+        layer_extinction: of(layer(air), extinction),
+        many_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
+        many: std::sync::Arc::default(),
+    }
+}
+
+/// The air that the camera stands in.
+pub(super) struct Around<'a> {
+    pub body: &'a Body,
+    air: &'a Atmosphere,
+    placement: Placement,
+}
+
+impl<'a> Around<'a> {
+    pub fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
+        let air = body.atmosphere.as_ref()?;
+        // From a body's centre one looks out as if it were not there.
+        if placement.camera_is_inside() {
+            return None;
+        }
+        shell(body, placement)?.camera_is_inside().then_some(Self { body, air, placement: *placement })
+    }
+
+    /// Colour that light from beyond takes on its way to the camera: transmittance per channel over its mean. The draw of the sky takes the mean.
+    /// `direction`: towards the light, ICRF.
+    pub fn tint(&self, direction: DVec3) -> DVec3 {
+        let through = self.transmittance(direction);
+        let mean = through.element_sum() / 3.0;
+        if mean > 1e-12 { through / mean } else { DVec3::new(3.0, 0.0, 0.0) }
+    }
+
+    /// Whether there is enough of it to make a day.
+    pub fn is_bright(&self) -> bool {
+        vertical_depth(self.air).max_element() > VISIBLE_CHANGE
+    }
+
+    /// What the eye settles on under this sky, as a radiance: [`SKY_LEVELS`] between the Sun's heights. `sun_km`: from the body.
+    pub fn level(&self, sun_km: DVec3) -> f64 {
+        let height_deg = (-self.placement.centre_km.normalize()).dot(sun_km.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
+        let irradiance = (crate::units::KM_PER_AU / sun_km.length()).powi(2);
+        let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
+        let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
+        let part = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
+        irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
+    }
+
+    fn transmittance(&self, direction: DVec3) -> DVec3 {
+        let radius_km = self.body.radii_km.x;
+        let along = self.placement.direction_in_unit_sphere(direction).normalize();
+        let scale = (along * self.placement.radii_km).length();
+        let from = self.placement.camera_in_unit_sphere();
+        let start = from.dot(along);
+        let low = from.length_squared() - 1.0 - start * start;
+        let edge = (excess_of(self.air.top_km / radius_km) - low).max(0.0).sqrt();
+        let step = (edge - start) / STEPS as f64;
+        let mut depth = DVec3::ZERO;
+        for k in 0..STEPS {
+            // Steps grow away from the camera, where the air is thin.
+            let u = (k as f64 + 0.5) / STEPS as f64;
+            let s = start + (edge - start) * u * u;
+            let excess = (low + s * s).max(0.0);
+            let height_km = excess / (1.0 + (1.0 + excess).sqrt()) * radius_km;
+            depth += self.air.species.iter().map(|sp| extinction(sp) * density(sp, height_km)).sum::<DVec3>() * (step * 2.0 * u * scale);
+        }
+        (-depth).exp()
+    }
+}
+
+pub(super) fn density(s: &Species, height_km: f64) -> f64 {
+    match s.tent_centre_km {
+        Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),
+        None => (-height_km / s.scale_height_km).exp(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+    use glam::DMat3;
+
+    #[test]
+    fn the_low_sun_is_red_and_the_high_one_nearly_white() {
+        let catalog = Catalog::embedded();
+        let earth = catalog.body(crate::catalog::NaifId(399)).expect("the Earth");
+        let up = DVec3::X;
+        let place = Placement { centre_km: -up * (earth.radii_km.x + 0.002), body_from_icrf: DMat3::IDENTITY, radii_km: earth.radii_km };
+        let around = Around::of(earth, &place).expect("two metres up is in the air");
+        let high = around.transmittance(up);
+        // Extinction of the zenith at the three wavelengths: gas 8 km, aerosol 1.2 km, ozone 15 km.
+        let expected = (-vertical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
+        assert!((high - expected).abs().max_element() < 2e-3, "{high} for {expected}");
+        let low = around.tint(DVec3::new(0.0, 1.0, 0.01));
+        assert!(low.x > 2.0 && low.y < 0.9 && low.z < 0.01, "{low}");
+        let far = Placement { centre_km: -up * 1e6, ..place };
+        assert!(Around::of(earth, &far).is_none());
+        let centre = Placement { centre_km: DVec3::ZERO, ..place };
+        assert!(Around::of(earth, &centre).is_none());
+    }
+
+    #[test]
+    fn every_air_of_the_catalog_has_amounts_that_can_be_drawn() {
+        let catalog = Catalog::embedded();
+        for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
+            let a = amounts(body, 1.0);
+            // Above a floor there is less of it, and its top is nearer.
+            let above = amounts(body, 1.002);
+            assert!(above.top < a.top && above.gas_scattering.max_element() <= a.gas_scattering.max_element(), "{}", body.name);
+            assert!(a.top > 0.0 && a.gas_height > 0.0 && a.haze_height > 0.0, "{}", body.name);
+            assert!(a.layer.x < a.layer.y && a.layer.y < a.layer.z, "{}", body.name);
+            for c in 0..3 {
+                assert!(a.gas_extinction[c] >= a.gas_scattering[c] && a.haze_extinction[c] >= a.haze_scattering[c], "{}", body.name);
+                assert!((0.0..=0.5 + 1e-6).contains(&a.skylight[c]), "{}", body.name);
+            }
+        }
+    }
+}

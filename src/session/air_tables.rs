@@ -1,0 +1,131 @@
+//! Tables of multiple scattering, each computed once and kept beside the shader library.
+//!
+//! In: a body with air. Out: its table ([`crate::scene::air_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or computed by all
+//! cores. The digest covers all that the table depends on. A file that is cut short or damaged is computed anew and replaced; a folder that
+//! cannot be written is no reason to stop.
+
+use crate::catalog::Body;
+use crate::scene::air_table;
+use glam::Vec4;
+use sha2::{Digest, Sha256};
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+const MAGIC: &[u8; 8] = b"ORRAIR01";
+
+#[derive(Default)]
+pub struct AirTables {
+    /// None: in memory only.
+    folder: Option<PathBuf>,
+    held: Mutex<HashMap<String, Arc<Vec<Vec4>>>>,
+}
+
+/// Names the table by all numbers that make it.
+fn digest(body: &Body) -> String {
+    let mut hash = Sha256::new();
+    let mut put = |values: &[f64]| values.iter().for_each(|v| hash.update(v.to_le_bytes()));
+    put(&[f64::from(air_table::VERSION), body.radii_km.x]);
+    put(&body.map_target());
+    if let Some(air) = &body.atmosphere {
+        put(&[air.top_km]);
+        for s in &air.species {
+            put(&s.scattering_per_km);
+            put(&s.absorption_per_km);
+            // Outside the range of what they stand for where there is none.
+            put(&[s.scale_height_km, s.asymmetry.unwrap_or(9.0), s.tent_centre_km.unwrap_or(-1.0)]);
+        }
+    }
+    hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect()
+}
+
+fn encode(table: &[Vec4]) -> Vec<u8> {
+    let body: Vec<u8> = table.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect();
+    [MAGIC.as_slice(), Sha256::digest(&body).as_slice(), &body].concat()
+}
+
+fn decode(bytes: &[u8]) -> Option<Vec<Vec4>> {
+    let (sum, body) = bytes.strip_prefix(MAGIC.as_slice())?.split_at_checked(32)?;
+    if Sha256::digest(body).as_slice() != sum || body.len() != air_table::NODES * 16 {
+        return None;
+    }
+    let number = |b: &[u8]| b.try_into().map_or(f32::NAN, f32::from_le_bytes);
+    Some(body.chunks_exact(16).map(|v| Vec4::new(number(&v[..4]), number(&v[4..8]), number(&v[8..12]), number(&v[12..]))).collect())
+}
+
+/// A whole file or none.
+fn write(folder: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile_in(folder)?;
+    file.1.write_all(bytes)?;
+    file.1.sync_all()?;
+    std::fs::rename(&file.0, path).inspect_err(|_| drop(std::fs::remove_file(&file.0)))
+}
+
+fn tempfile_in(folder: &Path) -> std::io::Result<(PathBuf, std::fs::File)> {
+    static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+    let n = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    let path = folder.join(format!(".{}-{n}.tmp", std::process::id()));
+    Ok((path.clone(), std::fs::File::create(path)?))
+}
+
+impl AirTables {
+    /// `cache`: the folder that holds `orrery/`.
+    pub fn open(cache: Option<PathBuf>) -> Self {
+        Self { folder: cache.map(|c| c.join("orrery").join("air")), held: Mutex::default() }
+    }
+
+    /// The table of a body's air; empty without air.
+    pub fn get(&self, body: &Body) -> Arc<Vec<Vec4>> {
+        let name = digest(body);
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(table) = held.get(&name) {
+            return table.clone();
+        }
+        let path = self.folder.as_ref().map(|f| f.join(format!("{name}.table")));
+        let kept = path.as_ref().and_then(|p| decode(&std::fs::read(p).ok()?));
+        let table = kept.unwrap_or_else(|| {
+            let made = air_table::table(body).unwrap_or_default();
+            if let (Some(folder), Some(path)) = (&self.folder, &path) {
+                // The next run computes it again.
+                drop(write(folder, path, &encode(&made)));
+            }
+            made
+        });
+        let table = Arc::new(table);
+        held.insert(name, table.clone());
+        table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Catalog, NaifId};
+
+    #[test]
+    fn a_table_comes_back_from_disk_and_a_damaged_one_is_made_anew() {
+        let catalog = Catalog::embedded();
+        let pluto = catalog.body(NaifId(999)).expect("Pluto");
+        let folder = tempfile::tempdir().expect("a folder");
+        let fresh = || AirTables::open(Some(folder.path().to_owned())).get(pluto);
+        let made = fresh();
+        assert_eq!(made.len(), air_table::NODES);
+        let path = folder.path().join("orrery/air").join(format!("{}.table", digest(pluto)));
+        let bytes = std::fs::read(&path).expect("kept");
+        assert_eq!(decode(&bytes).expect("whole"), *made);
+        let other = [bytes.as_slice(), b"x"].concat();
+        let mut wrong = bytes.clone();
+        wrong[100] ^= 1;
+        for damaged in [&bytes[..20], &bytes[..bytes.len() - 4], &other, &wrong] {
+            assert_eq!(decode(damaged), None);
+            std::fs::write(&path, damaged).expect("written");
+            assert_eq!(*fresh(), *made);
+            assert_eq!(std::fs::read(&path).expect("kept"), bytes, "healed");
+        }
+        let mut denser = pluto.clone();
+        denser.atmosphere.as_mut().expect("air").top_km += 1.0;
+        assert_ne!(digest(&denser), digest(pluto));
+    }
+}
