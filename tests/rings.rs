@@ -182,9 +182,9 @@ fn the_side_away_from_the_sun_is_darker() {
 
 #[test]
 fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
-    let (bare, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow"));
+    let (bare, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
     assert!(bare.draws.iter().all(|d| d.part == Part::Globe && d.needs.ring_shadow == RingShadow::None && d.amounts.ring.table.is_none()));
-    let asked = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow");
+    let asked = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
     let (scene, ringed) = pixels(&asked);
     let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
     assert_eq!(parts, [Part::RingBehind, Part::Globe, Part::Ring]);
@@ -199,7 +199,7 @@ fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
         };
         pixels(&standing).1
     };
-    assert_eq!(ground("-rings,-ring-shadow"), ground("+rings,-ring-shadow"));
+    assert_eq!(ground("-rings,-ring-shadow,-atmosphere"), ground("+rings,-ring-shadow,-atmosphere"));
 }
 
 #[test]
