@@ -126,7 +126,9 @@ fn an_empty_atmosphere_changes_nothing() {
     std::fs::write(folder.path().join("empty.toml"), text).expect("written");
     let sources = Sources { catalogs: Some(folder.path().to_owned()), cache: Some(folder.path().join("cache")), ..Sources::default() };
     let empty = Session::open(&sources, |_| {}).expect("opens");
-    let (with, without) = (earth_at("2024-06-08T06:00:00Z", "+atmosphere"), earth_at("2024-06-08T06:00:00Z", "-atmosphere"));
+    // Large enough for the rim to be drawn.
+    let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
+    let (with, without) = (large("+atmosphere"), large("-atmosphere"));
     let airy = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.needs.air.tier != AirTier::None).count();
     assert!(airy >= 3, "ground, clouds and sky carry the empty air: {airy}");
     let plain = empty.draw(&without, FINENESS, true).expect("draws").frame.hdr;

@@ -88,12 +88,24 @@ pub(super) fn bound(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f6
     if inside {
         return (true, format!("the camera is in it, below {} km", air.top_km));
     }
-    let shell_px = air.top_km / (2.0 * body.radii_km.max_element()) * diameter_px;
+    let rim_px = rim_px(body, air, diameter_px);
     let change = 1.0 - (-vertical_depth(air).max_element()).exp();
     let reason = format!(
-        "its shell is {shell_px:.2} px high against 0.5, and straight down it takes {change:.2e} of the light against {VISIBLE_CHANGE:.2e}"
+        "its rim is {rim_px:.2} px high against {RIM_PX}, and straight down it takes {change:.2e} of the light against {VISIBLE_CHANGE:.2e}"
     );
-    (shell_px >= 0.5 || (change > VISIBLE_CHANGE && diameter_px >= 1.0), reason)
+    (rim_px >= RIM_PX || (change > VISIBLE_CHANGE && diameter_px >= 1.0), reason)
+}
+
+/// A thinner rim is left out: each pixel at the limb would show it as if it were a pixel wide.
+pub(super) const RIM_PX: f64 = 0.5;
+/// Scale heights over which a limb is bright.
+const BRIGHT_HEIGHTS: f64 = 4.0;
+
+/// Height of the air that shines beside the disc.
+pub(super) fn rim_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
+    let heights = air.species.iter().filter(|s| s.tent_centre_km.is_none()).map(|s| s.scale_height_km);
+    let rim_km = (BRIGHT_HEIGHTS * heights.fold(0.0, f64::max)).min(air.top_km);
+    rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
 }
 
 fn excess_of(height_radii: f64) -> f64 {

@@ -259,6 +259,9 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
         ledger.note("air-over-ground", false, "the colours of its disc have the air in them".into());
         chosen.air = AirTier::None;
     }
+    if !inside && super::air::rim_px(body, air, diameter_px) < super::air::RIM_PX {
+        return None;
+    }
     let rect = if inside { ClipRect::VIEWPORT } else { Outline::of(frame.camera, &shell).rect(frame.camera)? };
     let amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
     let name = format!("{} air", body.name);

@@ -71,18 +71,14 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
 //: if view.optical-depth
     return vec4f(air.depth, select(coverage, 1.0, air.depth.x > 0.0));
 //: else
-  //: if lights.1
     let scattered = air.scattered * draw.light_irradiance[0].rgb;
-    //: if surface.sky
+  //: if surface.sky
     // Not nothing where it shines: air too thin to dim would be lost.
     let least = select(0.0, 1.0e-6, scattered.x + scattered.y + scattered.z > 0.0);
     let taken = max(1.0 - dot(exp(-air.depth), vec3f(0.33333333)), least);
     return vec4f(scattered / max(taken, 1.0e-6), taken);
-    //: else
-    return vec4f(radiance * exp(-air.depth) + scattered, coverage);
-    //: end
   //: else
-    return vec4f(radiance * exp(-air.depth), coverage);
+    return vec4f(radiance * exp(-air.depth) + scattered, coverage);
   //: end
 //: end
 }
