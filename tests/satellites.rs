@@ -199,3 +199,25 @@ fn the_planets_and_their_moons_balance_on_the_barycentre() {
         assert!((from_barycentre(planet) * gm(planet)).length() / gm(planet) > 0.1);
     }
 }
+
+/// A tenth of the stated error would not hold, so the figure is not idle.
+#[test]
+fn mean_moons_that_drift_keep_their_stated_error_by_the_iau_meridian() {
+    let ephemeris = ephemeris();
+    for (moon, planet) in [(401, 499), (808, 899)] {
+        let answer = ephemeris.state(NaifId(moon), NaifId(planet), Instant::from_jd_tdb(2_451_545.0), None).expect("a moon");
+        assert_eq!(answer.source, Source::Mean);
+        let off_km = worst_facing_deg(&ephemeris, moon, planet, 0.0).to_radians() * answer.state.pos_km.length();
+        assert!(off_km < answer.error_km && off_km > 0.1 * answer.error_km, "{moon}: {off_km} km, stated {}", answer.error_km);
+    }
+}
+
+/// The shipped kernel's figures are not quoted for a file that the user gives.
+#[test]
+fn a_users_kernel_has_no_known_error() {
+    let t = Instant::from_jd_tdb(2_451_545.0);
+    let error_km = |e: &Ephemeris| e.state(NaifId(9), NaifId(10), t, None).expect("Pluto").error_km;
+    assert!(error_km(&ephemeris()).is_finite());
+    let file = include_bytes!("../catalogs/pluto_1551_2646.bsp").to_vec();
+    assert!(error_km(&ephemeris().with_kernel("pluto.bsp", file).expect("a kernel")).is_infinite());
+}

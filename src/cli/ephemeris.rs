@@ -32,7 +32,7 @@ impl From<SourceChoice> for Source {
 #[command(after_help = "Examples:\n  orrery ephemeris --body moon --center earth --time 2024-04-08T18:17:16Z\n  \
     echo '{\"body\":\"jupiter\",\"center\":\"sun\",\"time\":\"jd_tdb:2460409.262\"}' | orrery ephemeris --stdin\n  \
     orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n\n\
-    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error.")]
+    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel).")]
 pub struct EphemerisArgs {
     /// The body or centre of mass that is asked for, such as io or "mars barycenter"
     #[arg(long, required_unless_present = "stdin")]
@@ -198,11 +198,11 @@ fn as_text(a: &Answer) -> String {
     let [x, y, z] = a.state.pos_km.to_array();
     let [vx, vy, vz] = a.state.vel_km_s.to_array();
     let source = json!(a.source);
+    let within = if a.error_km.is_finite() { format!("within {} km", a.error_km) } else { "error unknown".to_owned() };
     format!(
-        "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, within {} km\n",
+        "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, {within}\n",
         a.state.pos_km.length(),
-        source.as_str().unwrap_or(""),
-        a.error_km
+        source.as_str().unwrap_or("")
     )
 }
 

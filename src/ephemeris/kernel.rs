@@ -90,7 +90,7 @@ impl Spk {
                 let (record_len, components, data) = match summary.data_type().map_err(|e| read(&e))? {
                     DafDataType::Type2ChebyshevTriplet => {
                         let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
-                        (set.rsize, 3, &set.record_data[..set.rsize * set.num_records])
+                        (set.rsize, 3, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
                     DafDataType::Type3ChebyshevSextuplet => {
                         let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| read(&e))?;
@@ -185,5 +185,15 @@ mod tests {
         let mut cut = b"DAF/SPK ".to_vec();
         cut.resize(3000, 0);
         assert!(Spk::parse("x.bsp", &cut).is_err());
+    }
+
+    #[test]
+    fn a_cut_kernel_is_refused_in_one_line() {
+        let whole = include_bytes!("../../catalogs/pluto_1551_2646.bsp");
+        assert!(Spk::parse("x.bsp", whole).is_ok());
+        for tenths in 1..10 {
+            let error = Spk::parse("x.bsp", &whole[..whole.len() * tenths / 10]).expect_err("cut short").to_string();
+            assert!(error.starts_with("kernel x.bsp: ") && !error.contains('\n'), "{error}");
+        }
     }
 }
