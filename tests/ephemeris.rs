@@ -187,6 +187,66 @@ fn mean_elements_keep_their_stated_error() {
     }
 }
 
+/// Every place and source of an epoch: what was asked, how far it is from the reference, and what is stated.
+fn deviations(ephemeris: &Ephemeris, epoch: &Epoch) -> Vec<(String, f64, f64)> {
+    let mut all = Vec::new();
+    for source in [Source::Mean, Source::Series, Source::Kernel] {
+        let mut check = |name: &str, body: NaifId, center: NaifId, reference: DVec3| {
+            if let Ok(answer) = ephemeris.state(body, center, epoch.t, Some(source)) {
+                let off_km = (answer.state.pos_km - reference).length();
+                all.push((format!("{} {name} by {source:?}", epoch.jd), off_km, answer.error_km));
+            }
+        };
+        check("sun", NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, epoch.sun_barycentric);
+        check("moon", NaifId::MOON, NaifId::EARTH, epoch.moon_geocentric);
+        for &(name, id, pos_km, _) in &epoch.heliocentric {
+            check(name, id, NaifId::SUN, pos_km);
+            check(name, id, NaifId::SOLAR_SYSTEM_BARYCENTER, pos_km + epoch.sun_barycentric);
+        }
+    }
+    all
+}
+
+#[test]
+fn every_source_keeps_its_stated_error_at_every_reference_epoch() {
+    let ephemeris = ephemeris();
+    let all: Vec<_> = epochs().iter().flat_map(|epoch| deviations(&ephemeris, epoch)).collect();
+    // Two sources everywhere, and the kernel in its span.
+    assert!(all.len() > 30 * 24 * 2 + 10 * 24, "{}", all.len());
+    let broken = |share: f64| all.iter().filter(|(_, off_km, error_km)| *off_km >= share * error_km).collect::<Vec<_>>();
+    assert!(broken(1.0).is_empty(), "{:?}", broken(1.0));
+    // The figures are not idle: with a third of each, some would be broken by every source.
+    for source in ["Mean", "Series", "Kernel"] {
+        assert!(broken(1.0 / 3.0).iter().any(|(asked, ..)| asked.ends_with(source)), "{source}");
+    }
+}
+
+#[test]
+fn dates_without_a_theory_are_refused_and_give_no_nan() {
+    let (ephemeris, catalog) = (ephemeris(), Catalog::embedded());
+    for jd in [-1_930_000.0, 5_373_484.5, 1e9, -1e9, 1e300, -1e300, f64::INFINITY, f64::NAN] {
+        let t = Instant::from_jd_tdb(jd);
+        let body_ids = catalog.bodies().iter().map(|b| b.id).chain((0..10).map(NaifId));
+        for id in body_ids {
+            for source in [None, Some(Source::Mean), Some(Source::Series), Some(Source::Kernel)] {
+                let center = catalog.body(id).and_then(|b| b.parent).unwrap_or(NaifId::SUN);
+                match ephemeris.state(id, center, t, source) {
+                    Ok(a) => assert!(a.state.pos_km.is_finite() && a.state.vel_km_s.is_finite() && !a.error_km.is_nan(), "{id:?} {jd}"),
+                    Err(e) => assert!(!e.to_string().contains('\n')),
+                }
+            }
+            if let Ok(turned) = ephemeris.body_from_icrf(id, t) {
+                assert!((turned.determinant() - 1.0).abs() < 1e-9, "{id:?} {jd}");
+            }
+        }
+        assert!(ephemeris.state(NaifId::EARTH, NaifId::SUN, t, None).is_err());
+        assert!(jd.abs() < 1e8 || ephemeris.state(NaifId(501), NaifId(599), t, None).is_err());
+        assert!(!t.to_utc_iso().is_empty());
+    }
+    // A date with theories passes the same checks.
+    assert!(ephemeris.state(NaifId::EARTH, NaifId::SUN, Instant::from_jd_tdb(2_000_000.0), None).is_ok());
+}
+
 #[test]
 fn the_best_source_that_covers_the_date_answers() {
     let ephemeris = ephemeris();

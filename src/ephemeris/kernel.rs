@@ -33,7 +33,7 @@ impl Segment {
     }
 
     /// Position in km and velocity in km/s of the target relative to the centre, ICRF.
-    fn state(&self, tdb_s: f64) -> State {
+    pub fn state(&self, tdb_s: f64) -> State {
         let records = self.data.len() / self.record_len;
         let at = (((tdb_s - self.first_s) / self.length_s).max(0.0) as usize).min(records - 1);
         let record = &self.data[at * self.record_len..][..self.record_len];
@@ -73,6 +73,9 @@ impl Spk {
         let wrong = |what: String| EphemerisError(format!("kernel {name}: {}", what.replace('\n', " ")));
         if !bytes.starts_with(b"DAF/SPK") {
             return Err(wrong("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
+        }
+        if bytes.get(88..96) == Some(b"BIG-IEEE") {
+            return Err(wrong("its numbers are big-endian; NAIF's program bingo makes a little-endian file of it".into()));
         }
         let spk = SPK::parse(bytes).map_err(|e| wrong(e.to_string()))?;
         let mut by_target: HashMap<i32, Vec<Segment>> = HashMap::new();
@@ -130,8 +133,12 @@ impl Spk {
 
     /// State of `target` relative to the centre of the segment that covers the instant, with that centre.
     pub fn step(&self, target: i32, tdb_s: f64) -> Option<(i32, State)> {
-        let segment = self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))?;
-        Some((segment.center, segment.state(tdb_s)))
+        self.segment(target, tdb_s).map(|segment| (segment.center, segment.state(tdb_s)))
+    }
+
+    /// The segment of `target` that covers the instant.
+    pub fn segment(&self, target: i32, tdb_s: f64) -> Option<&Segment> {
+        self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))
     }
 
     /// State of `target` relative to `center` by this file alone; a centre is reached by going outward from both.
@@ -194,6 +201,74 @@ mod tests {
         for tenths in 1..10 {
             let error = Spk::parse("x.bsp", &whole[..whole.len() * tenths / 10]).expect_err("cut short").to_string();
             assert!(error.starts_with("kernel x.bsp: ") && !error.contains('\n'), "{error}");
+        }
+    }
+
+    /// A little-endian file of one segment of one record: Earth (399) from the Earth-Moon barycentre (3), ICRF, -100 to 100 s.
+    fn file_of(data_type: i32, record: &[f64]) -> Vec<u8> {
+        let mut data = record.to_vec();
+        data.extend([-100.0, 200.0, record.len() as f64, 1.0]);
+        // Addresses count doubles from 1: the data begin in the fourth record of 128.
+        let (first, last) = (385, 384 + data.len() as i32);
+        let mut bytes = vec![0; 4 * 1024];
+        let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
+        put(0, b"DAF/SPK ");
+        put(8, &2_i32.to_le_bytes());
+        put(12, &6_i32.to_le_bytes());
+        put(16, &[b' '; 60]);
+        put(76, &2_i32.to_le_bytes());
+        put(80, &2_i32.to_le_bytes());
+        put(84, &(last + 1).to_le_bytes());
+        put(88, b"LTL-IEEE");
+        put(699, b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP");
+        put(1024 + 16, &1.0_f64.to_le_bytes());
+        put(1024 + 24, &(-100.0_f64).to_le_bytes());
+        put(1024 + 32, &100.0_f64.to_le_bytes());
+        for (i, whole) in [399, 3, 1, data_type, first, last].into_iter().enumerate() {
+            put(1024 + 40 + 4 * i, &i32::to_le_bytes(whole));
+        }
+        put(2048, &[b' '; 1024]);
+        for (i, number) in data.iter().enumerate() {
+            put(3072 + 8 * i, &number.to_le_bytes());
+        }
+        bytes
+    }
+
+    #[test]
+    fn type_3_takes_its_velocities_from_the_file() {
+        // Midpoint, radius, then two coefficients of x, y, z and of their velocities, which no slope of the positions gives.
+        let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0];
+        let spk = Spk::parse("x.bsp", &file_of(3, &record)).expect("a kernel");
+        let (from, state) = spk.step(399, 50.0).expect("the Earth");
+        assert_eq!(from, 3);
+        assert!((state.pos_km - DVec3::new(6.0, 12.0, 18.0)).length() < 1e-12, "{}", state.pos_km);
+        assert!((state.vel_km_s - DVec3::new(7.25, 8.125, 8.5)).length() < 1e-12, "{}", state.vel_km_s);
+        assert!(spk.step(399, 100.5).is_none() && spk.step(301, 50.0).is_none());
+        // The same positions as type 2 have the slope for a velocity.
+        let spk = Spk::parse("x.bsp", &file_of(2, &record[..8])).expect("a kernel");
+        let (_, state) = spk.step(399, 50.0).expect("the Earth");
+        assert!((state.vel_km_s - DVec3::new(0.1, 0.2, 0.3)).length() < 1e-12, "{}", state.vel_km_s);
+    }
+
+    #[test]
+    fn kernels_that_are_not_read_say_why() {
+        let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0];
+        let mut big = file_of(2, &record);
+        big[88..96].copy_from_slice(b"BIG-IEEE");
+        let mut other_frame = file_of(2, &record);
+        other_frame[1024 + 48..1024 + 52].copy_from_slice(&17_i32.to_le_bytes());
+        let mut no_number = record;
+        no_number[3] = f64::NAN;
+        for (bytes, word) in [
+            (big, "big-endian"),
+            (other_frame, "frame 17"),
+            (file_of(13, &record), "types 2 and 3 are read"),
+            (file_of(99, &record), "segment of 399"),
+            (file_of(2, &no_number), "segment of 399"),
+            (file_of(2, &record[..7]), "segment of 399"),
+        ] {
+            let error = Spk::parse("x.bsp", &bytes).expect_err(word).to_string();
+            assert!(error.starts_with("kernel x.bsp: ") && error.contains(word) && !error.contains('\n'), "{word}: {error}");
         }
     }
 }

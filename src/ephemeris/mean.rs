@@ -26,6 +26,18 @@ const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
 /// The Sun's mass over that of the systems of Jupiter, Saturn, Uranus and Neptune (DE440).
 const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
+/// NAIF code of the place that the theories of the planets, the Sun and the Moon count `place` from; `None` for other places.
+pub fn counts_from(place: i32) -> Option<i32> {
+    match place {
+        1..=9 => Some(10),
+        10 => Some(0),
+        301 => Some(399),
+        399 => Some(3),
+        199 | 299 => Some(place / 100),
+        _ => None,
+    }
+}
+
 /// Heliocentric state of the barycentre `1..=9`.
 pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
     let (at_j2000, rates, extra) = PLANETS.get(usize::try_from(barycenter).ok()?.checked_sub(1)?)?;

@@ -19,7 +19,7 @@ use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
 use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
-use satellites::{galilean, tass};
+use satellites::{drift, galilean, tass};
 use std::collections::HashMap;
 
 /// The kernel that ships: 1900-2100, baked by `examples/bake_kernel.rs`.
@@ -75,10 +75,31 @@ pub struct EphemerisError(pub String);
 /// One step from a place to the place it is counted from.
 #[derive(Clone, Copy, Debug)]
 struct Step {
-    from: NaifId,
     state: State,
     source: Source,
     error_km: f64,
+}
+
+/// What gives a step; it costs next to nothing to know, so that only the steps that an answer needs are summed.
+#[derive(Clone, Copy)]
+enum Theory<'a> {
+    Kernel {
+        segment: &'a kernel::Segment,
+        error_km: f64,
+    },
+    Series,
+    Mean,
+    /// A planet's centre, by what its moons weigh.
+    Balance,
+    Orbit(&'a Motion),
+}
+
+/// A step that is not summed yet.
+#[derive(Clone, Copy)]
+struct Leg<'a> {
+    place: NaifId,
+    from: NaifId,
+    theory: Theory<'a>,
 }
 
 /// How the catalog moves a body about its parent.
@@ -128,23 +149,17 @@ impl Ephemeris {
         if !t.tdb_seconds_past_j2000().is_finite() {
             return Err(EphemerisError("the time is not a number".into()));
         }
-        let (a, a_len) = self.chain(body, t, source);
-        let (b, b_len) = self.chain(center, t, source);
-        let places = |first: NaifId, steps: &[Step]| std::iter::once(first).chain(steps.iter().map(|s| s.from)).collect::<Places>();
-        let (a_places, b_places) = (places(body, &a[..a_len]), places(center, &b[..b_len]));
-        let common = a_places.iter().enumerate().find_map(|(i, p)| b_places.iter().position(|q| q == p).map(|j| (i, j)));
-        let Some((up, down)) = common else {
-            let stuck = if a_places.last() == NaifId::SOLAR_SYSTEM_BARYCENTER { &b_places } else { &a_places };
-            return Err(no_theory(stuck.last(), t, source));
+        let (up, down) = (self.chain(body, t, source), self.chain(center, t, source));
+        // What both walks share cancels: the Sun's own place is not asked for when the Sun is the centre.
+        let common = up.places().find_map(|(i, p)| down.places().find_map(|(j, q)| (p == q).then_some((i, j))));
+        let Some((up_len, down_len)) = common else {
+            let stuck = if up.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &down } else { &up };
+            return Err(no_theory(stuck.end(), t, source));
         };
         let mut answer = Answer { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
-        for step in &a[..up] {
-            answer.state = answer.state.plus(step.state);
-        }
-        for step in &b[..down] {
-            answer.state = answer.state.minus(step.state);
-        }
-        for step in a[..up].iter().chain(&b[..down]) {
+        for (leg, back) in up.legs(up_len).map(|leg| (leg, false)).chain(down.legs(down_len).map(|leg| (leg, true))) {
+            let step = self.step(leg, t).ok_or_else(|| no_theory(leg.place, t, source))?;
+            answer.state = if back { answer.state.minus(step.state) } else { answer.state.plus(step.state) };
             answer.source = answer.source.min(step.source);
             answer.error_km += step.error_km;
         }
@@ -154,6 +169,9 @@ impl Ephemeris {
     /// Rotation `body_from_icrf` (rows are the body's axes) at `t`.
     pub fn body_from_icrf(&self, body: NaifId, t: Instant) -> Result<DMat3, EphemerisError> {
         let unknown = |why: &str| EphemerisError(format!("how body {} is turned is not known: {why}", body.0));
+        if !in_years(t, ORBIT_YEARS) {
+            return Err(unknown("the time is more than 20000 years away"));
+        }
         match self.rotations.get(&body).ok_or_else(|| unknown("the catalog has no such body"))? {
             Rotation::EarthIau2006 => Ok(orientation::earth_itrs_from_gcrs(t)),
             Rotation::Pck => {
@@ -191,79 +209,95 @@ impl Ephemeris {
         unreachable!("the loop returns in its sixth round")
     }
 
-    /// The steps from `place` towards the solar system barycentre, as far as the theories lead.
-    fn chain(&self, place: NaifId, t: Instant, source: Option<Source>) -> ([Step; LONGEST_CHAIN], usize) {
-        let nowhere = Step { from: NaifId::SOLAR_SYSTEM_BARYCENTER, state: State::REST, source: Source::Kernel, error_km: 0.0 };
-        let mut steps = [nowhere; LONGEST_CHAIN];
-        let (mut at, mut len) = (place, 0);
-        while len < LONGEST_CHAIN && at != NaifId::SOLAR_SYSTEM_BARYCENTER {
-            let Some(step) = self.step(at, t, source) else { break };
-            steps[len] = step;
-            at = step.from;
-            len += 1;
+    /// The legs from `place` towards the solar system barycentre, as far as the theories lead.
+    fn chain(&self, place: NaifId, t: Instant, source: Option<Source>) -> Chain<'_> {
+        let mut chain = Chain { first: place, legs: [None; LONGEST_CHAIN] };
+        let mut at = place;
+        for slot in &mut chain.legs {
+            if at == NaifId::SOLAR_SYSTEM_BARYCENTER {
+                break;
+            }
+            let Some(leg) = self.leg(at, t, source) else { break };
+            at = leg.from;
+            *slot = Some(leg);
         }
-        (steps, len)
+        chain
     }
 
-    fn step(&self, place: NaifId, t: Instant, source: Option<Source>) -> Option<Step> {
+    /// The best theory that has `place` at `t`, and what it counts from.
+    fn leg(&self, place: NaifId, t: Instant, source: Option<Source>) -> Option<Leg<'_>> {
         let tdb_s = t.tdb_seconds_past_j2000();
+        let leg = |from: i32, theory| Some(Leg { place, from: NaifId(from), theory });
         if source.is_none_or(|s| s == Source::Kernel)
-            && let Some((at, (from, state))) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.step(place.0, tdb_s)?)))
+            && let Some((at, segment)) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.segment(place.0, tdb_s)?)))
         {
             let shipped = at + 1 == self.kernels.len();
             let error_km = if shipped { kernel_error_km(place) } else { f64::INFINITY };
-            return Some(Step { from: NaifId(from), state, source: Source::Kernel, error_km });
+            return leg(segment.center, Theory::Kernel { segment, error_km });
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
-            && let Some((from, state)) = self.series.step(place.0, tdb_s)
+            && let Some(from) = self.series.counts_from(place.0, tdb_s)
         {
-            return Some(Step { from: NaifId(from), state, source: Source::Series, error_km: series::error_km(place.0, tdb_s) });
+            return leg(from, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_YEARS)
-            && let Some((from, state)) = self.mean_step(place.0, tdb_s)
+            && let Some(from) = mean::counts_from(place.0)
         {
-            return Some(Step { from: NaifId(from), state, source: Source::Mean, error_km: mean::error_km(place.0, tdb_s) });
+            return leg(from, Theory::Mean);
         }
         if let 499 | 599 | 699 | 799 | 899 | 999 = place.0 {
-            return self.centre_from_barycentre(place, t);
+            return leg(place.0 / 100, Theory::Balance);
         }
-        self.orbit_step(place, t)
+        match self.orbits.get(&place)? {
+            Orbit { motion: Motion::Planetary, .. } => None,
+            Orbit { parent, motion } => leg(parent.0, Theory::Orbit(motion)),
+        }
     }
 
-    fn mean_step(&self, place: i32, tdb_s: f64) -> Option<(i32, State)> {
+    fn step(&self, leg: &Leg, t: Instant) -> Option<Step> {
+        let (place, tdb_s) = (leg.place, t.tdb_seconds_past_j2000());
+        let (state, source, error_km) = match leg.theory {
+            Theory::Kernel { segment, error_km } => (segment.state(tdb_s), Source::Kernel, error_km),
+            Theory::Series => (self.series.state(place.0, tdb_s)?, Source::Series, series::error_km(place.0, tdb_s)),
+            Theory::Mean => (self.mean_state(place.0, tdb_s)?, Source::Mean, mean::error_km(place.0, tdb_s)),
+            Theory::Balance => return self.centre_from_barycentre(place, t),
+            Theory::Orbit(motion) => return self.orbit_step(place, motion, t),
+        };
+        Some(Step { state, source, error_km })
+    }
+
+    fn mean_state(&self, place: i32, tdb_s: f64) -> Option<State> {
         match place {
-            1..=9 => Some((10, mean::planet(place, tdb_s)?)),
-            10 => Some((0, mean::sun(tdb_s))),
-            301 => Some((399, self.series.mean_moon(tdb_s))),
-            399 => Some((3, series::earth_from_moon(self.series.mean_moon(tdb_s)))),
-            199 | 299 => Some((place / 100, State::REST)),
-            _ => None,
+            1..=9 => mean::planet(place, tdb_s),
+            10 => Some(mean::sun(tdb_s)),
+            301 => Some(self.series.mean_moon(tdb_s)),
+            399 => Some(series::earth_from_moon(self.series.mean_moon(tdb_s))),
+            _ => Some(State::REST),
         }
     }
 
     /// A body about its parent, by its theory. The theories of moons and asteroids serve every `source`: none here places them better.
-    fn orbit_step(&self, place: NaifId, t: Instant) -> Option<Step> {
-        let Orbit { parent: from, motion } = self.orbits.get(&place)?;
+    fn orbit_step(&self, place: NaifId, motion: &Motion, t: Instant) -> Option<Step> {
+        if !in_years(t, ORBIT_YEARS) {
+            return None;
+        }
         let (state, source, error_km) = match motion {
             Motion::Planetary => return None,
-            Motion::GalileanL12 { index } => (self.theories.galilean.state(*index, t)?, Source::Series, galilean::error_km(*index)),
-            Motion::Tass17 { index } => (self.theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index)),
-            Motion::MeanElements(elements) => {
-                (kepler::state(elements, t), Source::Mean, mean_moon_share(place) * elements.semi_major_axis_km)
-            }
+            Motion::GalileanL12 { index } => (self.theories.galilean.state(*index, t)?, Source::Series, galilean::error_km(*index, t)),
+            Motion::Tass17 { index } => (self.theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index, t)),
+            Motion::MeanElements(elements) => (kepler::state(elements, t), Source::Mean, drift::error_km(place, elements, t)),
         };
-        Some(Step { from: *from, state, source, error_km })
+        Some(Step { state, source, error_km })
     }
 
     /// The centre of a planet counts from its system's barycentre by what its moons weigh: -Σ m r / Σ m. The moons' own states are
     /// counted from the planet, so this asks for no place of the planet.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<Step> {
-        let barycentre = NaifId(planet.0 / 100);
-        let mut step = Step { from: barycentre, state: State::REST, source: Source::Kernel, error_km: UNWEIGHED_MOONS_KM };
+        let mut step = Step { state: State::REST, source: Source::Kernel, error_km: UNWEIGHED_MOONS_KM };
         for pull in self.pulls.get(&planet).map_or(&[][..], Vec::as_slice) {
-            let moon = self.orbit_step(pull.moon, t)?;
+            let moon = self.orbit_step(pull.moon, &self.orbits.get(&pull.moon)?.motion, t)?;
             step.state.pos_km -= moon.state.pos_km * pull.mass_share;
             step.state.vel_km_s -= moon.state.vel_km_s * pull.mass_share;
             step.source = step.source.min(moon.source);
@@ -277,6 +311,8 @@ impl Ephemeris {
 /// (Jupiter, Saturn) and 6000 years (Uranus, Neptune).
 const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
 const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
+/// Moons answer wherever a long kernel such as DE441 has their planet, with an error that grows; rotations likewise.
+const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
 fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
     (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (365.25 * SECONDS_PER_DAY)))
@@ -307,30 +343,25 @@ fn pulls(catalog: &Catalog) -> HashMap<NaifId, Vec<Pull>> {
     pulls
 }
 
-/// A short list of places without an allocation.
-#[derive(Clone, Copy)]
-struct Places {
-    ids: [NaifId; LONGEST_CHAIN + 1],
-    len: usize,
+/// A walk from a place, without an allocation; empty slots come last.
+struct Chain<'a> {
+    first: NaifId,
+    legs: [Option<Leg<'a>>; LONGEST_CHAIN],
 }
 
-impl FromIterator<NaifId> for Places {
-    fn from_iter<T: IntoIterator<Item = NaifId>>(iter: T) -> Self {
-        let mut places = Self { ids: [NaifId::SOLAR_SYSTEM_BARYCENTER; LONGEST_CHAIN + 1], len: 0 };
-        for id in iter.into_iter().take(LONGEST_CHAIN + 1) {
-            places.ids[places.len] = id;
-            places.len += 1;
-        }
-        places
+impl<'a> Chain<'a> {
+    /// The first `len` legs.
+    fn legs(&self, len: usize) -> impl Iterator<Item = &Leg<'a>> {
+        self.legs[..len].iter().flatten()
     }
-}
 
-impl Places {
-    fn iter(&self) -> std::slice::Iter<'_, NaifId> {
-        self.ids[..self.len].iter()
+    /// Each place with the number of legs that lead to it.
+    fn places(&self) -> impl Iterator<Item = (usize, NaifId)> {
+        std::iter::once(self.first).chain(self.legs(LONGEST_CHAIN).map(|leg| leg.from)).enumerate()
     }
-    fn last(&self) -> NaifId {
-        self.ids[self.len - 1]
+
+    fn end(&self) -> NaifId {
+        self.legs(LONGEST_CHAIN).last().map_or(self.first, |leg| leg.from)
     }
 }
 
@@ -343,15 +374,6 @@ fn no_theory(place: NaifId, t: Instant, source: Option<Source>) -> EphemerisErro
     };
     let verb = if source.is_none() { asked.to_owned() } else { format!("{asked} not") };
     EphemerisError(format!("{verb} body {} at {}; the shipped kernel covers 1900 to 2100, --kernel adds a file", place.0, t.to_utc_iso()))
-}
-
-/// Error of a body on mean elements as a share of its semi-major axis. Phobos and Proteus stand up to 3.9 and 3.8 degrees from where the
-/// IAU's prime meridian has them over 2000 to 2041 (tests/satellites.rs); for the others 2 % is an estimate. No growth with time is known.
-fn mean_moon_share(body: NaifId) -> f64 {
-    match body.0 {
-        401 | 808 => 0.075,
-        _ => 0.02,
-    }
 }
 
 /// Worst error of a shipped segment against DE440, km; printed by `examples/bake_kernel.rs` and rounded up.

@@ -27,9 +27,17 @@ impl Series {
         Ok(Self { moon: LunarSeries::embedded()?, pluto: Spk::parse("pluto_1551_2646.bsp", PLUTO)? })
     }
 
-    /// State of `place` with the NAIF code that it is relative to; `None` where no series has it.
-    pub fn step(&self, place: i32, tdb_s: f64) -> Option<(i32, State)> {
-        let heliocentric: fn(f64) -> RectangularCoordinates = match place {
+    /// NAIF code of the place that the series of `place` counts from; `None` where no series has it.
+    pub fn counts_from(&self, place: i32, tdb_s: f64) -> Option<i32> {
+        match place {
+            9 => self.pluto.segment(9, tdb_s).map(|segment| segment.center),
+            _ => super::mean::counts_from(place),
+        }
+    }
+
+    /// State of `place` relative to where it counts from; `None` where no series has it.
+    pub fn state(&self, place: i32, tdb_s: f64) -> Option<State> {
+        let theory: fn(f64) -> RectangularCoordinates = match place {
             1 => vsop87a::mercury,
             2 => vsop87a::venus,
             3 => vsop87a::earth_moon,
@@ -38,14 +46,14 @@ impl Series {
             6 => vsop87a::saturn,
             7 => vsop87a::uranus,
             8 => vsop87a::neptune,
-            9 => return self.pluto.step(9, tdb_s),
-            10 => return Some((0, differenced(vsop87e::sun, tdb_s))),
-            301 => return Some((399, self.moon.state(tdb_s, 0.0))),
-            399 => return Some((3, earth_from_moon(self.moon.state(tdb_s, 0.0)))),
-            199 | 299 => return Some((place / 100, State::REST)),
+            9 => return self.pluto.step(9, tdb_s).map(|(_, state)| state),
+            10 => vsop87e::sun,
+            301 => return Some(self.moon.state(tdb_s, 0.0)),
+            399 => return Some(earth_from_moon(self.moon.state(tdb_s, 0.0))),
+            199 | 299 => return Some(State::REST),
             _ => return None,
         };
-        Some((10, differenced(heliocentric, tdb_s)))
+        Some(differenced(theory, tdb_s))
     }
 
     /// The Moon by its largest terms alone: its mean motion with the equation of the centre, evection, variation and their like.

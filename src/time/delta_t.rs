@@ -134,6 +134,34 @@ mod tests {
         assert!((at_year(1999.0) - 63.83).abs() > 0.02);
     }
 
+    /// Morrison & Stephenson, J. Hist. Astron. 35 (2004), table 1, with its standard errors: an earlier and independent reduction, which
+    /// Espenak & Meeus's polynomials follow. The later spline and it differ by what both allow.
+    const REDUCTION_OF_2004: [(f64, f64, f64); 5] =
+        [(-500.0, 17_190.0, 430.0), (0.0, 10_580.0, 260.0), (500.0, 5_710.0, 140.0), (1000.0, 1_570.0, 55.0), (1600.0, 120.0, 20.0)];
+
+    #[test]
+    fn agrees_with_an_earlier_reduction_within_both_errors() {
+        for (year, seconds, sigma_s) in REDUCTION_OF_2004 {
+            let ours_s = delta_t_error_s((year - 2000.0) * JULIAN_YEAR_S);
+            let off_s = (at_year(year) - seconds).abs();
+            assert!(off_s < 2.0 * ours_s.hypot(sigma_s), "{year}: {} s, published {seconds}", at_year(year));
+        }
+        // Sixty years earlier than 1000 is outside.
+        assert!((at_year(940.0) - 1_570.0).abs() > 2.0 * 27.0_f64.hypot(55.0));
+        // IERS, UT1 - UTC on 2025-01-01: 0.04 s.
+        assert!((at_year(2025.0) - 69.14).abs() < 0.03, "{}", at_year(2025.0));
+    }
+
+    #[test]
+    fn the_measured_table_takes_over_without_a_step() {
+        // The first full interval of the table begins 73 days into 1973; Delta T grew by 1.1 s a year.
+        let seam_year = year_of((MEASURED_FIRST_MJD + MEASURED_STEP_DAYS - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
+        let (before, after) = (at_year(seam_year - 1e-6), at_year(seam_year + 1e-6));
+        assert!((1973.0..1973.4).contains(&seam_year) && (before - after).abs() < 1e-4, "{before} {after}");
+        // Without the bend there would be one.
+        assert!((spline_s(seam_year) - after).abs() > 1e-3);
+    }
+
     #[test]
     fn has_no_steps() {
         let mut before = at_year(-4000.0);

@@ -86,6 +86,10 @@ pub(super) fn format_utc(t: Instant) -> String {
     if !utc_s.is_finite() {
         return "not a time".to_owned();
     }
+    // A million years: the calendar's whole numbers end somewhere beyond.
+    if utc_s.abs() > 3.2e13 {
+        return format!("jd_tdb:{:e}", t.jd_tdb());
+    }
     // Whole milliseconds first, so that a carry reaches every field.
     let (start_ms, leap_ms) = match leap {
         Some(part) if (part * 1e3).round() < 1000.0 => ((utc_s * 1e3).round() - 1000.0, Some((part * 1e3).round())),

@@ -5,6 +5,7 @@
 //! it differs from the slope of the positions by up to 4e-4 of the speed (Callisto), for Hyperion 1.5e-3.
 //! Left out: what the tables leave out; `error_km` of each theory says how much. No planet's place is asked for here.
 
+pub mod drift;
 pub mod galilean;
 pub mod tass;
 
@@ -74,6 +75,12 @@ impl Elements {
         );
         State { pos_km: *icrf_from_frame * in_frame.pos_km, vel_km_s: *icrf_from_frame * in_frame.vel_km_s }
     }
+}
+
+/// How much a bound grows by date: the square of the time from 2000 past `held_years`, an assumption as for the planets.
+fn growth(t: Instant, held_years: f64) -> f64 {
+    let share = (t.tdb_seconds_past_j2000() / (held_years * 365.25 * SECONDS_PER_DAY)).abs().max(1.0);
+    share * share
 }
 
 /// TT days past a Julian date, without the loss that a Julian date in one f64 has (40 microseconds: a metre for Io).
