@@ -2,6 +2,7 @@
 
 mod air;
 mod apparent;
+mod bench;
 mod catalog;
 mod cli;
 mod clouds;

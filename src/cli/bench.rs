@@ -1,72 +1,134 @@
-//! `orrery bench`: milliseconds per frame of the standard scenes, by stage, as JSON.
+//! `orrery bench`: milliseconds per frame of the standard scenes, by stage, wall and processor time, as JSON.
+//!
+//! A scene is drawn once to fill caches and then counted. What is printed of it belongs to one frame, the median by wall time, so that
+//! its stages add up to it. Writing a file is no part of a frame here.
 
 use super::view_words::size;
 use super::{CliError, Common};
-use crate::session::{Session, Stage, standard_scenes};
-use std::time::Instant as Moment;
+use crate::session::{Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
+use serde_json::{Map, Value, json};
+use std::io::IsTerminal;
+use std::time::{Duration, Instant as Moment};
 
-const EXAMPLE: &str = "Example:
-  orrery bench --scene saturn --frames 9
+const EXAMPLE: &str = "Examples:
+  orrery bench
+  orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
 
-Each scene is drawn once to fill caches, then --frames times; the median frame and
-the mean of each stage are printed. These are wall times: compare figures of one
-run on one machine only.";
+Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system.
+
+Each is drawn once to fill caches (first_ms), then --frames times. median_ms,
+median_cpu_ms, stages and stages_cpu all belong to one frame: the median by wall
+time (of an even number, the faster of the middle two). CPU is that of all threads
+of the process; null where the system does not tell. Compare figures of one
+machine only, and least_ms where other programs run beside.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE)]
 pub struct BenchArgs {
-    /// Only this scene [default: all]
-    #[arg(long, value_name = "NAME")]
-    scene: Option<String>,
+    /// Only this scene; may be given again, or as a list with commas [default: all]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    scene: Vec<String>,
     /// Counted frames of each scene
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
     /// Pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024")]
     size: String,
+    /// The output is JSON with or without this word
+    #[arg(long)]
+    json: bool,
 }
 
 /// Stages of a frame, without those of the start.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
+/// One drawn frame.
+struct Measured {
+    wall: Duration,
+    cpu: Option<Duration>,
+    stages: Stages,
+}
+
 pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     common.drawing_renderer()?;
     let (width, height) = size(&args.size)?;
-    let frames = args.frames.max(1);
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
-    let scenes = standard_scenes(width, height);
+    let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
-    if let Some(wanted) = &args.scene
-        && !names.contains(&wanted.as_str())
-    {
-        return Err(CliError(format!("--scene {wanted}: one of {}", names.join(", "))));
+    if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
+        return Err(CliError(format!("--scene {unknown}: one of {}", names.join(", "))));
     }
+    scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
+    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?.counting_cpu();
+    let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
-    for scene in scenes.iter().filter(|s| args.scene.as_deref().is_none_or(|w| w == s.name)) {
-        session.draw(&scene.request, common.quality.fineness(), false)?;
-        let (before, _) = session.report();
-        let mut frame_ms = Vec::new();
-        for _ in 0..frames {
+    for scene in &scenes {
+        let measure = || -> Result<Measured, CliError> {
+            let (earlier, _) = session.report();
+            let before = process_cpu();
             let start = Moment::now();
             session.draw(&scene.request, common.quality.fineness(), false)?;
-            frame_ms.push(start.elapsed().as_secs_f64() * 1e3);
-        }
-        frame_ms.sort_by(f64::total_cmp);
-        let (after, _) = session.report();
-        let mean_ms = |s: Stage| (after.spent(s) - before.spent(s)).as_secs_f64() * 1e3 / f64::from(frames);
-        let stages: serde_json::Map<String, serde_json::Value> =
-            FRAME_STAGES.into_iter().map(|s| (format!("{}_ms", s.name()), rounded(mean_ms(s)))).collect();
-        rows.push(serde_json::json!({
-            "scene": scene.name,
-            "median_ms": rounded(frame_ms[frame_ms.len() / 2]),
-            "least_ms": rounded(frame_ms[0]),
-            "stages": stages,
-        }));
+            let wall = start.elapsed();
+            let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
+            bar.inc(1);
+            Ok(Measured { wall, cpu, stages: session.report().0.since(&earlier) })
+        };
+        let first = measure()?;
+        let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
+        rows.push(row(scene.name, &first, &mut frames));
     }
-    let report = serde_json::json!({ "renderer": "software", "width": width, "height": height, "frames": frames, "scenes": rows });
+    bar.finish_and_clear();
+    let options = session.renderer().options();
+    let report = json!({
+        "renderer": "software",
+        "kernels": options.kernels.name(),
+        "threads": session.renderer().threads(),
+        "width": width,
+        "height": height,
+        "samples": common.quality.fineness().samples,
+        "frames": args.frames,
+        "scenes": rows,
+    });
     super::output::put(&format!("{report:#}\n"))
 }
 
-fn rounded(ms: f64) -> serde_json::Value {
-    serde_json::json!((ms * 1e3).round() / 1e3)
+/// What is printed of a scene; `frames` is not empty.
+fn row(name: &str, first: &Measured, frames: &mut [Measured]) -> Value {
+    frames.sort_by_key(|f| f.wall);
+    let median = &frames[(frames.len() - 1) / 2];
+    let by_stage = |ms: &dyn Fn(Stage) -> Value| -> Map<String, Value> {
+        FRAME_STAGES.into_iter().map(|s| (format!("{}_ms", s.name()), ms(s))).collect()
+    };
+    json!({
+        "scene": name,
+        "first_ms": milliseconds(first.wall),
+        "median_ms": milliseconds(median.wall),
+        "median_cpu_ms": median.cpu.map(milliseconds),
+        "least_ms": milliseconds(frames[0].wall),
+        "stages": by_stage(&|s| json!(milliseconds(median.stages.spent(s)))),
+        "stages_cpu": by_stage(&|s| json!(median.stages.cpu(s).map(milliseconds))),
+    })
+}
+
+/// A bar on a terminal, nothing in a pipe.
+fn progress(frames: u64) -> indicatif::ProgressBar {
+    if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(frames) } else { indicatif::ProgressBar::hidden() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_belongs_to_one_frame() {
+        let ms = Duration::from_millis;
+        let frame = |wall: u64, cpu: u64| {
+            let mut stages = Stages::default();
+            stages.add(Stage::Draw, ms(wall - 1));
+            Measured { wall: ms(wall), cpu: Some(ms(cpu)), stages }
+        };
+        let mut frames = [frame(30, 1), frame(10, 3), frame(20, 7), frame(40, 2)];
+        let row = row("saturn", &frame(90, 9), &mut frames);
+        assert_eq!((&row["median_ms"], &row["median_cpu_ms"], &row["least_ms"]), (&json!(20.0), &json!(7.0), &json!(10.0)));
+        assert_eq!((&row["stages"]["draw_ms"], &row["stages_cpu"]["draw_ms"]), (&json!(19.0), &Value::Null));
+    }
 }

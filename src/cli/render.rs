@@ -4,7 +4,7 @@ use super::{CliError, Common};
 use crate::image;
 use crate::render::frame::Frame;
 use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
-use crate::session::{Session, Stage, Stages};
+use crate::session::{Session, Stage, Stages, milliseconds, process_cpu};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant as Moment;
@@ -120,6 +120,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         return Err(CliError("--shard needs files: frames of one stream come in order from one run".into()));
     }
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+    let session = if args.time_report { session.counting_cpu() } else { session };
     let request = ViewRequest { quality: common.quality.of_request(), ..args.view.request(session.catalog())? };
     let fineness = common.quality.fineness();
     let mut written = Stages::default();
@@ -136,6 +137,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
         let drawn = session.draw(&request, fineness, keep_hdr)?;
         drawn_frames += 1;
+        let before = if args.time_report { process_cpu() } else { None };
         let start = Moment::now();
         match &path {
             Some(path) => write_file(path, &drawn.frame, &text_chunks(args, &request, &drawn.scene.exposure))?,
@@ -147,6 +149,9 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             }
         }
         written.add(Stage::Write, start.elapsed());
+        if let Some(ran) = before.and_then(|before| process_cpu()?.checked_sub(before)) {
+            written.add_cpu(Stage::Write, ran);
+        }
         bar.inc(1);
     }
     stream.flush().map_err(to_stream)?;
@@ -227,7 +232,17 @@ fn open_to_others(_file: &std::fs::File) {}
 fn report(session: &Session, written: &Stages, frames: u32) -> serde_json::Value {
     let (mut stages, library) = session.report();
     stages.add(Stage::Write, written.spent(Stage::Write));
-    serde_json::json!({ "renderer": "software", "frames": frames, "stages": stages.to_json(), "library": library })
+    if let Some(ran) = written.cpu(Stage::Write) {
+        stages.add_cpu(Stage::Write, ran);
+    }
+    // Stages without processor time were not counted: catalog and kernel, which come before, and all where the system does not tell.
+    let counted =
+        Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
+    let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();
+    let whole = process_cpu().map(milliseconds);
+    serde_json::json!({
+        "renderer": "software", "frames": frames, "stages": stages.to_json(), "cpu": cpu, "process_cpu_ms": whole, "library": library,
+    })
 }
 
 #[cfg(test)]

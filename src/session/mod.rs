@@ -5,13 +5,15 @@
 //! that is missing, a cache that cannot be written) goes to `say`, once each. It reads no clock but to measure.
 
 mod air_tables;
+mod cpu;
 mod sample;
 mod software;
 mod stages;
 mod standard_scenes;
 
+pub use cpu::process_cpu;
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, sample_plan};
-pub use stages::{Stage, Stages};
+pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Catalog, CatalogError};
@@ -79,6 +81,7 @@ pub struct Session {
     missing: Mutex<BTreeSet<String>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
     stages: Mutex<Stages>,
+    count_cpu: bool,
 }
 
 /// The built-in catalog under the `*.toml` files of a folder, in order of name.
@@ -141,7 +144,13 @@ impl Session {
             missing: Mutex::default(),
             say,
             stages: Mutex::new(stages),
+            count_cpu: false,
         })
+    }
+
+    /// From here on processor time is counted too. That reads a file a thread at each end of a stage, which a window's frames should not pay.
+    pub fn counting_cpu(self) -> Self {
+        Self { count_cpu: true, ..self }
     }
 
     pub fn catalog(&self) -> &Catalog {
@@ -163,9 +172,16 @@ impl Session {
     }
 
     fn measured<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
+        let before = if self.count_cpu { process_cpu() } else { None };
         let start = std::time::Instant::now();
         let done = work();
-        self.stages.lock().unwrap_or_else(PoisonError::into_inner).add(stage, start.elapsed());
+        let spent = start.elapsed();
+        let ran = before.and_then(|before| process_cpu()?.checked_sub(before));
+        let mut stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        stages.add(stage, spent);
+        if let Some(ran) = ran {
+            stages.add_cpu(stage, ran);
+        }
         done
     }
 

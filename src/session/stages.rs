@@ -1,4 +1,4 @@
-//! Time by stage.
+//! Time by stage: wall, and processor time of the whole process where someone counts it.
 
 use std::time::{Duration, Instant};
 
@@ -33,10 +33,11 @@ impl Stage {
     }
 }
 
-/// Elapsed time of each stage, summed.
+/// Elapsed and processor time of each stage, summed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stages {
     spent: [Duration; Stage::ALL.len()],
+    cpu: [Option<Duration>; Stage::ALL.len()],
 }
 
 impl Stages {
@@ -53,9 +54,54 @@ impl Stages {
     pub fn spent(&self, stage: Stage) -> Duration {
         self.spent[stage as usize]
     }
+    /// Adds processor time; a stage without any was not counted.
+    pub fn add_cpu(&mut self, stage: Stage, ran: Duration) {
+        let cpu = &mut self.cpu[stage as usize];
+        *cpu = Some(cpu.unwrap_or_default() + ran);
+    }
+    /// Processor time of all threads while the stage ran.
+    pub fn cpu(&self, stage: Stage) -> Option<Duration> {
+        self.cpu[stage as usize]
+    }
+    /// What came on top of an earlier account.
+    pub fn since(&self, earlier: &Self) -> Self {
+        let mut rest = Self::default();
+        for stage in Stage::ALL {
+            rest.add(stage, self.spent(stage).saturating_sub(earlier.spent(stage)));
+            if let Some(cpu) = self.cpu(stage) {
+                rest.add_cpu(stage, cpu.saturating_sub(earlier.cpu(stage).unwrap_or_default()));
+            }
+        }
+        rest
+    }
     /// `{"catalog_ms": …, …}`.
     pub fn to_json(&self) -> serde_json::Value {
-        let ms = |s: Stage| (format!("{}_ms", s.name()), serde_json::json!((self.spent(s).as_secs_f64() * 1e6).round() / 1e3));
+        let ms = |s: Stage| (format!("{}_ms", s.name()), serde_json::json!(milliseconds(self.spent(s))));
         serde_json::Value::Object(Stage::ALL.into_iter().map(ms).collect())
+    }
+}
+
+/// Milliseconds to the microsecond, as reports print them.
+pub fn milliseconds(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e6).round() / 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_came_since_is_the_difference_and_the_uncounted_stays_unknown() {
+        let ms = Duration::from_millis;
+        let mut before = Stages::default();
+        before.add(Stage::Draw, ms(5));
+        before.add_cpu(Stage::Draw, ms(9));
+        let mut after = before.clone();
+        after.add(Stage::Draw, ms(2));
+        after.add_cpu(Stage::Draw, ms(4));
+        after.add(Stage::Plan, ms(1));
+        let since = after.since(&before);
+        assert_eq!((since.spent(Stage::Draw), since.cpu(Stage::Draw)), (ms(2), Some(ms(4))));
+        assert_eq!((since.spent(Stage::Plan), since.cpu(Stage::Plan)), (ms(1), None));
     }
 }

@@ -98,6 +98,11 @@ impl SoftwareRenderer {
         &self.options
     }
 
+    /// How many threads draw.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
     /// Executes the plan. `keep_hdr`: the frame keeps the linear picture too.
     ///
     /// # Errors

@@ -1,0 +1,98 @@
+//! The stages of a frame, criterion's way: scene, plan and draw of each standard scene; a shader emitted, built and read back; texture sampling.
+//!
+//! `cargo bench --bench frames`, or `cargo bench --bench frames -- draw/saturn`. Frames are 512 pixels wide and high, 4 samples, all
+//! threads. Wall times: nothing else should run beside.
+
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use orrery::image::{TexelFormat, Texture};
+use orrery::render::plan::{self, AddressMode, Fineness, SamplerState};
+use orrery::render::software::exec::{Gradients, TextureUnit};
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::sample::texels::Texels;
+use orrery::render::software::sample::{Bound, Textures};
+use orrery::render::software::{SoftwareRenderer, lowering};
+use orrery::scene::Scene;
+use orrery::session::{Session, Sources, standard_scenes};
+use orrery::shader::{Library, ModuleId, ShaderModule, emit};
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Duration;
+
+const SIZE: u32 = 512;
+const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
+
+fn session(cache: &tempfile::TempDir) -> Session {
+    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+    Session::open(&sources, |line| eprintln!("{line}")).expect("what is built in opens")
+}
+
+fn frames(c: &mut Criterion) {
+    let cache = tempfile::tempdir().expect("a folder");
+    let session = session(&cache);
+    let renderer: &SoftwareRenderer = session.renderer();
+    for scene in standard_scenes(SIZE, SIZE) {
+        // Maps and modules come in here, once.
+        let (built, planned) = session.plan(&scene.request, FINENESS).expect("a standard scene");
+        c.bench_function(&format!("scene/{}", scene.name), |b| {
+            b.iter(|| Scene::build(session.catalog(), session.ephemeris(), black_box(&scene.request)).expect("a scene"));
+        });
+        c.bench_function(&format!("plan/{}", scene.name), |b| {
+            b.iter(|| plan::plan(black_box(&built), &session, FINENESS).expect("a plan"));
+        });
+        c.bench_function(&format!("draw/{}", scene.name), |b| {
+            b.iter(|| renderer.render(black_box(&planned), session.library(), false).expect("a frame"));
+        });
+    }
+}
+
+/// The Earth's module of the first standard scene: the richest one that a default view asks for.
+fn shader(c: &mut Criterion) {
+    let cache = tempfile::tempdir().expect("a folder");
+    let first = session(&cache);
+    let (scene, _) = first.plan(&standard_scenes(SIZE, SIZE)[0].request, FINENESS).expect("a standard scene");
+    let id = plan::modules(&scene).into_iter().find(|m| matches!(m, ModuleId::Planet(_))).expect("the Earth is drawn");
+    c.bench_function("shader/emit", |b| b.iter(|| emit::emit_module(black_box(&id)).expect("emits")));
+    let lowering = lowering();
+    c.bench_function("shader/build", |b| b.iter(|| ShaderModule::build(black_box(&id), &lowering).expect("builds")));
+    let fresh = || Library::open(cache.path(), orrery::render::software::lowering(), |line| eprintln!("{line}"));
+    c.bench_function("shader/read-back", |b| {
+        b.iter_batched(fresh, |library| (library.get(&id).expect("is on disk"), library), BatchSize::SmallInput);
+    });
+    let library = fresh();
+    library.get(&id).expect("is on disk");
+    assert_eq!(library.statistics().from_disk, 1, "what was measured did not come from disk");
+}
+
+/// A batch of 128 lanes from a map of 2048 x 1024, along a row of pixels.
+fn sampling(c: &mut Criterion) {
+    const LANES: usize = 128;
+    let texels: Vec<u8> = (0..2048 * 1024 * 4_u32).map(|k| (k.wrapping_mul(0x9e37_79b9) >> 24) as u8).collect();
+    let map = Texture::from_rgba8(2048, 1024, texels, TexelFormat::Rgba8Srgb).expect("a texture of this size");
+    let u: Vec<f32> = (0..LANES).map(|k| 0.1 + k as f32 * 0.0017).collect();
+    let v: Vec<f32> = (0..LANES).map(|k| 0.3 + k as f32 * 0.0004).collect();
+    let (du_dx, dv_dx) = (vec![0.0017_f32; LANES], vec![0.0004_f32; LANES]);
+    let (du_dy, dv_dy) = (vec![0.0_f32; LANES], vec![0.0003_f32; LANES]);
+    let gradients = Gradients { du_dx: &du_dx, dv_dx: &dv_dx, du_dy: &du_dy, dv_dy: &dv_dy };
+    let mut group = c.benchmark_group("sample");
+    group.throughput(Throughput::Elements(LANES as u64));
+    for anisotropy in [1, 8] {
+        let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy };
+        let bound = Bound { texels: Arc::new(Texels::of_texture(&map).expect("whole")), sampler: Some(sampler) };
+        let textures = Textures::new(vec![bound], KernelClass::detect());
+        let mut out: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; LANES]);
+        group.bench_function(format!("{anisotropy}-taps"), |b| {
+            b.iter(|| {
+                let [red, green, blue, alpha] = &mut out;
+                textures.sample_gradients(0, black_box(&u), black_box(&v), gradients, u128::MAX, [red, green, blue, alpha]);
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
+    targets = frames, shader, sampling
+}
+criterion_main!(benches);

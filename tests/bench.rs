@@ -1,0 +1,59 @@
+//! The built program's `bench` verb: the shape of its JSON, and what it refuses.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+fn bench(words: &[&str]) -> Output {
+    let cache = tempfile::tempdir().expect("a folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    command.arg("bench").args(words).arg("--cache").arg(cache.path()).output().expect("the program runs")
+}
+
+fn number(value: &Value, what: &str) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{what} is {value}, not a number"))
+}
+
+#[test]
+fn the_report_is_one_json_value_whose_stages_fit_into_the_frame() {
+    let out = bench(&["--json", "--scene", "saturn", "--scene", "moon-limb,whole-system", "--size", "48x32", "--frames", "2"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    assert!(out.stderr.is_empty(), "nothing on standard error in a pipe: {}", String::from_utf8_lossy(&out.stderr));
+    let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
+    assert_eq!((&report["width"], &report["height"], &report["frames"]), (&48.into(), &32.into(), &2.into()));
+    assert!(number(&report["threads"], "threads") >= 1.0);
+    let scenes = report["scenes"].as_array().expect("a list");
+    let names: Vec<_> = scenes.iter().filter_map(|s| s["scene"].as_str()).collect();
+    assert_eq!(names, ["saturn", "moon-limb", "whole-system"]);
+    for scene in scenes {
+        let (median, least) = (number(&scene["median_ms"], "median_ms"), number(&scene["least_ms"], "least_ms"));
+        assert!(0.0 < least && least <= median, "{scene}");
+        let stages = scene["stages"].as_object().expect("an object");
+        assert_eq!(stages.keys().map(String::as_str).collect::<Vec<_>>(), ["draw_ms", "maps_ms", "plan_ms", "scene_ms", "shaders_ms"]);
+        // Each figure is rounded to the microsecond.
+        let sum: f64 = stages.values().map(|v| number(v, "a stage")).sum();
+        assert!(sum <= median + 0.003, "stages take {sum} of {median} ms");
+        for cpu in scene["stages_cpu"].as_object().expect("an object").values().chain([&scene["median_cpu_ms"]]) {
+            assert!(cpu.is_null() || number(cpu, "a processor time") >= 0.0);
+            assert!(cpu.is_f64() || !std::path::Path::new("/proc/self/schedstat").exists(), "the system tells, the report does not");
+        }
+    }
+}
+
+#[test]
+fn wrong_words_are_refused_in_one_line_that_helps() {
+    for (words, status, told) in
+        [(["--scene", "pluto"], 1, "whole-system"), (["--size", "9"], 1, "--size"), (["--frames", "0"], 2, "--frames")]
+    {
+        let out = bench(&words);
+        let message = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(status), "{words:?}: {message}");
+        assert!(message.contains(told), "{words:?}: {message}");
+        assert!(out.stdout.is_empty());
+    }
+}
+
+#[test]
+fn help_shows_an_example() {
+    let out = bench(&["--help"]);
+    assert!(String::from_utf8_lossy(&out.stdout).contains("orrery bench --scene"));
+}
