@@ -51,9 +51,3 @@ fn wrong_words_are_refused_in_one_line_that_helps() {
         assert!(out.stdout.is_empty());
     }
 }
-
-#[test]
-fn help_shows_an_example() {
-    let out = bench(&["--help"]);
-    assert!(String::from_utf8_lossy(&out.stdout).contains("orrery bench --scene"));
-}
