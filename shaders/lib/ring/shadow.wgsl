@@ -23,7 +23,7 @@ fn shadow_blur(position: vec3f) -> f32 {
     let sun = draw.light_direction[0].xyz;
     let steep = select(min(sun.z, -LEAST_COSINE), max(sun.z, LEAST_COSINE), sun.z >= 0.0);
     let radius = length(position.xy - sun.xy * (position.z / steep));
-    return min(0.5 * length(vec2f(dpdx(radius), dpdy(radius))), 1.0);
+    return min(0.5 * length(vec2f(dpdx(radius), dpdy(radius))), 1.0e3);
 }
 
 // `position`: body axes, equatorial radii; `blur`: half the stretch of the ring's radius that a pixel sees the shadow of.
