@@ -61,12 +61,12 @@ fn holds(tier: &str, for_95_percent: f64, at_most: f64, through: f64) {
 
 #[test]
 fn sixteen_samples_are_within_three_percent() {
-    holds("pixel-16", 0.03, 0.1, 0.005);
+    holds("pixel-16", 0.02, 0.05, 0.001);
 }
 
 #[test]
 fn thirty_two_samples_are_within_one_percent() {
-    holds("pixel-32", 0.01, 0.04, 0.005);
+    holds("pixel-32", 0.005, 0.02, 0.001);
 }
 
 #[test]

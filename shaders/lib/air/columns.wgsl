@@ -29,15 +29,17 @@ fn height_of(excess: f32) -> f32 {
 
 // Column of an exponential air from a point outwards, in units of its density at the ground times the radius. `rise`: dot(p, direction), which
 // is r times the cosine from the zenith; below the horizon the way down and up again through the tangent point is counted.
-// Chapman's grazing incidence function as sqrt(pi x / 2) erfcx(sqrt(x / 2) |cos|), x = r / H, and erfcx as a polynomial in 1 / (1 + 0.56 z)
-// (error 2.7e-4 of it, fitted over 0..60). Against the reference rays the radiance that it gives is within 0.45 % of the exact sum for x of
-// 300 and more; Titan's haze, x = 40, is further off (the next term is 3 / (8 x)).
+// Chapman's grazing incidence function as sqrt(pi x / 2) erfcx(sqrt(x / 2) |cos|), x = r / H, times the next term of both its ends,
+// 1 + 3 / (8 x) at the horizon and 1 + 1 / x at the zenith; erfcx as a polynomial in 1 / (1 + 0.56 z) (error 2.7e-4 of it, fitted over 0..60).
+// Transmittances that it gives are within 0.0006 of the reference's, and 0.25 % of those above 0.001.
 fn column_out(excess: f32, rise: f32, scale_height: f32) -> f32 {
     let radius = sqrt(1.0 + excess);
     let half_x = 0.5 * radius / scale_height;
-    let t = 1.0 / (1.0 + 0.56 * sqrt(half_x) * abs(rise) / radius);
+    let cosine = abs(rise) / radius;
+    let t = 1.0 / (1.0 + 0.56 * sqrt(half_x) * cosine);
     let erfcx = ((((-0.17849263 * t + 0.31750691) * t + 0.22426937) * t + 0.32062279) * t + 0.31582697) * t;
-    let up = exp(-height_of(excess) / scale_height) * scale_height * sqrt(3.14159265 * half_x) * erfcx;
+    let up = exp(-height_of(excess) / scale_height) * scale_height * sqrt(3.14159265 * half_x) * erfcx
+        * (1.0 + (0.1875 + 0.3125 * cosine * cosine) / half_x);
     if rise >= 0.0 {
         return up;
     }
