@@ -20,7 +20,6 @@ const COPIED: &[(&str, &str)] = &[
     ("sss_marsnormal2k.jpg", "mars_normal.jpg"),
     ("sss_earthspec2k.jpg", "earth_water.jpg"),
     ("sss_earthcloudmapspec.jpg", "earth_clouds.jpg"),
-    ("moons/venus_512.jpg", "venus_clouds.jpg"),
 ];
 
 /// Bodies whose 512-texel map is taken over.
@@ -71,7 +70,7 @@ struct Recolouring {
     ice: Option<Colour>,
 }
 
-const RECOLOURED: [Recolouring; 5] = [
+const RECOLOURED: [Recolouring; 6] = [
     // Bright dust and dark basalt, Bell et al. 1990 and Mustard & Bell 1994; with the mean of Mallama 2017 Syrtis Major comes out at
     // 0.10 red, 0.047 blue. Water ice at the poles.
     Recolouring {
@@ -115,6 +114,17 @@ const RECOLOURED: [Recolouring; 5] = [
         span: [0.03, 0.97],
         contrast: 0.5,
         red_kept: 0.6,
+        ice: None,
+    },
+    // Nearly bare cream: the marks of the source are those of ultraviolet pictures, faint to the eye.
+    Recolouring {
+        from: "moons/venus_512.jpg",
+        to: "venus_clouds.jpg",
+        warm: [1.06, 1.0, 0.85],
+        cool: [1.02, 1.0, 0.9],
+        span: [0.05, 0.95],
+        contrast: 0.25,
+        red_kept: 0.0,
         ice: None,
     },
     // Dark red-brown along the equator, pale elsewhere (New Horizons: Olkin et al. 2017).

@@ -17,6 +17,7 @@ mod permutations;
 mod plan;
 mod probe;
 mod rings;
+mod relief;
 mod satellites;
 mod scene;
 mod scene_magnitude;

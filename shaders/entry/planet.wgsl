@@ -127,7 +127,8 @@ fn fragment_main(in: Varyings) -> Pixel {
     var cos_emission = seen.cos_emission;
   //: if maps.normal
     let slope = textureSampleGrad(normal_map, map_sampler, place.uv, place.dx, place.dy).xyz;
-    normal = tilted_normal(frame, slope, draw.normal_strength, seen.normal);
+    let tilted = tilted_normal(frame, slope, draw.normal_strength, seen.normal);
+    normal = seen_normal(tilted, seen.towards_camera, seen.cos_emission);
     cos_emission = max(dot(normal, seen.towards_camera), 0.0);
   //: end
 //: end

@@ -44,7 +44,7 @@ fn seen_surface(in: Varyings) -> Seen {
     let q_change = max(length(vec2f(change_x, change_y)), 1.0e-20);
     let from_limb = discriminant * q / ((1.0 + q) * q_change);
     // Amid a disc there is no direction to the limb; it is 0.7 radii away.
-    let filled = select(clamp(0.5 + from_limb, 0.0, 1.0), 1.0, q < 0.3 && discriminant > 0.0);
+    let filled = select(clamp(0.5 + from_limb, 0.0, 1.0), 1.0, (q < 0.3) & (discriminant > 0.0));
     // A pixel that the limb crosses shows its filled part, from a place 4/9 into it: there the square root that the cosine at
     // the limb is has its mean. A ray that misses takes the limb itself, so that differences between pixels stay finite.
     let within = min(max(from_limb, 0.4444444 * filled) * q_change / max(q, 1.0e-6), 1.0);
@@ -52,7 +52,7 @@ fn seen_surface(in: Varyings) -> Seen {
     let cosine = sqrt(within * (2.0 - within));
     let beside = closest * ((1.0 - within) / max(q, 1.0e-6)) - cosine * along;
     let at_limb = select(in.anchor, beside, in_front);
-    let hit = normalize(select(in.anchor + along_ray * along, at_limb, crossed || !hits));
+    let hit = normalize(select(in.anchor + along_ray * along, at_limb, crossed | !hits));
     let emission = select(root, cosine, crossed);
 
     var seen: Seen;

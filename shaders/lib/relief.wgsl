@@ -36,3 +36,10 @@ fn tilted_normal(frame: TangentFrame, texel: vec3f, strength: f32, normal: vec3f
     let tilted = strength * (slope.x * frame.east + slope.y * frame.north) + max(slope.z, 0.05) * normal;
     return normalize(tilted);
 }
+
+// A slope that leans away from the viewer hides behind another: it is turned until the viewer sees it at half the cosine of the smooth
+// ground. Otherwise single pixels near the limb would be black.
+fn seen_normal(tilted: vec3f, towards_camera: vec3f, cos_smooth: f32) -> vec3f {
+    let lacking = max(0.5 * cos_smooth - dot(tilted, towards_camera), 0.0);
+    return normalize(tilted + lacking * towards_camera);
+}
