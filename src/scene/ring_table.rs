@@ -46,7 +46,7 @@ fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec
 }
 
 impl RingTable {
-    /// `None` without a ring, or with more edges than [`NODES_AT_MOST`]. `unit_km`: the body's equatorial radius.
+    /// `None` without a ring, or with more edges than `NODES_AT_MOST`. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Option<Self> {
         let steps = steps(rings, unit_km);
         let (first, last) = (steps.first()?, steps.last()?);
