@@ -6,6 +6,7 @@
 use image::{Rgb, RgbImage, imageops::FilterType};
 use orrery::catalog::Catalog;
 use orrery::image::{TexelFormat, Texture};
+use orrery::image::{linear_to_srgb, srgb_to_linear};
 use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -218,14 +219,11 @@ fn luminance(c: Colour) -> f64 {
 }
 
 fn to_linear(byte: u8) -> f64 {
-    let v = f64::from(byte) / 255.0;
-    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    srgb_to_linear(f64::from(byte) / 255.0)
 }
 
 fn to_byte(v: f64) -> u8 {
-    let v = v.clamp(0.0, 1.0);
-    let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    (encoded * 255.0).round() as u8
+    (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
 /// Value below which `part` of the weight lies.

@@ -57,6 +57,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
         return Err(CliError(format!("--scene {unknown}: one of {}", names.join(", "))));
     }
+    scenes.iter_mut().for_each(|s| s.request.quality = common.quality.of_request());
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?.counting_cpu();
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));

@@ -126,7 +126,8 @@ fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, C
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
     let id = session.catalog().find_place(body).filter(|id| session.catalog().body(*id).is_some());
     let id = id.ok_or_else(|| CliError(format!("--for {body}: no body of the catalog has that name")))?;
-    let scene = session.scene(&ViewRequest::of(id, super::view_words::instant(time)?))?;
+    let scene =
+        session.scene(&ViewRequest { quality: common.quality.of_request(), ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.needs)).into_iter().collect())
 }
 

@@ -43,8 +43,8 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
     use crate::catalog::NaifId;
+    use crate::cli::Quality;
     use crate::ephemeris::order::by_distance;
-    use crate::render::plan::Fineness;
     use crate::scene::request::{Axes, Position, ViewRequest};
     use crate::session::Session;
     use crate::time::Instant;
@@ -65,7 +65,7 @@ mod windowed {
         let start_km = sunlit_side(&session, target.id, time) * (START_RADII * target.radii_km.x);
         let controls = Controls::new(subjects(&session, time), target.id, start_km, time, clock)
             .ok_or_else(|| CliError("the catalog has no bodies: leave --catalogs out".into()))?;
-        let mut painter = SessionPainter { session: &session, fineness: common.quality.fineness() };
+        let mut painter = SessionPainter { session: &session, quality: common.quality };
         window::run(controls, &mut painter).map_err(|e| CliError(e.to_string()))
     }
 
@@ -90,7 +90,7 @@ mod windowed {
 
     struct SessionPainter<'a> {
         session: &'a Session,
-        fineness: Fineness,
+        quality: Quality,
     }
 
     impl Painter for SessionPainter<'_> {
@@ -100,9 +100,10 @@ mod windowed {
                 fov_deg: Some(look.fov_deg),
                 width: width.clamp(1, 16384),
                 height: height.clamp(1, 16384),
+                quality: self.quality.of_request(),
                 ..ViewRequest::of(look.target, look.time)
             };
-            let frame = self.session.draw(&request, self.fineness, false).map_err(|e| e.to_string())?.frame;
+            let frame = self.session.draw(&request, self.quality.fineness(), false).map_err(|e| e.to_string())?.frame;
             Ok(Picture { width: frame.width, height: frame.height, rgba: frame.display })
         }
 

@@ -9,12 +9,12 @@ use rayon::prelude::*;
 use std::sync::LazyLock;
 
 /// The sRGB transfer function of IEC 61966-2-1, encoded value 0..1 to linear.
-fn srgb_to_linear(v: f64) -> f64 {
+pub fn srgb_to_linear(v: f64) -> f64 {
     if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Its inverse.
-fn linear_to_srgb(v: f64) -> f64 {
+pub fn linear_to_srgb(v: f64) -> f64 {
     if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 

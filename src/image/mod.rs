@@ -9,6 +9,7 @@ mod compare;
 mod embedded;
 mod maps;
 mod mips;
+pub use mips::{linear_to_srgb, srgb_to_linear};
 mod write;
 
 pub use compare::{Difference, Picture};

@@ -19,7 +19,8 @@ const STEPS: usize = 64;
 /// Height of the Sun in degrees and the radiance that pictures of the Earth's ground and sky are exposed for: chosen by eye.
 const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
-fn gas(air: &Atmosphere) -> Option<&Species> {
+/// The species whose molecules scatter by Rayleigh's law and thin out upward.
+pub(super) fn gas(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none())
 }
 fn haze(air: &Atmosphere) -> Option<&Species> {

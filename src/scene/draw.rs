@@ -1,5 +1,6 @@
 //! How much a draw needs: amounts, maps, points. The structure beside them is [`Needs`]; uniforms come from [`Amounts`].
 
+use super::camera::ViewRays;
 pub use super::eclipse::EclipseAmounts;
 pub use super::needs::*;
 pub use super::ring_table::RingTable;
@@ -138,6 +139,25 @@ pub struct MapFiles {
     pub specular: Option<String>,
     pub night: Option<String>,
     pub cloud: Option<String>,
+}
+
+impl Amounts {
+    /// What every draw over a rectangle has: its view rays.
+    pub(super) fn of_rays(rays: &ViewRays) -> Self {
+        Self {
+            rect_in_clip: rays.rect_in_clip,
+            anchor_origin: rays.anchor_origin,
+            anchor_du: rays.anchor_du,
+            anchor_dv: rays.anchor_dv,
+            ray_origin: rays.ray_origin,
+            ray_du: rays.ray_du,
+            ray_dv: rays.ray_dv,
+            anchor_excess: rays.anchor_excess,
+            anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
+            depth_row: rays.depth_row,
+            ..Self::default()
+        }
+    }
 }
 
 impl MapFiles {

@@ -226,7 +226,8 @@ fn ring_parts(
     let shared = Amounts {
         albedo: camera::narrow(DVec3::splat(share)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
-        ring: view.amounts(&seen.rings, sun),
+        // One table serves both where the same rings count.
+        ring: if for_globe.table.is_some() && seen.rings.len() == all.len() { for_globe.clone() } else { view.amounts(&seen.rings, sun) },
         eclipse,
         ..view.rays(rect)
     };
@@ -487,10 +488,7 @@ fn amounts(
         (false, true) => body.colour.as_dvec3(),
         (false, false) => body.colour.as_dvec3() * body.geometric_albedo,
     };
-    let (u1, u2) = match body.photometry {
-        Photometry::Emissive { u1, u2 } => (DVec3::from_array(u1), DVec3::from_array(u2)),
-        _ => (DVec3::ZERO, DVec3::ZERO),
-    };
+    let (u1, u2) = eclipse::limb_law(body);
     let photometric_parameter = match body.photometry {
         Photometry::LunarLambert { lunar_weight } => lunar_weight,
         Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
@@ -506,16 +504,6 @@ fn amounts(
         MapLatitude::Planetographic => 1.0 / polar_ratio,
     };
     Amounts {
-        rect_in_clip: rays.rect_in_clip,
-        anchor_origin: rays.anchor_origin,
-        anchor_du: rays.anchor_du,
-        anchor_dv: rays.anchor_dv,
-        ray_origin: rays.ray_origin,
-        ray_du: rays.ray_du,
-        ray_dv: rays.ray_dv,
-        anchor_excess: rays.anchor_excess,
-        anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
-        depth_row: rays.depth_row,
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
         albedo: camera::narrow(reflectance * normalisation * brightness * share),
         lights,
@@ -532,6 +520,6 @@ fn amounts(
         air: super::air::amounts(body, 1.0),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
-        ..Amounts::default()
+        ..Amounts::of_rays(&rays)
     }
 }

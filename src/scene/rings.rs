@@ -5,10 +5,11 @@
 
 use super::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use super::draw::Amounts;
+use super::eclipse::limb_law;
 use super::effects::VISIBLE_CHANGE;
 use super::ring_table::RingTable;
 use super::silhouette::Outline;
-use crate::catalog::{Body, Photometry, Ring};
+use crate::catalog::{Body, Ring};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::sync::{Arc, OnceLock};
 
@@ -196,28 +197,14 @@ impl<'a> View<'a> {
     /// The view rays over the rectangle, in the ring's frame: the equatorial radius on all axes.
     pub fn rays(&self, rect: ClipRect) -> Amounts {
         let round = Placement { radii_km: DVec3::splat(self.body.radii_km.x), ..*self.placement };
-        let rays = self.camera.view_rays(&round, rect, AnchorForm::Auto);
-        Amounts {
-            rect_in_clip: rays.rect_in_clip,
-            anchor_origin: rays.anchor_origin,
-            anchor_du: rays.anchor_du,
-            anchor_dv: rays.anchor_dv,
-            ray_origin: rays.ray_origin,
-            ray_du: rays.ray_du,
-            ray_dv: rays.ray_dv,
-            depth_row: rays.depth_row,
-            ..Amounts::default()
-        }
+        Amounts::of_rays(&self.camera.view_rays(&round, rect, AnchorForm::Auto))
     }
 
     /// The amounts of both draws; `half` is set by each.
     pub fn amounts(&self, rings: &[&Ring], sun: Option<&Body>) -> RingAmounts {
         let radius_km = self.body.radii_km.x;
         let Some(table) = RingTable::of(rings.iter().copied(), radius_km) else { return RingAmounts::default() };
-        let (u1, u2) = match sun.map(|s| &s.photometry) {
-            Some(Photometry::Emissive { u1, u2 }) => (DVec3::from_array(*u1), DVec3::from_array(*u2)),
-            _ => (DVec3::ZERO, DVec3::ZERO),
-        };
+        let (u1, u2) = sun.map(limb_law).unwrap_or_default();
         let covers = |r: &&Ring| (r.outer_km - r.inner_km) * -(-r.tau_normal).exp_m1();
         let whole: f64 = rings.iter().map(covers).sum();
         let dust = rings.iter().map(|r| covers(r) * r.dust).sum::<f64>() / whole.max(1e-30);

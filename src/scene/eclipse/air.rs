@@ -5,7 +5,8 @@
 //! along the straight grazing ray, and haze and gaps between clouds where the catalog's body has clouds. Left out: weather, and the path's own curvature in the extinction (under 2 % of its length for
 //! the Earth).
 
-use crate::catalog::{Atmosphere, Body, Species};
+use super::super::air::{density, extinction, gas};
+use crate::catalog::{Atmosphere, Body};
 use glam::{DVec3, DVec4};
 
 /// Layers; the array's size in shaders/lib/draw.wgsl.
@@ -50,11 +51,6 @@ pub(super) fn bends(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && gas(air).is_some())
 }
 
-/// The species whose molecules bend the light: the first that scatters by Rayleigh's law and thins out upward.
-fn gas(air: &Atmosphere) -> Option<&Species> {
-    air.species.iter().find(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none() && s.scattering_per_km[1] > 0.0)
-}
-
 /// Layers of a body's air in units of `unit_km`; `radius` is that of its outline.
 pub(super) fn layers(body: &Body, unit_km: f64, radius: f64) -> Option<Layers> {
     let air = body.atmosphere.as_ref()?;
@@ -96,9 +92,7 @@ fn transmission(air: &Atmosphere, radius_km: f64, height_km: f64) -> DVec3 {
             let s_km = half_km * u * u;
             let h_km = grazing_km.hypot(s_km) - radius_km;
             let weight_km = 2.0 * half_km * 2.0 * u / STEPS as f64;
-            let extinction =
-                |s: &Species| (DVec3::from_array(s.scattering_per_km) + DVec3::from_array(s.absorption_per_km)) * density(s, h_km);
-            air.species.iter().map(extinction).sum::<DVec3>() * weight_km
+            air.species.iter().map(|s| extinction(s) * density(s, h_km)).sum::<DVec3>() * weight_km
         })
         .sum();
     (-depth).exp()
@@ -118,12 +112,4 @@ fn between_clouds(radius_km: f64, height_km: f64) -> f64 {
         (1.0 - cover).powf(way_km / CLOUD_FIELD_KM)
     };
     CLOUD_TOPS.into_iter().map(clear).product()
-}
-
-/// Over that at the reference level; a tent over that at its tip.
-fn density(species: &Species, height_km: f64) -> f64 {
-    match species.tent_centre_km {
-        None => (-height_km / species.scale_height_km).exp(),
-        Some(centre_km) => (1.0 - (height_km - centre_km).abs() / species.scale_height_km).max(0.0),
-    }
 }

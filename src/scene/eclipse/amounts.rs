@@ -24,9 +24,9 @@ pub struct EclipseAmounts {
     pub air_passes: Vec<Vec4>,
 }
 
-/// Limb darkening of the Sun per channel; even where the catalog's Sun does not glow.
-pub fn limb_law(sun: &Body) -> (DVec3, DVec3) {
-    match sun.photometry {
+/// Limb darkening of a body that glows, per channel; even where it does not glow.
+pub fn limb_law(body: &Body) -> (DVec3, DVec3) {
+    match body.photometry {
         Photometry::Emissive { u1, u2 } => (DVec3::from_array(u1), DVec3::from_array(u2)),
         _ => (DVec3::ZERO, DVec3::ZERO),
     }

@@ -8,7 +8,7 @@
 mod air;
 mod amounts;
 pub use air::LAYERS as AIR_LAYERS;
-pub use amounts::EclipseAmounts;
+pub use amounts::{EclipseAmounts, limb_law};
 
 use super::draw::{CASTERS_AT_MOST, Eclipse, EclipseModel};
 use super::effects::VISIBLE_CHANGE;
@@ -102,7 +102,7 @@ pub struct Caster<'a> {
 
 /// The brightest channel's centre of the Sun's disc over the disc's mean; see catalogs/README.md for the coefficients.
 fn centre_over_mean(sun: &Body) -> f64 {
-    let (u1, u2) = amounts::limb_law(sun);
+    let (u1, u2) = limb_law(sun);
     (0..3).map(|c| 1.0 / (1.0 - u1[c] / 3.0 - u2[c] / 6.0)).fold(1.0, f64::max)
 }
 
