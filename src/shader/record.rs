@@ -1,7 +1,7 @@
 //! Recorded digests of modules, and why a module is no longer what was recorded.
 //!
-//! In: which modules. Out: a text of one line per fragment and per module (names as what they share with the name before them, and the
-//! rest: thousands of keys stay within 200 kB), and the list of changes between two such records, each
+//! In: which modules. Out: a text of one line per fragment and per module (a name as how many of its parts the name before it has too, and
+//! two letters for each part after: thousands of keys stay within 100 kB), and the list of changes between two such records, each
 //! with its reason: a fragment that changed, the emitter, or naga. Every module is emitted, parsed, validated and lowered; those of the
 //! covering sets are translated as well. Only digests are kept of it: the modules of all keys together would fill gigabytes. Not here: where
 //! the record lies.
@@ -16,13 +16,17 @@ use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-fn short_digest(parts: &[&str]) -> String {
+fn hash_of(parts: &[&str]) -> impl AsRef<[u8]> {
     let mut hash = Sha256::new();
     for part in parts {
         hash.update((part.len() as u64).to_le_bytes());
         hash.update(part);
     }
-    hex(&hash.finalize()[..6])
+    hash.finalize()
+}
+
+fn short_digest(parts: &[&str]) -> String {
+    hex(&hash_of(parts).as_ref()[..6])
 }
 
 /// Digests of one module.
@@ -34,21 +38,44 @@ struct Digests {
     translations: String,
 }
 
-/// Hexadecimal digits kept of a module's digests: one change in 16 million of its text would be missed, one in 65 thousand of what
-/// naga makes of it, and naga changes all modules at a time.
-const WGSL_DIGITS: usize = 6;
-const TRANSLATION_DIGITS: usize = 4;
+/// Letters (of 64) kept of a module's digests: one change in 16 million of its text would be missed, one in 4096 of what naga makes of
+/// it, and naga changes all modules at a time.
+const WGSL_LETTERS: usize = 4;
+const TRANSLATION_LETTERS: usize = 2;
+const LETTERS: &[u8; 64] = b"0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_-";
+
+/// A digest in letters, six bits each.
+fn lettered(parts: &[&str]) -> String {
+    hash_of(parts).as_ref().iter().take(WGSL_LETTERS).map(|b| char::from(LETTERS[usize::from(b % 64)])).collect()
+}
 
 impl Digests {
     fn of(wgsl: &str, translations: &str) -> Self {
-        let first = |text: &str, digits: usize| text.chars().take(digits).collect();
-        Self { wgsl: first(wgsl, WGSL_DIGITS), translations: first(translations, TRANSLATION_DIGITS) }
+        let first = |text: &str, letters: usize| text.chars().take(letters).collect();
+        Self { wgsl: first(wgsl, WGSL_LETTERS), translations: first(translations, TRANSLATION_LETTERS) }
     }
 }
 
-/// Bytes at the start of two names that are the same; names are ASCII.
-fn shared(a: &str, b: &str) -> usize {
-    a.bytes().zip(b.bytes()).take_while(|(x, y)| x == y).count()
+/// Two letters for the part of that number.
+fn code(number: usize) -> [char; 2] {
+    [number / LETTERS.len() % LETTERS.len(), number % LETTERS.len()].map(|n| char::from(LETTERS[n]))
+}
+
+/// The number that a letter stands for.
+fn number(letter: u8) -> Option<usize> {
+    LETTERS.iter().position(|l| *l == letter)
+}
+
+/// A name from its short form: how many parts of the name before it starts with, then the numbers of the others.
+fn name_of(short: &str, before: &str, parts: &[String]) -> Option<String> {
+    let (&kept, rest) = short.as_bytes().split_first()?;
+    let mut name: Vec<&str> = before.split('.').collect();
+    let kept = number(kept).filter(|n| *n <= name.len() && rest.len() % 2 == 0)?;
+    name.truncate(kept);
+    for pair in rest.chunks_exact(2) {
+        name.push(parts.get(number(pair[0])? * LETTERS.len() + number(pair[1])?)?);
+    }
+    Some(name.join("."))
 }
 
 /// Digests by fragment path and by module name.
@@ -94,17 +121,26 @@ impl Record {
             "# Digests of every generated module, of all reachable keys and the covering sets. `orrery shader verify` compares and\n\
              # explains; `orrery shader verify --update` records anew.\n\
              # fragment <path> <digest>\n\
-             # <letters shared with the name before> <rest of the name> <emitted WGSL> <HLSL, GLSL, MSL and SPIR-V together, where translated>\n",
+             # part <part of a name>, numbered from 0\n\
+             # <how many parts the name before has too, numbers of the other parts> <emitted WGSL> <all translations together, where done>\n",
         );
         let _ = writeln!(text, "naga {}", self.naga);
         for (name, digest) in &self.fragments {
             let _ = writeln!(text, "fragment {name} {digest}");
         }
-        let mut before = "";
+        let distinct: BTreeSet<&str> = self.modules.keys().flat_map(|name| name.split('.')).collect();
+        let numbers: BTreeMap<&str, usize> = distinct.into_iter().zip(0..).collect();
+        for part in numbers.keys() {
+            let _ = writeln!(text, "part {part}");
+        }
+        let mut before: Vec<&str> = Vec::new();
         for (name, d) in &self.modules {
-            let same = shared(before, name);
-            let _ = writeln!(text, "{}", format!("{same} {} {} {}", &name[same..], d.wgsl, d.translations).trim_end());
-            before = name;
+            let parts: Vec<&str> = name.split('.').collect();
+            let same = before.iter().zip(&parts).take_while(|(a, b)| a == b).count();
+            text.push(char::from(LETTERS[same]));
+            text.extend(parts[same..].iter().flat_map(|part| code(numbers[part])));
+            let _ = writeln!(text, "{}", format!(" {} {}", d.wgsl, d.translations).trim_end());
+            before = parts;
         }
         text
     }
@@ -112,7 +148,7 @@ impl Record {
     /// Reads the text form.
     pub fn parse(text: &str) -> Result<Self, RecordError> {
         let mut record = Self::default();
-        let mut before = String::new();
+        let (mut before, mut parts) = (String::new(), Vec::new());
         for (line, content) in (1..).zip(text.lines()) {
             let words: Vec<&str> = content.split_whitespace().collect();
             match words[..] {
@@ -120,12 +156,11 @@ impl Record {
                 [first, ..] if first.starts_with('#') => {}
                 ["naga", version] => version.clone_into(&mut record.naga),
                 ["fragment", name, digest] => drop(record.fragments.insert(name.into(), digest.into())),
-                [same, rest, wgsl, ..] if words.len() <= 4 => {
-                    let translations = words.get(3).copied().unwrap_or_default();
-                    let kept = same.parse::<usize>().ok().and_then(|n| before.get(..n));
-                    let Some(kept) = kept else { return Err(RecordError { line, text: content.to_owned() }) };
-                    before = format!("{kept}{rest}");
-                    record.modules.insert(before.clone(), Digests::of(wgsl, translations));
+                ["part", part] => parts.push(part.to_owned()),
+                [short, wgsl, ..] if words.len() <= 3 => {
+                    let Some(name) = name_of(short, &before, &parts) else { return Err(RecordError { line, text: content.to_owned() }) };
+                    before.clone_from(&name);
+                    record.modules.insert(name, Digests::of(wgsl, words.get(2).copied().unwrap_or_default()));
                 }
                 _ => return Err(RecordError { line, text: content.to_owned() }),
             }
@@ -194,8 +229,8 @@ impl Verified {
                 let others = Language::ALL.into_iter().filter(|l| *translated && !matches!(l, Language::Wgsl | Language::Ir));
                 let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-                let translations = if texts.is_empty() { String::new() } else { short_digest(&texts) };
-                Ok((m.id.to_string(), Digests::of(&short_digest(&[&m.wgsl]), &translations), m.source_map.fragments))
+                let translations = if texts.is_empty() { String::new() } else { lettered(&texts) };
+                Ok((m.id.to_string(), Digests::of(&lettered(&[&m.wgsl]), &translations), m.source_map.fragments))
             });
             done();
             made
@@ -233,20 +268,22 @@ mod tests {
     use super::*;
 
     fn record(naga: &str, fragment: &str, wgsl: &str, translations: &str) -> Record {
-        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\n0 k {wgsl} {translations}\n")).expect("reads")
+        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\npart k\n000 {wgsl} {translations}\n")).expect("reads")
     }
 
     #[test]
     fn text_round_trips_and_bad_lines_are_named() {
         let r = record("1.2.3", "f", "w", "t");
         assert_eq!(Record::parse(&r.to_text()), Ok(r));
-        assert_eq!(Record::parse("naga 1\n0 k\n").expect_err("short").line, 2);
-        let untranslated = Record::parse("naga 1\n0 k w\n").expect("reads");
+        assert_eq!(Record::parse("naga 1\n000\n").expect_err("short").line, 2);
+        let untranslated = Record::parse("naga 1\npart k\n000 w\n").expect("reads");
         assert_eq!(Record::parse(&untranslated.to_text()), Ok(untranslated));
-        let several = Record::parse("naga 1\n0 lambert.sun1 w t\n8 sun2 x u\n0 sky y v\n").expect("reads");
+        let several = Record::parse("part lambert\npart sky\npart sun1\npart sun2\n00002 w t\n103 x u\n001 y v\n").expect("reads");
         assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "lambert.sun2", "sky"]);
         assert_eq!(Record::parse(&several.to_text()), Ok(several));
-        assert_eq!(Record::parse("0 k w t\n2 z w t\n").expect_err("shares more than there is").line, 2);
+        for wrong in ["200 z", "009 z", "00 z", "0%% z"] {
+            assert_eq!(Record::parse(&format!("part k\n000 w\n{wrong}\n")).expect_err(wrong).line, 3);
+        }
     }
 
     #[test]
