@@ -278,7 +278,7 @@ mod tests {
         assert_eq!(Record::parse("naga 1\n000\n").expect_err("short").line, 2);
         let untranslated = Record::parse("naga 1\npart k\n000 w\n").expect("reads");
         assert_eq!(Record::parse(&untranslated.to_text()), Ok(untranslated));
-        let several = Record::parse("part lambert\npart sky\npart sun1\npart sun2\n00002 w t\n103 x u\n001 y v\n").expect("reads");
+        let several = Record::parse("naga 1\npart lambert\npart sky\npart sun1\npart sun2\n00002 w t\n103 x u\n001 y v\n").expect("reads");
         assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "lambert.sun2", "sky"]);
         assert_eq!(Record::parse(&several.to_text()), Ok(several));
         for wrong in ["200 z", "009 z", "00 z", "0%% z"] {
