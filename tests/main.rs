@@ -32,3 +32,4 @@ mod software_sampling;
 mod software_speed;
 mod software_tone_map;
 mod textures;
+mod views;

@@ -49,6 +49,8 @@ fn a_wrong_question_is_named_in_one_line() {
         (r#"{"q":3}"#, "not a string"),
         (r#"{"q":"colour"}"#, "disc-overlap"),
         (r#"{"q":"disc-overlap","k":1,"model":"linear"}"#, "`d`"),
+        (r#"{"q":"pixel","view":{"position":{"body":"mars","radii":[3,0,0]},"look":{"at":"mars"}},"x":1024,"y":0}"#, "1024x1024"),
+        (r#"{"q":"pixel","view":{"position":{"body":"pandora2","radii":[3,0,0]},"look":{"at":"mars"}},"x":1,"y":0}"#, "pandora2"),
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"square"}"#, "square"),
         (r#"{"q":"disc-overlap","k":-1,"d":1,"model":"linear"}"#, "\"k\""),
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"linear","e":1}"#, "`e`"),
@@ -56,4 +58,58 @@ fn a_wrong_question_is_named_in_one_line() {
         let error = prober.answer(question).expect_err(question);
         assert!(error.contains(about) && !error.contains('\n'), "{question}: {error}");
     }
+}
+
+const CAMERA: &str = r#"{"position":{"body":"mars","radii":[0.6,-2.9,1.1]},"look":{"at":"mars"},"fov_deg":40}"#;
+const SIDE: u32 = 65;
+
+fn pixel(precision: Precision, x: u32, y: u32) -> serde_json::Value {
+    let renderer = renderer(precision);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    let time = "2024-04-08T18:17:16Z";
+    let question = format!(r#"{{"q":"pixel","view":{CAMERA},"time":"{time}","size":[{SIDE},{SIDE}],"x":{x},"y":{y}}}"#);
+    prober.answer(&question).expect("answers")
+}
+
+#[test]
+fn a_pixel_tells_how_it_came_about() {
+    use orrery::render::plan::Fineness;
+    use orrery::scene::request::{CameraFile, ViewRequest};
+    use orrery::time::Instant;
+    let mut request = ViewRequest::of(orrery::catalog::NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
+    request.target = None;
+    CameraFile::parse("camera", CAMERA).expect("reads").resolve(SESSION.catalog(), &mut request).expect("resolves");
+    (request.width, request.height) = (SIDE, SIDE);
+    let drawn = SESSION.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let mars = drawn.scene.bodies.iter().find(|b| b.name == "Mars").expect("Mars");
+    for (x, y) in [(32, 32), (25, 40), (40, 22)] {
+        let (single, double) = (pixel(Precision::F32, x, y), pixel(Precision::F64, x, y));
+        let shown = drawn.frame.hdr[(y * SIDE + x) as usize];
+        for (k, expected) in shown[..3].iter().enumerate() {
+            assert_eq!(single["radiance"][k].as_f64(), Some(f64::from(*expected)), "channel {k} of {x},{y}");
+            let fine = double["radiance"][k].as_f64().expect("a number");
+            assert!((fine - f64::from(*expected)).abs() < 1e-4, "{fine} {expected}");
+        }
+        assert_eq!((single["body"].as_str(), single["part"].as_str()), (Some("Mars"), Some("globe")));
+        let globe = single["draws"].as_array().expect("draws").iter().find(|d| d["part"] == "globe").expect("the globe");
+        let values = globe["values"].as_object().expect("values");
+        // The last of them makes the colour, and each name is there.
+        for k in 0..3 {
+            let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+            let (radiance, coverage) = (number(&values["radiance"][k]), number(&values["coverage"]));
+            assert!((number(&globe["colour"][k]) - radiance * coverage).abs() < 1e-6, "{globe}");
+        }
+        for name in ["albedo", "normal", "sunlight", "seen.position", "seen.cos_emission", "place.uv", "albedo_texel"] {
+            assert!(values.get(name).is_some_and(|v| !v.is_null()), "{name} is not among {:?}", values.keys().collect::<Vec<_>>());
+        }
+    }
+    // In the middle lies the sub-viewer point, whose latitude the scene counts from the centre and the pixel by the ground's normal: Mars' axes
+    // are 3396.19 and 3376.20 km.
+    let middle = pixel(Precision::F64, 32, 32);
+    let graphic = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
+    assert!((middle["lat"].as_f64().expect("lat") - graphic).abs() < 0.05, "{} {graphic}", middle["lat"]);
+    assert!((middle["lon"].as_f64().expect("lon") - mars.sub_viewer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
+    // Beside the disc nothing is drawn.
+    let beside = pixel(Precision::F32, 0, 0);
+    assert!(beside["body"].is_null() && beside["lat"].is_null() && beside["radiance"][0] == 0.0, "{beside}");
 }

@@ -7,6 +7,8 @@ struct Draw {
     exposure: f32,
     // 1: ordered dither of one 255th; 0: none.
     dither: f32,
+    // Radiance times exposure up to which the picture is true; 0.8, or without bound where values are to be read off.
+    true_to: f32,
 }
 
 @group(0) @binding(0) var<uniform> draw: Draw;
@@ -27,7 +29,7 @@ fn filmic(radiance: vec3f) -> vec3f {
     let colour = clamp(radiance, vec3f(0.0), vec3f(1.0e6));
     let peak = max(max(colour.r, colour.g), max(colour.b, 1.0e-12));
     let shoulder = 1.0 - 0.04 / (max(peak, 0.8) - 0.6);
-    let mapped = select(shoulder, peak, peak <= 0.8);
+    let mapped = select(shoulder, peak, peak <= draw.true_to);
     let hue_kept = colour * (mapped / peak);
     let whiteness = 1.0 - 1.0 / (0.15 * (peak - mapped) + 1.0);
     return mix(hue_kept, vec3f(mapped), whiteness);

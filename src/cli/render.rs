@@ -3,6 +3,7 @@ use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
 use crate::render::frame::Frame;
+use crate::scene::legend::legend;
 use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
 use crate::session::{Session, Stage, Stages, milliseconds, process_cpu};
 use std::io::{IsTerminal, Write};
@@ -140,7 +141,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let before = if args.time_report { process_cpu() } else { None };
         let start = Moment::now();
         match &path {
-            Some(path) => write_file(path, &drawn.frame, &text_chunks(args, &request, &drawn.scene.exposure))?,
+            Some(path) => write_file(path, &drawn.frame, &text_chunks(args, &request, &drawn.scene))?,
             None => {
                 if number == first {
                     image::write_y4m_header(&mut stream, request.width, request.height, args.rate).map_err(to_stream)?;
@@ -181,7 +182,7 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
 }
 
 /// What a picture says of itself: no clock, so that the same command writes the same bytes.
-fn text_chunks(args: &RenderArgs, request: &ViewRequest, exposure: &crate::scene::Exposure) -> Vec<(&'static str, String)> {
+fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
     for (word, value) in [("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects)] {
@@ -189,11 +190,12 @@ fn text_chunks(args: &RenderArgs, request: &ViewRequest, exposure: &crate::scene
             view.push_str(&format!(", {word} {value}"));
         }
     }
-    view.push_str(&format!(", exposure {:+.3}", exposure.stops));
+    view.push_str(&format!(", exposure {:+.3}", scene.exposure.stops));
     vec![
         ("Title", v.target.clone().unwrap_or_else(|| "Orrery".into())),
         ("Creation Time", request.time.to_utc_iso()),
         ("Description", view),
+        ("Legend", legend(scene.pixel_view, &scene.exposure)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ]
 }
@@ -206,7 +208,8 @@ fn write_file(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Re
     {
         let mut out = std::io::BufWriter::new(file.as_file_mut());
         if is_exr(path) {
-            image::write_exr(&mut out, frame.width, frame.height, &frame.hdr).map_err(|e| failed(&e))?;
+            let legend = text.iter().find(|(k, _)| *k == "Legend").map_or("", |(_, v)| v.as_str());
+            image::write_exr(&mut out, frame.width, frame.height, &frame.hdr, legend).map_err(|e| failed(&e))?;
         } else {
             let text: Vec<(&str, &str)> = text.iter().map(|(k, v)| (*k, v.as_str())).collect();
             image::write_png(&mut out, frame.width, frame.height, &frame.display, &text).map_err(|e| failed(&e))?;

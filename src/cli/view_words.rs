@@ -50,7 +50,8 @@ pub struct ViewWords {
     /// Switch features by hand: ellipsoid, albedo, normal, specular, night, planet-shine, points
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
     pub effects: Option<String>,
-    /// What each pixel shows: shaded, depth, normal, albedo, uv, sunlight or eclipse
+    /// What each pixel shows: shaded, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the file's metadata say what
+    /// its colours mean
     #[arg(long, value_name = "WHAT", default_value = "shaded")]
     pub pixels: String,
 }
@@ -78,8 +79,9 @@ fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
 }
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
-    let known = PixelView::ALL.into_iter().find(|v| format!("{v:?}").eq_ignore_ascii_case(text));
-    known.ok_or_else(|| wrong("--pixels", text, "one of shaded, depth, normal, albedo, uv, sunlight, eclipse"))
+    let known = PixelView::ALL.into_iter().find(|v| v.name().eq_ignore_ascii_case(text));
+    let names = PixelView::ALL.map(PixelView::name).join(", ");
+    known.ok_or_else(|| wrong("--pixels", text, &format!("one of {names}")))
 }
 
 impl ViewWords {
@@ -165,6 +167,7 @@ mod tests {
         assert_eq!(place_on_ground("-33.9, 151.2").expect("a place"), (-33.9, 151.2));
         assert!(size("640").unwrap_err().to_string().contains("--size 640"));
         assert!(place_on_ground("north").unwrap_err().to_string().contains("--at north"));
-        assert!(pixel_view("colour").unwrap_err().to_string().contains("sunlight"));
+        assert!(pixel_view("colour").unwrap_err().to_string().contains("optical-depth"));
+        assert_eq!(pixel_view("Optical-Depth").expect("a view"), PixelView::OpticalDepth);
     }
 }

@@ -3,8 +3,6 @@
 //! In: plain rows, top first. The same input gives the same bytes: no clock, no program version unless the caller puts it into the text.
 
 use super::ImageError;
-use image::ExtendedColorType;
-use image::ImageEncoder;
 use std::io::{Seek, Write};
 
 fn failed(e: impl std::fmt::Display) -> ImageError {
@@ -35,12 +33,18 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(failed)
 }
 
-/// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR.
-pub fn write_exr(out: impl Write + Seek, width: u32, height: u32, hdr: &[[f32; 4]]) -> Result<(), ImageError> {
+/// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR; `comments` becomes its attribute of that name.
+pub fn write_exr(out: impl Write + Seek, width: u32, height: u32, hdr: &[[f32; 4]], comments: &str) -> Result<(), ImageError> {
+    use exr::prelude::{Image, SpecificChannels, Text, Vec2, WritableImage};
     check(width, height, hdr.len())?;
-    image::codecs::openexr::OpenExrEncoder::new(out)
-        .write_image(bytemuck::cast_slice(hdr), width, height, ExtendedColorType::Rgba32F)
-        .map_err(failed)
+    let (w, h) = (width as usize, height as usize);
+    let pixel = |at: Vec2<usize>| {
+        let [r, g, b, a] = hdr[at.y() * w + at.x()];
+        (r, g, b, a)
+    };
+    let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));
+    image.layer_data.attributes.comments = Text::new_or_none(comments).filter(|_| !comments.is_empty());
+    image.write().to_buffered(out).map_err(failed)
 }
 
 /// Starts a YUV4MPEG2 stream: full-resolution chroma, `rate` frames a second.
@@ -88,7 +92,11 @@ mod tests {
     fn an_exr_reads_back_bit_for_bit() {
         let pixels: Vec<[f32; 4]> = (0..6).map(|i| [i as f32 * 1e4, 1e-6, 0.1, 1.0]).collect();
         let mut bytes = std::io::Cursor::new(Vec::new());
-        write_exr(&mut bytes, 3, 2, &pixels).unwrap();
+        write_exr(&mut bytes, 3, 2, &pixels, "metres").unwrap();
+        assert!(bytes.get_ref().windows(6).any(|w| w == b"metres"));
+        let mut again = std::io::Cursor::new(Vec::new());
+        write_exr(&mut again, 3, 2, &pixels, "metres").unwrap();
+        assert_eq!(bytes.get_ref(), again.get_ref());
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, f32>(&pixels));
     }

@@ -6,6 +6,7 @@
 
 pub mod lanes;
 mod overlap;
+mod pixel;
 mod ring;
 mod scatter;
 pub mod sunlight;
@@ -61,6 +62,7 @@ type Ask = fn(&Prober<'_>, Value) -> Result<Value, String>;
 /// Every kind of question.
 static KINDS: &[(&str, Ask)] = &[
     ("disc-overlap", overlap::ask),
+    ("pixel", pixel::ask),
     ("scatter", scatter::ask),
     ("sunlight", sunlight::ask),
     ("ring-shadow", ring::shadow),

@@ -131,6 +131,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     let flux = if shows { flux * dimming(frame.request, frame.catalog, frame.ephemeris, p, diameter_px).0 } else { flux };
     let mut point = None;
     let reason = format!("{diameter_px:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px");
+    let flux = if frame.request.pixel_view == PixelView::Shaded { flux } else { DVec3::ZERO };
     if ledger.effect(Effect::Points, share < 1.0, reason) && share < 1.0 {
         let part = flux.max_element() / frame.exposure.white();
         if part > VISIBLE_CHANGE {

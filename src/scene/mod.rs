@@ -11,6 +11,7 @@ pub mod draw;
 pub mod eclipse;
 pub mod effects;
 mod features;
+pub mod legend;
 mod lights;
 mod needs;
 mod phase_laws;
@@ -128,6 +129,7 @@ pub struct Scene {
     pub time: Instant,
     pub camera: Camera,
     pub exposure: Exposure,
+    pub pixel_view: PixelView,
     /// Every body of the catalog, in its order.
     pub bodies: Vec<BodyInView>,
     /// Far to near.
@@ -199,6 +201,7 @@ impl Scene {
             time: request.time,
             camera: viewer.camera,
             exposure,
+            pixel_view: request.pixel_view,
             bodies: bodies.into_iter().flatten().collect(),
             draws: draws.into_iter().map(|(_, d)| d).collect(),
             points,
@@ -264,8 +267,19 @@ fn exposure(
     if let ExposureRequest::Stops(stops) = request.exposure {
         return Exposure { stops, reason: "asked for".into() };
     }
-    if request.pixel_view == PixelView::Eclipse {
-        return Exposure { stops: 0.0, reason: "the picture shows a part: 1 is white".into() };
+    match request.pixel_view {
+        PixelView::Shaded => {}
+        // White: a plane that faces the Sun at the target.
+        PixelView::Sunlight => {
+            let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
+            let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
+            return Exposure { stops: -irradiance.log2(), reason: "a plane that faces the Sun at the target is white".into() };
+        }
+        PixelView::Cost => {
+            let stops = legend::COST_STOPS;
+            return Exposure { stops, reason: format!("{:.0} instructions are white", (-stops).exp2()) };
+        }
+        _ => return Exposure { stops: 0.0, reason: "the picture shows a number: 1 is white".into() },
     }
     // Under a bright sky the eye settles on the sky, unless it is asked to look at something beyond, which the Sun is not.
     let drawn = request.effects.asked(effects::Effect::Atmosphere) != Some(false);

@@ -153,9 +153,9 @@ pub enum PixelView {
     Eclipse,
     /// Part of the Sun's light that the ring leaves; of a ring, its optical depth.
     Ring,
-    /// Optical depth of the air along the view ray, per channel.
+    /// Optical depth of the air, or of the ring, along the view ray, per channel.
     OpticalDepth,
-    /// Work done for the pixel.
+    /// Work done for the pixel: the module is that of the shaded picture, and the renderer counts.
     Cost,
 }
 
@@ -172,6 +172,23 @@ impl PixelView {
         Self::OpticalDepth,
         Self::Cost,
     ];
+}
+
+impl PixelView {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shaded => "shaded",
+            Self::Depth => "depth",
+            Self::Normal => "normal",
+            Self::Albedo => "albedo",
+            Self::Uv => "uv",
+            Self::Sunlight => "sunlight",
+            Self::Eclipse => "eclipse",
+            Self::Ring => "ring",
+            Self::OpticalDepth => "optical-depth",
+            Self::Cost => "cost",
+        }
+    }
 }
 
 /// The structure of one draw.

@@ -135,6 +135,9 @@ fn fragment_main(in: Varyings) -> Pixel {
     let between = (length(place) - draw.ring_reach.x) / (draw.ring_reach.y - draw.ring_reach.x);
     radiance = vec3f(clamp(between, 0.0, 1.0), 0.5 + atan2(place.y, place.x) * 0.15915494, 0.0) * coverage;
 //: end
+//: if view.optical-depth
+    radiance = vec3f(-log(max(1.0 - coverage, 1.0e-6)) * coverage);
+//: end
 //: if view.ring
     // The optical depth along the view, as the opacity that it makes.
     radiance = vec3f(coverage * coverage);

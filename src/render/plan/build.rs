@@ -9,7 +9,7 @@ use super::{
 };
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
-use crate::scene::draw::{Amounts, Draw, Light, Part, Point, RingTable};
+use crate::scene::draw::{Amounts, Draw, Light, Part, PixelView, Point, RingTable};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::LayoutError;
 use crate::shader::{Layout, UniformWriter};
@@ -49,6 +49,9 @@ const MAP_SAMPLER_BINDING: u32 = 8;
 pub const RING_PROFILE_BINDING: u32 = 5;
 /// The binding of the tone map's input.
 const HDR_BINDING: u32 = 1;
+
+/// Part of white up to which the tone map leaves a photograph as it is.
+const FILM_TRUE_TO: f32 = 0.8;
 
 /// Albedo and night maps hold colours, normal, water and cloud maps plain numbers.
 pub fn map_format(binding: u32) -> TexelFormat {
@@ -223,7 +226,8 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         samplers,
         vertices: Vertices::Count(6),
         instances: Instances { count: 1, attributes: Vec::new() },
-        blend: Blend::PremultipliedOver,
+        // Work adds up; light is covered.
+        blend: if draw.needs.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         cull: Cull::None,
         // What shows through leaves the depth of what it lies over.
         depth: DepthState { test: true, write: draw.part == Part::Globe },
@@ -265,6 +269,7 @@ fn tone_map_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, Pl
     let mut w = layout.writer();
     w.f32("exposure", scene.exposure.factor_f32()).map_err(named)?;
     w.f32("dither", 0.0).map_err(named)?;
+    w.f32("true_to", if scene.pixel_view == PixelView::Shaded { FILM_TRUE_TO } else { f32::MAX }).map_err(named)?;
     Ok(PlanDraw {
         label: "tone map".into(),
         module,

@@ -6,6 +6,9 @@ pub use build::{Fineness, PlanError, RING_PROFILE_BINDING, Supplies, map_format,
 use crate::image::SharedTexture;
 pub use crate::shader::ModuleId as ModuleName;
 
+/// Instructions that a texture read is shown as in the picture of costs.
+pub use crate::scene::legend::SHOWN_PER_READ;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AddressMode {
     Repeat,

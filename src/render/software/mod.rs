@@ -12,6 +12,7 @@ pub mod exec;
 pub mod kernels;
 pub mod lower;
 pub mod math;
+mod named;
 pub mod pass;
 pub mod program;
 pub mod raster;
@@ -28,6 +29,7 @@ pub use cost::{TapeCost, tape_costs};
 pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub use lower::lowering;
+pub use named::{NamedValue, PixelValues};
 pub use renderer::{Modules, Options, Precision, SoftwareRenderer};
 pub use timings::{PassTimings, Timings};
 

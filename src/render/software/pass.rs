@@ -12,7 +12,7 @@ use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{PIXELS, TileTarget, unorm8};
 use super::timings::PassTimings;
 use super::vertex::{Assembled, assemble};
-use crate::render::plan::{Blend, ColourFormat, Pass, PlanDraw};
+use crate::render::plan::{Blend, ColourFormat, ModuleName, Pass, PlanDraw};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -29,6 +29,8 @@ pub struct DrawJob<'a, R: Real> {
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
+    /// The target takes what the pixel cost in place of what it shows.
+    pub counts_work: bool,
 }
 
 /// The resolved colour of a pass, rows top first.
@@ -148,11 +150,20 @@ fn check(pass: &Pass) -> Result<(), RenderError> {
     Ok(())
 }
 
+/// Whether a module's picture is its own cost.
+fn counts_work(module: &ModuleName) -> bool {
+    matches!(module, ModuleName::Planet(key) if key.counts_work())
+}
+
 fn prepare<'a, R: Real>(pass: &Pass, draw: &PlanDraw, stages: &DrawStages<'a, R>) -> Result<(DrawJob<'a, R>, f64, f64), RenderError> {
     let fragment = stages.fragment;
     let Assembled { geometry, vertex_seconds, setup_seconds } = assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
-    Ok((DrawJob { geometry, fragment, fragment_plan, blend: draw.blend }, vertex_seconds, setup_seconds))
+    Ok((
+        DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, counts_work: counts_work(&draw.module) },
+        vertex_seconds,
+        setup_seconds,
+    ))
 }
 
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(

@@ -60,9 +60,9 @@ impl Modules for Library {
 
 /// The entry points of one module.
 #[derive(Debug)]
-struct Entries {
-    vertex: Program,
-    fragment: Program,
+pub(super) struct Entries {
+    pub vertex: Program,
+    pub fragment: Program,
 }
 
 /// Executes plans on the CPU.
@@ -74,9 +74,9 @@ pub struct SoftwareRenderer {
 }
 
 /// Both stages of a draw.
-struct Bindings<'a, R: Real> {
-    vertex: TapeStage<'a, R>,
-    fragment: TapeStage<'a, R>,
+pub(super) struct Bindings<'a, R: Real> {
+    pub vertex: TapeStage<'a, R>,
+    pub fragment: TapeStage<'a, R>,
 }
 
 impl SoftwareRenderer {
@@ -92,6 +92,11 @@ impl SoftwareRenderer {
             .build()
             .map_err(|e| RenderError::Threads(e.to_string()))?;
         Ok(Self { pool, options, entries: Mutex::default() })
+    }
+
+    /// Runs work inside the renderer's threads.
+    pub(super) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
     }
 
     pub fn options(&self) -> &Options {
@@ -187,7 +192,7 @@ impl SoftwareRenderer {
         Ok(entries)
     }
 
-    fn bind<'a, R: Real>(
+    pub(super) fn bind<'a, R: Real>(
         &self,
         draw: &'a PlanDraw,
         entries: &'a Entries,

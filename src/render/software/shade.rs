@@ -12,7 +12,7 @@ use super::raster::coverage::{TilePixels, quad_place, sample_positions, walk_til
 use super::raster::setup::{Plane, SUBPIXEL, Surface};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
-use crate::render::plan::DepthState;
+use crate::render::plan::{DepthState, SHOWN_PER_READ};
 
 const QUADS: usize = LANES / 4;
 
@@ -196,6 +196,13 @@ impl TileShader<'_> {
             Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
             None => ABSENT[usize::from(k == 3)].as_slice(),
         });
+        if job.counts_work {
+            let work = run.work();
+            let reads = f64::from(work.texture_reads) * SHOWN_PER_READ;
+            let work = [work.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);
+            self.store(job, &batch.quads[..count], work.each_ref().map(|v| v.as_slice()));
+            return;
+        }
         self.store(job, &batch.quads[..count], colour);
     }
 

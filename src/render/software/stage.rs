@@ -4,7 +4,7 @@
 //! [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. [`TapeStage`] is the real one; tests bring hand-written
 //! ones, so that coverage, interpolation and blending are checked without any shader compiler.
 
-use super::exec::{Executor, LaneMask, Prepared, TextureUnit};
+use super::exec::{Executor, LaneMask, Prepared, TextureUnit, Work};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
@@ -29,6 +29,10 @@ pub trait LaneRun<R: Real> {
     fn run(&mut self, active: LaneMask) -> LaneMask;
     /// The lanes of output `k` after a run; undefined in lanes that are not active.
     fn output(&self, k: usize) -> &[R; LANES];
+    /// What the run executed, where it is counted.
+    fn work(&self) -> Work {
+        Work::default()
+    }
 }
 
 /// An entry point of a lowered module, bound to a draw.
@@ -85,5 +89,8 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.executor.output(k)
+    }
+    fn work(&self) -> Work {
+        self.executor.work()
     }
 }

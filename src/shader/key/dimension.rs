@@ -188,7 +188,8 @@ pub static DIMENSIONS: &[Dimension] = &[
             "view.eclipse",
             "view.ring",
             "view.optical-depth",
-            "view.cost",
+            // The renderer counts what the shaded picture costs.
+            "view.shaded",
         ],
         cumulative: false,
         get: |n| index_of(&VIEWS, &n.view),

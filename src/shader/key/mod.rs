@@ -15,7 +15,7 @@ pub use covering::{covering, nominal_size, sample, sample_needs};
 pub use dimension::{DIMENSIONS, Dimension, Part, features};
 pub use text::KeyTextError;
 
-use crate::scene::draw::Needs;
+use crate::scene::draw::{Needs, PixelView};
 
 /// The whole truth about one planet module: emission is a pure function of this value and the fragments in shaders/.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -31,6 +31,10 @@ impl ShaderKey {
     /// What the module does, in canonical form. Culling and the like follow the draw's own needs, which may say more.
     pub fn needs(&self) -> &Needs {
         &self.needs
+    }
+    /// Whether the picture is the work that the shaded one takes, counted by the renderer.
+    pub fn counts_work(&self) -> bool {
+        self.needs.view == PixelView::Cost
     }
 }
 

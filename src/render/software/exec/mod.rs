@@ -233,6 +233,14 @@ pub struct Executor<R: Real, const N: usize = LANES> {
     output_slots: Vec<u32>,
     discarded: Option<u32>,
     fused: bool,
+    work: Work,
+}
+
+/// What the last run executed, each instruction over all lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    pub instructions: u32,
+    pub texture_reads: u32,
 }
 
 /// Lanes that keep their arguments: the slots after the program's own hold broadcast operands of kernels that take lanes only.
@@ -293,6 +301,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
             first_register,
             register_count: program.registers as usize,
             bound,
+            work: Work::default(),
             inputs: program.inputs.clone(),
             outputs: program.outputs.clone(),
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
@@ -330,6 +339,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
     /// Runs one batch and returns the active lanes that did not discard. When the program uses derivatives, `active` must hold the four
     /// lanes of every quad of which one is covered: the others are its helper lanes.
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+        self.work = Work::default();
         let active = if N < 128 { active & ((1 << (N % 128)) - 1) } else { active };
         if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
@@ -347,6 +357,11 @@ impl<R: Real, const N: usize> Executor<R, N> {
             return 0;
         }
         active & !self.discarded.map_or(0, |s| self.mask(s))
+    }
+
+    /// What the last run executed.
+    pub fn work(&self) -> Work {
+        self.work
     }
 
     fn mask(&self, slot: u32) -> LaneMask {
@@ -402,6 +417,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
             at += 1;
             let target = match step {
                 Step::Kernels { from, to } => {
+                    self.work.instructions += to - from;
                     self.run_kernels(&bound.kernels[*from as usize..*to as usize], &bound.places);
                     continue;
                 }
@@ -424,6 +440,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
                     continue;
                 }
                 Step::Texture { what, texture, dst, args, mask } => {
+                    self.work.texture_reads += 1;
                     self.texture(*what, *texture, *dst, *args, *mask, textures);
                     continue;
                 }

@@ -54,6 +54,8 @@ pub struct Lowerer<'m> {
     /// Nesting under loops whose body is walked at top level: only there may a uniform way out jump.
     open_loops: Vec<OpenLoop>,
     top_of_loop: bool,
+    /// Named values to be kept, where someone asked for them.
+    pub watch: Option<super::named::Watch>,
 }
 
 /// How a word changes in a loop.
@@ -84,6 +86,7 @@ impl<'m> Lowerer<'m> {
             globals: HashMap::new(),
             open_loops: Vec::new(),
             top_of_loop: false,
+            watch: None,
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);
@@ -166,6 +169,7 @@ impl<'m> Lowerer<'m> {
         let top = std::mem::replace(&mut self.top_of_loop, false);
         self.block(&function.body)?;
         self.top_of_loop = top;
+        self.watch_variables()?;
         self.frames.pop();
         let words = self.env[result..end].to_vec();
         self.env.truncate(base);
@@ -344,6 +348,7 @@ impl<'m> Lowerer<'m> {
             Statement::Emit(range) => {
                 for handle in range.clone() {
                     let value = self.evaluate(handle)?;
+                    self.watch_value(handle, &value)?;
                     self.frame_mut().values.insert(handle, value);
                 }
                 Ok(())
@@ -390,10 +395,14 @@ impl<'m> Lowerer<'m> {
                 let callee = &self.module.functions[*function];
                 let info = &self.info[*function];
                 let here = self.span;
+                self.watch_enter(callee.name.as_deref(), statement);
                 let words = self.call(callee, info, values)?;
+                self.watch_leave();
                 self.span = here;
                 if let Some(r) = result {
-                    self.frame_mut().values.insert(*r, Value::Words(words));
+                    let value = Value::Words(words);
+                    self.watch_value(*r, &value)?;
+                    self.frame_mut().values.insert(*r, value);
                 }
                 Ok(())
             }

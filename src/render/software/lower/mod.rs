@@ -11,9 +11,11 @@ mod expr;
 mod finish;
 mod flow;
 mod functions;
+mod named;
 mod place;
 mod stored;
 
+pub use named::{NamedProgram, lower_named};
 pub use stored::lowering;
 
 use super::program::{LaneInput, LaneOutput, Program, Stage};
@@ -60,6 +62,17 @@ pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Pr
 /// # Errors
 /// As [`lower`].
 pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool) -> Result<Program> {
+    lowered(module, info, entry, chains, None).map(|(program, _)| program)
+}
+
+/// One entry point; with a watch also the values that it kept, which come after the program's own outputs.
+fn lowered(
+    module: &naga::Module,
+    info: &ModuleInfo,
+    entry: &str,
+    chains: bool,
+    watch: Option<named::Watch>,
+) -> Result<(Program, Option<named::Watch>)> {
     let found = module.entry_points.iter().position(|e| e.name == entry);
     let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let point = &module.entry_points[index];
@@ -77,6 +90,7 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
     let active = builder.fresh_lane();
     interface.values.push(active);
     let mut lowerer = Lowerer::new(module, info, builder, active)?;
+    lowerer.watch = watch;
     let result = lowerer.entry(&point.function, info.get_entry_point(index), arguments)?;
     if let Some(r) = &point.function.result {
         interface.write(module, stage, r.ty, r.binding.as_ref())?;
@@ -84,6 +98,12 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
     let killed = lowerer.killed();
     let mut b = lowerer.builder;
     let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
+    let watch = lowerer.watch;
+    if let Some(watch) = &watch {
+        watch.begin(&mut b);
+        interface.outputs.extend(watch.outputs());
+        outputs.extend(watch.values());
+    }
     if let Some(k) = killed {
         outputs.push(k);
     }
@@ -102,7 +122,7 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
     let discarded = if killed.is_some() { operands.pop() } else { None };
     let uses_derivatives =
         finished.lane_tape.iter().any(|i| matches!(i, super::tape::Instr::Lane { op: super::tape::Op::Dpdx | super::tape::Op::Dpdy, .. }));
-    Ok(Program {
+    let program = Program {
         name: entry.to_owned(),
         stage,
         inputs: interface.inputs,
@@ -118,7 +138,8 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
         lane_tape: finished.lane_tape,
         registers: finished.registers,
         slots: finished.slots,
-    })
+    };
+    Ok((program, watch))
 }
 
 /// Lowers every entry point of a module to bytes for the library ([`programs_from_bytes`] reads them).

@@ -1,0 +1,156 @@
+//! What a module calls its intermediates, kept as outputs of its program: for whoever asks what a pixel was made of.
+//!
+//! In: a module and an entry point. Out: its program with one more output per number of every named value (`let`, and variables as their
+//! function leaves them). A callee's names stand behind its own and a slash; a second call in the same caller is `name#2`, and of a loop the last
+//! turn counts. A value that the pixel never came to stays NaN. Nothing of this is in a program that draws.
+
+use super::builder::{Builder, Step, Val};
+use super::flow::Lowerer;
+use super::place::Value;
+use super::{Result, lowered};
+use crate::render::software::program::{LaneOutput, Program};
+use crate::render::software::tape::Op;
+use naga::valid::ModuleInfo;
+use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
+use std::collections::HashMap;
+
+/// Values of more numbers are tables, no intermediates.
+const MOST_NUMBERS: usize = 16;
+
+/// A program and the names of what it gives after its own outputs.
+pub struct NamedProgram {
+    pub program: Program,
+    /// Name and the numbers of its outputs, in order of first appearance.
+    pub names: Vec<(String, std::ops::Range<usize>)>,
+}
+
+/// Lowers an entry point with every named value as an output.
+///
+/// # Errors
+/// As [`super::lower`].
+pub fn lower_named(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<NamedProgram> {
+    let (program, watch) = lowered(module, info, entry, true, Some(Watch::default()))?;
+    let kept = watch.map(|w| w.kept).unwrap_or_default();
+    let mut at = program.outputs.len() - kept.iter().map(|k| k.lanes.len()).sum::<usize>();
+    let names = kept.into_iter().map(|k| {
+        at += k.lanes.len();
+        (k.name, at - k.lanes.len()..at)
+    });
+    Ok(NamedProgram { names: names.collect(), program })
+}
+
+/// One named value.
+#[derive(Debug)]
+struct Kept {
+    name: String,
+    lanes: Vec<Val>,
+}
+
+/// What has been named so far.
+#[derive(Debug, Default)]
+pub struct Watch {
+    kept: Vec<Kept>,
+    known: HashMap<String, usize>,
+    /// Calls by caller's path and callee, in order of first appearance: a loop's body is lowered several times.
+    calls: HashMap<(String, String), Vec<usize>>,
+    path: Vec<String>,
+}
+
+impl Watch {
+    /// Gives every kept value its start.
+    pub fn begin(&self, b: &mut Builder) {
+        let unknown = b.float(f64::NAN);
+        let starts = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: vec![unknown] }).collect::<Vec<_>>();
+        b.code.splice(0..0, starts);
+    }
+    pub fn values(&self) -> impl Iterator<Item = Val> {
+        self.kept.iter().flat_map(|k| k.lanes.iter().copied())
+    }
+    /// Locations that no target has.
+    pub fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
+        (0..self.values().count()).map(|k| LaneOutput::Location { index: 1000 + k as u32, component: 0, flat: false })
+    }
+}
+
+impl<'m> Lowerer<'m> {
+    pub fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
+        let Some(watch) = &mut self.watch else { return };
+        let callee = callee.unwrap_or("?").to_owned();
+        let sites = watch.calls.entry((watch.path.join("/"), callee.clone())).or_default();
+        // Statements of one module keep their place while it is lowered.
+        let site = std::ptr::from_ref(call).addr();
+        let at = sites.iter().position(|s| *s == site).unwrap_or_else(|| {
+            sites.push(site);
+            sites.len() - 1
+        });
+        watch.path.push(if at == 0 { callee } else { format!("{callee}#{}", at + 1) });
+    }
+
+    pub fn watch_leave(&mut self) {
+        if let Some(watch) = &mut self.watch {
+            watch.path.pop();
+        }
+    }
+
+    /// Keeps an expression's value if it has a name.
+    pub fn watch_value(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
+        let (Some(_), Value::Words(words)) = (&self.watch, value) else { return Ok(()) };
+        let frame = self.frame();
+        let Some(name) = frame.function.named_expressions.get(&handle) else { return Ok(()) };
+        let inner = frame.info[handle].ty.inner_with(&self.module.types).clone();
+        self.keep(name.clone(), &inner, words)
+    }
+
+    /// Keeps the variables of the function that ends.
+    pub fn watch_variables(&mut self) -> Result<()> {
+        if self.watch.is_none() {
+            return Ok(());
+        }
+        let function = self.frame().function;
+        for (handle, local) in function.local_variables.iter() {
+            let (Some(name), Some(at)) = (&local.name, self.frame().locals.get(&handle).copied()) else { continue };
+            let inner = &self.module.types[local.ty].inner;
+            let words = self.env[at..at + self.words(inner)?].to_vec();
+            self.keep(name.clone(), inner, &words)?;
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, name: String, inner: &TypeInner, words: &[Val]) -> Result<()> {
+        if let TypeInner::Struct { members, .. } = inner {
+            let mut at = 0;
+            for m in members {
+                let of_member = &self.module.types[m.ty].inner;
+                let count = self.words(of_member)?;
+                self.keep(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &words[at..at + count])?;
+                at += count;
+            }
+            return Ok(());
+        }
+        let Some(kind) = inner.scalar_kind().filter(|_| words.len() <= MOST_NUMBERS) else { return Ok(()) };
+        let (one, zero) = (self.builder.float(1.0), self.builder.float(0.0));
+        let numbers: Vec<Val> = words
+            .iter()
+            .map(|v| match kind {
+                ScalarKind::Bool => self.builder.select(*v, one, zero),
+                ScalarKind::Sint => self.builder.un(Op::FFromI, *v),
+                ScalarKind::Uint => self.builder.un(Op::FFromU, *v),
+                _ => *v,
+            })
+            .collect();
+        let fresh: Vec<Val> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
+        let Some(watch) = &mut self.watch else { return Ok(()) };
+        let name = watch.path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
+        let at = *watch.known.entry(name.clone()).or_insert_with(|| {
+            watch.kept.push(Kept { name, lanes: fresh });
+            watch.kept.len() - 1
+        });
+        let lanes = watch.kept[at].lanes.clone();
+        for (dst, v) in lanes.into_iter().zip(numbers) {
+            // Lanes that are elsewhere keep what they had.
+            let from = self.builder.select(self.path, v, dst);
+            self.builder.code.push(Step::Assign { dst, from });
+        }
+        Ok(())
+    }
+}

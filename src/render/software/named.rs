@@ -1,0 +1,156 @@
+//! What one draw computes at one pixel: its colour and every named value of its module.
+//!
+//! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or nothing where the draw does not shade the
+//! pixel. The module is lowered anew with its names; the rasteriser, the kernels and the textures are those of every picture.
+
+use super::RenderError;
+use super::exec::{LaneMask, Work};
+use super::lower::lower_named;
+use super::math::Real;
+use super::pass::{DrawStages, PassImage, execute};
+use super::program::{LaneInput, LaneOutput, Program};
+use super::renderer::{Entries, Modules, Precision, SoftwareRenderer};
+use super::stage::{LANES, LaneProgram, LaneRun};
+use crate::render::plan::{Blend, ColourFormat, DepthState, Pass, PlanDraw};
+use std::sync::{Mutex, PoisonError};
+
+/// One named value: a scalar, a vector; NaN where the pixel never came to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedValue {
+    pub name: String,
+    pub numbers: Vec<f64>,
+}
+
+/// What a draw computes at a pixel, before any blending.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PixelValues {
+    /// Premultiplied colour and coverage.
+    pub colour: [f64; 4],
+    pub values: Vec<NamedValue>,
+}
+
+impl SoftwareRenderer {
+    /// Runs a draw of a picture of `size` at one pixel, at its middle.
+    ///
+    /// # Errors
+    /// As [`SoftwareRenderer::render`].
+    pub fn pixel_values(
+        &self,
+        draw: &PlanDraw,
+        modules: &impl Modules,
+        size: [u32; 2],
+        pixel: [u32; 2],
+    ) -> Result<Option<PixelValues>, RenderError> {
+        match self.options().precision {
+            Precision::F32 => self.install(|| self.values_at::<f32>(draw, modules, size, pixel)),
+            Precision::F64 => self.install(|| self.values_at::<f64>(draw, modules, size, pixel)),
+        }
+    }
+
+    fn values_at<R: Real>(
+        &self,
+        draw: &PlanDraw,
+        modules: &impl Modules,
+        [width, height]: [u32; 2],
+        [x, y]: [u32; 2],
+    ) -> Result<Option<PixelValues>, RenderError> {
+        let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
+        let module = modules.module(&draw.module).map_err(fault)?;
+        let lowered = |entry: &str| lower_named(&module.module, &module.info, entry).map_err(|e| fault(e.to_string()));
+        let (vertex, fragment) = (lowered("vertex_main")?.program, lowered("fragment_main")?);
+        let [x0, y0, x1, y1] = draw.scissor;
+        if !(x0..x1).contains(&x) || !(y0..y1).contains(&y) {
+            return Ok(None);
+        }
+        let one = PlanDraw {
+            scissor: [x, y, x + 1, y + 1],
+            blend: Blend::Replace,
+            depth: DepthState { test: false, write: false },
+            ..draw.clone()
+        };
+        let entries = Entries { vertex: own_outputs(vertex), fragment: fragment.program };
+        let pass = Pass {
+            name: "pixel",
+            width,
+            height,
+            format: ColourFormat::Rgba32Float,
+            samples: 1,
+            clear: [f32::NAN; 4],
+            depth: false,
+            draws: vec![one],
+        };
+        let Some(draw) = pass.draws.first() else { return Ok(None) };
+        let bound = self.bind::<R>(draw, &entries, &[])?;
+        let lane = (y % 2 * 2 + x % 2) as usize;
+        let watched = Watched { inner: &bound.fragment, lane, seen: Mutex::default() };
+        let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, fragment: &watched }])?;
+        let PassImage::Float(pixels) = image else { return Ok(None) };
+        // Nothing was stored: not covered, or discarded.
+        if pixels.get((y * width + x) as usize).is_none_or(|p| p[0].is_nan()) {
+            return Ok(None);
+        }
+        let seen = watched.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let at = |k: usize| seen.get(k).copied().unwrap_or(f64::NAN);
+        let colour = [0, 1, 2, 3].map(|c| {
+            let is = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
+            entries.fragment.outputs.iter().position(is).map_or(f64::NAN, at)
+        });
+        let values = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(at).collect() });
+        Ok(Some(PixelValues { colour, values: values.collect() }))
+    }
+}
+
+/// The program without what its names added.
+fn own_outputs(mut program: Program) -> Program {
+    let own = program.outputs.iter().take_while(|o| !matches!(o, LaneOutput::Location { index: 1000.., .. })).count();
+    program.outputs.truncate(own);
+    program.output_operands.truncate(own);
+    program
+}
+
+/// A fragment stage of which one lane is watched: of the last run in which it lived.
+struct Watched<'a, R: Real> {
+    inner: &'a dyn LaneProgram<R>,
+    lane: usize,
+    seen: Mutex<Vec<f64>>,
+}
+
+impl<R: Real> LaneProgram<R> for Watched<'_, R> {
+    fn inputs(&self) -> &[LaneInput] {
+        self.inner.inputs()
+    }
+    fn outputs(&self) -> &[LaneOutput] {
+        self.inner.outputs()
+    }
+    fn uses_discard(&self) -> bool {
+        self.inner.uses_discard()
+    }
+    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+        Box::new(WatchedRun { of: self, run: self.inner.start() })
+    }
+}
+
+struct WatchedRun<'a, R: Real> {
+    of: &'a Watched<'a, R>,
+    run: Box<dyn LaneRun<R> + Send + 'a>,
+}
+
+impl<R: Real> LaneRun<R> for WatchedRun<'_, R> {
+    fn input(&mut self, k: usize) -> &mut [R; LANES] {
+        self.run.input(k)
+    }
+    fn run(&mut self, active: LaneMask) -> LaneMask {
+        let alive = self.run.run(active);
+        if alive >> self.of.lane & 1 == 1 {
+            let all = (0..self.of.inner.outputs().len()).map(|k| self.run.output(k)[self.of.lane].f64()).collect();
+            *self.of.seen.lock().unwrap_or_else(PoisonError::into_inner) = all;
+        }
+        alive
+    }
+    fn output(&self, k: usize) -> &[R; LANES] {
+        self.run.output(k)
+    }
+    fn work(&self) -> Work {
+        self.run.work()
+    }
+}
