@@ -23,7 +23,7 @@ impl Fragment {
     }
 
     fn run(&self, points: &[[f64; 4]]) -> Vec<f64> {
-        let mut executor = Executor::<f64, LANES>::with_class(&self.program, KernelClass::Portable).expect("binds");
+        let mut executor = Executor::<f64>::with_class(&self.program, KernelClass::Portable).expect("binds");
         let prepared = self.program.prepare_for::<f64>(&[], KernelClass::Portable);
         let mut out = Vec::with_capacity(points.len());
         for chunk in points.chunks(LANES) {

@@ -6,10 +6,12 @@ use orrery::render::plan::uniforms_of;
 use orrery::scene::air_table::NODES;
 use orrery::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, Needs, RingAmounts};
 use orrery::scene::effects::possible_needs;
+use orrery::shader::emit;
 use orrery::shader::key::{ShaderKey, keys_of};
 use orrery::shader::reflect::LayoutError;
 use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Amounts with a different number in every field, and as many lights as asked.
 fn amounts(lights: u8) -> Amounts {
@@ -87,9 +89,17 @@ fn every_possible_structure_is_filled_by_name() {
             Err(e) => Some(format!("{key}: {e}")),
         }
     };
-    let failures: Vec<String> = keys.par_iter().filter_map(filled).collect();
-    println!("{} structures, {} keys", all.len(), keys.len());
-    assert!(keys.len() > 50, "{} keys", keys.len());
+    // The block is declared in one fragment: keys with the same declaration have the same layout, and one of them stands for all.
+    let declared = |key: &ShaderKey| {
+        let emitted = emit(key).expect("emits");
+        let of_block = |line: usize| emitted.source_map.origin_of(line).is_some_and(|(fragment, _)| fragment == "lib/draw.wgsl");
+        (1..).zip(emitted.wgsl.lines()).filter(|(line, _)| of_block(*line)).map(|(_, text)| format!("{text}\n")).collect::<String>()
+    };
+    let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (declared(key), *key)).collect();
+    assert!(blocks.keys().all(|b| b.contains("struct Draw {")), "lib/draw.wgsl declares the block");
+    let failures: Vec<String> = blocks.par_iter().filter_map(|(_, key)| filled(key)).collect();
+    println!("{} structures, {} keys, {} blocks", all.len(), keys.len(), blocks.len());
+    assert!(keys.len() > 50 && blocks.len() > 20, "{} keys, {} blocks", keys.len(), blocks.len());
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 

@@ -1,7 +1,7 @@
 //! The tape against what WGSL says: each test writes a small fragment shader, runs it on every kernel class and compares each lane with the
 //! value that Rust computes for it. `near` is relative to the larger of 1 and the value.
 
-use orrery::render::software::exec::{Executor, Gradients, LaneMask, NoTextures, TextureUnit};
+use orrery::render::software::exec::{Executor, Gradients, LANES, LaneMask, NoTextures, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::{lower, lower_to_bytes, lower_with, programs_from_bytes};
 use orrery::render::software::math::Real;
@@ -35,14 +35,14 @@ fn lane_y(i: usize) -> f32 {
     10.0 - i as f32 * 0.5
 }
 
-fn run_with<R: Real, const N: usize>(
+fn run_with<R: Real>(
     program: &Program,
     class: KernelClass,
     uniforms: &[u8],
     active: LaneMask,
     textures: &dyn TextureUnit<R>,
 ) -> (Vec<Vec<f64>>, LaneMask) {
-    let mut executor = Executor::<R, N>::with_class(program, class).expect("binds");
+    let mut executor = Executor::<R>::with_class(program, class).expect("binds");
     let prepared = program.prepare_for::<R>(uniforms, class);
     for (k, input) in program.inputs.iter().enumerate() {
         let values = executor.input_mut(k);
@@ -57,11 +57,11 @@ fn run_with<R: Real, const N: usize>(
         }
     }
     let alive = executor.run(&prepared, active, textures);
-    let lanes = (0..N).map(|i| (0..program.outputs.len()).map(|k| executor.output(k)[i].f64()).collect()).collect();
+    let lanes = (0..LANES).map(|i| (0..program.outputs.len()).map(|k| executor.output(k)[i].f64()).collect()).collect();
     (lanes, alive)
 }
 
-/// Runs `body` (it sees `p: vec2f` and returns a vec4f) on all classes, lane counts and both precisions, and checks every lane.
+/// Runs `body` (it sees `p: vec2f` and returns a vec4f) on all classes and in both precisions, and checks every lane.
 fn check(declarations: &str, body: &str, near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
     check_uniform(declarations, body, &[], near, expected);
 }
@@ -81,14 +81,12 @@ fn check_uniform(declarations: &str, body: &str, uniforms: &[u8], near: f64, exp
     };
     let mut by_fusion: [Option<Vec<Vec<f64>>>; 2] = [None, None];
     for class in KernelClass::available() {
-        let (lanes, alive) = run_with::<f32, 128>(&program, class, uniforms, ALL, &NoTextures);
+        let (lanes, alive) = run_with::<f32>(&program, class, uniforms, ALL, &NoTextures);
         assert_eq!(alive, ALL);
         compare(&lanes, near, class.name());
-        let (small, _) = run_with::<f32, 32>(&program, class, uniforms, ALL, &NoTextures);
-        assert!(same_bits(&small, &lanes[..32]), "{}: 32 lanes differ from 128", class.name());
         let before = by_fusion[usize::from(class.fused())].get_or_insert_with(|| lanes.clone());
         assert!(same_bits(before, &lanes), "{}: not the bits of its fusion class", class.name());
-        let (double, _) = run_with::<f64, 64>(&program, class, uniforms, ALL, &NoTextures);
+        let (double, _) = run_with::<f64>(&program, class, uniforms, ALL, &NoTextures);
         compare(&double, near, "f64");
     }
 }
@@ -381,7 +379,7 @@ fn discard_removes_lanes_and_nothing_else() {
     assert!(program.uses_discard);
     for class in KernelClass::available() {
         let active = ALL ^ 0b1010;
-        let (lanes, alive) = run_with::<f32, 128>(&program, class, &[], active, &NoTextures);
+        let (lanes, alive) = run_with::<f32>(&program, class, &[], active, &NoTextures);
         for (i, lane) in lanes.iter().enumerate() {
             let (x, y) = (lane_x(i), lane_y(i));
             let kept = !(x > 4.0 && y < 1.0) && active >> i & 1 == 1;
@@ -400,7 +398,7 @@ fn derivatives_are_quad_differences() {
     );
     assert!(program.uses_derivatives);
     for class in KernelClass::available() {
-        let (lanes, _) = run_with::<f32, 64>(&program, class, &[], ALL, &NoTextures);
+        let (lanes, _) = run_with::<f32>(&program, class, &[], ALL, &NoTextures);
         for (i, lane) in lanes.iter().enumerate() {
             let q = |i: usize| f64::from(lane_x(i)).powi(2);
             let (dx, dy) = (q(i | 1) - q(i & !1), q(i | 2) - q(i & !2));
@@ -450,7 +448,7 @@ fn textures_get_their_arguments() {
         @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {";
     let run = |body: &str| {
         let program = compile(&format!("{head} {body} }}"));
-        (run_with::<f32, 64>(&program, KernelClass::detect(), &[], ALL, &Echo).0, program)
+        (run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &Echo).0, program)
     };
     let (lanes, program) = run("return textureSample(t, s, p);");
     assert!(program.uses_derivatives && program.textures[0].sampler_binding == Some(8));
@@ -479,7 +477,7 @@ fn vertex_stage_interface() {
     assert_eq!(program.inputs[..2], [LaneInput::VertexIndex, LaneInput::InstanceIndex]);
     assert_eq!(program.outputs[0], LaneOutput::Position { component: 0 });
     assert_eq!(program.outputs[7], LaneOutput::Location { index: 1, component: 0, flat: true });
-    let (lanes, _) = run_with::<f32, 32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    let (lanes, _) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
     assert_eq!(lanes[4][..7], [3.0, -1.0, 0.0, 1.0, f64::from(lane_x(4)), f64::from(lane_y(4)), 4.0]);
 }
 
@@ -510,7 +508,7 @@ fn a_program_with_an_index_out_of_range_is_refused() {
     let mut program = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(p, p) * 2.0; }");
     assert!(program.check().is_ok());
     program.slots = 2;
-    assert!(Executor::<f32, 128>::new(&program).is_err());
+    assert!(Executor::<f32>::new(&program).is_err());
     assert!(programs_from_bytes(&[1, 2, 3, 255]).is_err());
 }
 
@@ -532,7 +530,7 @@ fn joined_operations_change_no_bit() {
     fn compare<R: Real>(joined: &Program, apart: &Program, uniforms: &[u8]) {
         for class in KernelClass::available() {
             let [a, b] = [joined, apart].map(|program| {
-                let mut executor = Executor::<R, 128>::with_class(program, class).expect("binds");
+                let mut executor = Executor::<R>::with_class(program, class).expect("binds");
                 let prepared = program.prepare_for::<R>(uniforms, class);
                 let mut values = Vec::new();
                 // Rows across the disc, its atmosphere and the space beside it.
@@ -571,7 +569,7 @@ fn a_chain_without_a_kernel_is_refused() {
         let (links, args) = chain.expect("product and exp are joined");
         assert_eq!(links[..], [Link { op: Op::Mul, at: 0 }, Link { op: Op::Exp, at: 0 }]);
         change(links, args);
-        Executor::<f32, 128>::new(&program).is_ok()
+        Executor::<f32>::new(&program).is_ok()
     };
     assert!(changed(&|_, _| ()));
     assert!(!changed(&|links, _| links[1].op = Op::Ldexp));

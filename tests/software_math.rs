@@ -314,7 +314,7 @@ fn equal<R: Real>(a: R, b: R) -> bool {
 }
 
 fn kernels_match<R: Real>() {
-    const N: usize = 64;
+    const N: usize = kernels::LANES;
     let pool = operands::<R>();
     for class in KernelClass::available() {
         for &op in Op::ALL {
@@ -329,9 +329,9 @@ fn kernels_match<R: Real>() {
             for kinds in 0..8u8 {
                 let kinds = [kinds & 1 == 0, kinds & 2 == 0, kinds & 4 == 0];
                 let all = kinds == [true; 3];
-                let run = match kernels::special::<R, N>(class, op, kinds) {
+                let run = match R::special(class, op, kinds) {
                     Some(k) => k,
-                    None if all => kernels::general::<R, N>(class, op),
+                    None if all => R::general(class, op),
                     None => continue,
                 };
                 let mut out = [R::ZERO; N];
@@ -366,10 +366,10 @@ fn one_by_one<R: Real>(links: &[Link], fused: bool, mut operands: impl Iterator<
 }
 
 fn chains_match<R: Real>() {
-    const N: usize = 64;
+    const N: usize = kernels::LANES;
     let pool = operands::<R>();
     for class in KernelClass::available() {
-        let kernels = kernels::chained::<R, N>(class);
+        let kernels = R::chained(class);
         assert_eq!(kernels.len(), chains::all().len());
         for (place, &(links, kinds)) in chains::all().iter().enumerate() {
             assert_eq!(chains::find(links, chains::mask(kinds)), Some(place), "{links:?} {kinds} is listed twice");

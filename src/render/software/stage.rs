@@ -52,7 +52,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
         class: KernelClass,
     ) -> Result<Self, String> {
-        Executor::<R, LANES>::with_class(program, class)?;
+        Executor::<R>::with_class(program, class)?;
         Ok(Self { program, prepared: program.prepare_for(uniforms, class), textures, class })
     }
 }
@@ -77,7 +77,7 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
 
 struct TapeRun<'a, R: Real> {
     stage: &'a TapeStage<'a, R>,
-    executor: Executor<R, LANES>,
+    executor: Executor<R>,
 }
 
 impl<R: Real> LaneRun<R> for TapeRun<'_, R> {

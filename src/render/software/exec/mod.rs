@@ -4,19 +4,18 @@
 //! outputs and which lanes live. Inactive lanes may hold anything; no operation traps on it. A program is bound to kernels once, in
 //! [`Executor::new`]; a batch allocates nothing.
 
+pub use super::kernels::LANES;
 use super::kernels::{self, KernelClass, KernelFn, ScalarFn};
 use super::math::Real;
 use super::program::{Constant, LaneInput, LaneOutput, Program};
 use super::tape::{Instr, Op, Operand, TextureOp, WordKind};
-
-/// Lanes of a batch unless asked otherwise; 32 and 64 suit small primitives.
-pub const LANES: usize = 128;
 
 /// Backward jumps after which a batch is given up: a loop that never ends must not hang a frame.
 const MOST_LOOP_TURNS: u32 = 1 << 20;
 
 /// Which lanes of a batch: bit i is lane i.
 pub type LaneMask = u128;
+const _: () = assert!(LANES == LaneMask::BITS as usize && LANES.is_multiple_of(kernels::CHUNK));
 
 /// Reads textures for a batch. `texture` indexes [`Program::textures`]; slices hold one value per lane; lanes outside `active` may hold
 /// anything, NaN included, and their results are not used.
@@ -142,11 +141,11 @@ impl Program {
 
 #[repr(C, align(64))]
 #[derive(Clone)]
-struct Lane<R, const N: usize>([R; N]);
+struct Lane<R>([R; LANES]);
 
 /// A kernel ready to be called. Places are element offsets from the start of the arena.
-struct KernelStep<R, const N: usize> {
-    run: KernelFn<R, N>,
+struct KernelStep<R> {
+    run: KernelFn<R>,
     /// The place that it writes.
     dst: u32,
     /// Where the places of its operands begin in [`Bound::places`].
@@ -154,7 +153,7 @@ struct KernelStep<R, const N: usize> {
 }
 
 /// Four steps in a cache line.
-const _: () = assert!(size_of::<KernelStep<f32, LANES>>() <= 16);
+const _: () = assert!(size_of::<KernelStep<f32>>() <= 16);
 
 /// The mask that a texture is read under.
 #[derive(Clone, Copy)]
@@ -213,21 +212,21 @@ enum Step<R> {
 }
 
 /// A bound program: straight runs of kernels, and between them what decides where to go.
-struct Bound<R, const N: usize> {
+struct Bound<R> {
     steps: Vec<Step<R>>,
-    kernels: Vec<KernelStep<R, N>>,
+    kernels: Vec<KernelStep<R>>,
     /// The operands of every kernel, in their order.
     places: Vec<u32>,
 }
 
-/// Runs one program in one class with `N` lanes a batch.
-pub struct Executor<R: Real, const N: usize = LANES> {
+/// Runs one program in one class.
+pub struct Executor<R: Real> {
     /// The program's slots, then [`SCRATCH`] slots, then the registers, packed: one allocation, so that a kernel's operands are offsets.
-    arena: Vec<Lane<R, N>>,
+    arena: Vec<Lane<R>>,
     /// Row of the arena where the registers start.
     first_register: usize,
     register_count: usize,
-    bound: Bound<R, N>,
+    bound: Bound<R>,
     inputs: Vec<LaneInput>,
     outputs: Vec<LaneOutput>,
     output_slots: Vec<u32>,
@@ -246,7 +245,7 @@ pub struct Work {
 /// Lanes that keep their arguments: the slots after the program's own hold broadcast operands of kernels that take lanes only.
 const SCRATCH: u32 = 8;
 
-impl<R: Real, const N: usize> Executor<R, N> {
+impl<R: Real> Executor<R> {
     /// Binds the program to the kernels of this process's class.
     ///
     /// # Errors
@@ -260,7 +259,6 @@ impl<R: Real, const N: usize> Executor<R, N> {
     /// # Errors
     /// A program with an index out of range, or a class that this machine lacks.
     pub fn with_class(program: &Program, class: KernelClass) -> Result<Self, String> {
-        const { assert!(N.is_multiple_of(kernels::CHUNK) && N <= 128, "lanes: 32, 64, 96 or 128") };
         program.check()?;
         if !KernelClass::available().contains(&class) {
             return Err(format!("this machine has no {} kernels", class.name()));
@@ -270,7 +268,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
             bound: Bound { steps: Vec::new(), kernels: Vec::with_capacity(program.lane_tape.len()), places: Vec::new() },
             class,
             scratch: program.slots,
-            registers_at: first_register * N,
+            registers_at: first_register * LANES,
             open: false,
         };
         let mut targets = vec![false; program.lane_tape.len() + 1];
@@ -297,7 +295,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
             Operand::Reg(_) => Err("an output must be a lane value".to_owned()),
         };
         Ok(Self {
-            arena: vec![Lane([R::ZERO; N]); first_register + (program.registers as usize).div_ceil(N)],
+            arena: vec![Lane([R::ZERO; LANES]); first_register + (program.registers as usize).div_ceil(LANES)],
             first_register,
             register_count: program.registers as usize,
             bound,
@@ -321,7 +319,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
     }
 
     /// The lanes of input `k`, to be written before every run (a run reuses their place).
-    pub fn input_mut(&mut self, k: usize) -> &mut [R; N] {
+    pub fn input_mut(&mut self, k: usize) -> &mut [R; LANES] {
         assert!(k < self.inputs.len(), "input {k} of {}", self.inputs.len());
         &mut self.arena[k].0
     }
@@ -332,7 +330,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
     }
 
     /// The lanes of output `k` after a run.
-    pub fn output(&self, k: usize) -> &[R; N] {
+    pub fn output(&self, k: usize) -> &[R; LANES] {
         &self.arena[self.output_slots[k] as usize].0
     }
 
@@ -340,7 +338,6 @@ impl<R: Real, const N: usize> Executor<R, N> {
     /// lanes of every quad of which one is covered: the others are its helper lanes.
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.work = Work::default();
-        let active = if N < 128 { active & ((1 << (N % 128)) - 1) } else { active };
         if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
         }
@@ -350,7 +347,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
                 *lane = R::from_mask(part & bit != 0);
             }
         }
-        for (row, values) in self.arena[self.first_register..].iter_mut().zip(prepared.registers.chunks(N)) {
+        for (row, values) in self.arena[self.first_register..].iter_mut().zip(prepared.registers.chunks(LANES)) {
             row.0[..values.len()].copy_from_slice(values);
         }
         if !self.walk(prepared, textures) {
@@ -382,11 +379,11 @@ impl<R: Real, const N: usize> Executor<R, N> {
     }
 
     fn register(&self, r: usize) -> R {
-        self.arena[self.first_register + r / N].0[r % N]
+        self.arena[self.first_register + r / LANES].0[r % LANES]
     }
 
     fn set_register(&mut self, r: usize, value: R) {
-        self.arena[self.first_register + r / N].0[r % N] = value;
+        self.arena[self.first_register + r / LANES].0[r % LANES] = value;
     }
 
     fn walk(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
@@ -396,7 +393,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
         finished
     }
 
-    fn run_kernels(&mut self, kernels: &[KernelStep<R, N>], places: &[u32]) {
+    fn run_kernels(&mut self, kernels: &[KernelStep<R>], places: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
         for k in kernels {
             // SAFETY: Program::check has verified every index against the counts that the arena was made from, so each place is that of a
@@ -404,13 +401,13 @@ impl<R: Real, const N: usize> Executor<R, N> {
             // only, whose operand is a register, so nothing overlaps `dst`; `places` holds what the kernel takes (bind);
             // the class of the kernel is available (with_class).
             unsafe {
-                let dst = &mut *base.add(k.dst as usize).cast::<[R; N]>();
+                let dst = &mut *base.add(k.dst as usize).cast::<[R; LANES]>();
                 (k.run)(dst, base, places.as_ptr().add(k.operands as usize));
             }
         }
     }
 
-    fn walk_steps(&mut self, bound: &Bound<R, N>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+    fn walk_steps(&mut self, bound: &Bound<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut at = 0usize;
         let mut turns = 0u32;
         while let Some(step) = bound.steps.get(at) {
@@ -433,7 +430,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
                     continue;
                 }
                 Step::Gather { dst, kind, offset, index, stride, count } => {
-                    for i in 0..N {
+                    for i in 0..LANES {
                         let k = self.arena[*index as usize].0[i].int();
                         self.arena[*dst as usize].0[i] = uniform_word(&prepared.words, *kind, *offset, k, *stride, *count);
                     }
@@ -472,7 +469,7 @@ impl<R: Real, const N: usize> Executor<R, N> {
             Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
             Mask::Register(_) => 0,
         };
-        let mut out = [[R::ZERO; N]; 4];
+        let mut out = [[R::ZERO; LANES]; 4];
         {
             let arg = |k: usize| &self.arena[args[k] as usize].0[..];
             let mut parts = out.each_mut().map(|o| &mut o[..]);
@@ -494,8 +491,8 @@ impl<R: Real, const N: usize> Executor<R, N> {
 }
 
 /// Turns instructions into steps.
-struct Binder<R, const N: usize> {
-    bound: Bound<R, N>,
+struct Binder<R> {
+    bound: Bound<R>,
     class: KernelClass,
     /// First scratch slot.
     scratch: u32,
@@ -505,20 +502,20 @@ struct Binder<R, const N: usize> {
     open: bool,
 }
 
-impl<R: Real, const N: usize> Binder<R, N> {
+impl<R: Real> Binder<R> {
     fn place(&self, o: &Operand) -> u32 {
         let at = match *o {
-            Operand::Slot(s) => usize::from(s) * N,
+            Operand::Slot(s) => usize::from(s) * LANES,
             Operand::Reg(r) => self.registers_at + usize::from(r),
         };
         at as u32
     }
 
     fn slot_place(slot: u32) -> u32 {
-        slot * N as u32
+        slot * LANES as u32
     }
 
-    fn kernel(&mut self, run: KernelFn<R, N>, dst: u32, args: &[u32]) {
+    fn kernel(&mut self, run: KernelFn<R>, dst: u32, args: &[u32]) {
         let to = self.bound.kernels.len() as u32 + 1;
         self.bound.kernels.push(KernelStep { run, dst, operands: self.bound.places.len() as u32 });
         self.bound.places.extend(args);
@@ -545,7 +542,7 @@ impl<R: Real, const N: usize> Binder<R, N> {
             return Err(format!("more than {SCRATCH} operands"));
         }
         let from = self.place(o);
-        match kernels::special::<R, N>(self.class, Op::Copy, [false; 3]) {
+        match R::special(self.class, Op::Copy, [false; 3]) {
             Some(spread) => self.kernel(spread, Self::slot_place(slot), &[from; 3]),
             None => unreachable!("one value is spread by its own kernel"),
         }
@@ -565,14 +562,14 @@ impl<R: Real, const N: usize> Binder<R, N> {
                 let first = args.first().ok_or("an operation without operands")?;
                 let operand = |k: usize| args.get(k).unwrap_or(first);
                 let dst = Self::slot_place(u32::from(*dst));
-                match kernels::special::<R, N>(self.class, *op, [0, 1, 2].map(|k| is_lanes(operand(k)))) {
+                match R::special(self.class, *op, [0, 1, 2].map(|k| is_lanes(operand(k)))) {
                     Some(run) => self.kernel(run, dst, &[0, 1, 2].map(|k| self.place(operand(k)))),
                     None => {
                         let mut places = [Self::slot_place(self.lanes(first, &mut used)?); 3];
                         for (place, o) in places.iter_mut().zip(args).skip(1) {
                             *place = Self::slot_place(self.lanes(o, &mut used)?);
                         }
-                        self.kernel(kernels::general::<R, N>(self.class, *op), dst, &places);
+                        self.kernel(R::general(self.class, *op), dst, &places);
                     }
                 }
             }
@@ -580,14 +577,14 @@ impl<R: Real, const N: usize> Binder<R, N> {
                 let kinds = args.iter().take(kernels::chains::MOST_OPERANDS).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
                 let whole = args.len() == kernels::chains::takes(links);
                 let found = if whole { kernels::chains::find(links, kinds) } else { None };
-                let run = found.map(|k| kernels::chained::<R, N>(self.class)[k]);
+                let run = found.map(|k| R::chained(self.class)[k]);
                 let run = run.ok_or_else(|| format!("no kernel for the chain {links:?} with these operands"))?;
                 let places: Vec<u32> = args.iter().map(|o| self.place(o)).collect();
                 self.kernel(run, Self::slot_place(u32::from(*dst)), &places);
             }
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));
-                self.step(Step::Scalar { run: kernels::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });
+                self.step(Step::Scalar { run: R::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });
             }
             Instr::LoadUniform { .. } => self.step(Step::Load(instr.clone())),
             Instr::GatherUniform { dst, kind, offset, index, stride, count } => {

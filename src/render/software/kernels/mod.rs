@@ -12,13 +12,16 @@ use super::tape::{Op, with_ops};
 pub use ops::Eval;
 use std::sync::OnceLock;
 
-/// Lanes of one piece of the less frequent kernels; every lane count is a multiple of it.
+/// Lanes of one piece of the less frequent kernels; [`LANES`] is a multiple of it.
 pub const CHUNK: usize = 32;
+
+/// Lanes of a batch, of every kernel: 32 x 4 pixels. Measured best of 32, 64, 128 and 256: fewer and calls cost, more and the first cache is full.
+pub const LANES: usize = 128;
 
 /// The lanes that are written; where operands are counted from; the place of each operand, in elements (lane arrays or single values as the
 /// table was asked). A kernel of one operation reads three places, whatever it uses; a chain's kernel one for each operand. That nothing
 /// overlaps the written lanes is in the type, which spares every kernel the test.
-pub type KernelFn<R, const N: usize> = unsafe fn(&mut [R; N], *const R, *const u32);
+pub type KernelFn<R> = unsafe fn(&mut [R; LANES], *const R, *const u32);
 
 /// Which instruction set the kernels use. Classes that fuse multiply and add give the same bits, and so do those that do not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -88,8 +91,7 @@ impl KernelClass {
 /// One operation on single values.
 pub type ScalarFn<R> = fn(R, R, R) -> R;
 
-/// What computes one operation on single values: folding and the per-draw tape.
-pub fn scalar<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
+fn scalar_of<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
     macro_rules! arms {
         ($($name:ident $arity:literal,)*) => {
             match (op, fused) {
@@ -103,7 +105,7 @@ pub fn scalar<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
 
 /// Computes one operation on single values.
 pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
-    scalar(op, fused)(a, b, c)
+    R::scalar(op, fused)(a, b, c)
 }
 
 /// An operand: lanes, or one value for all. References and no pointers, because checked builds test every use of a pointer, and loops with
@@ -190,27 +192,27 @@ macro_rules! class {
             /// # Safety
             /// As [`lanes`] for operands at their places; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn fixed<O: Eval, R: Real, const N: usize, const A: bool, const B: bool, const C: bool>(
-                dst: &mut [R; N], base: *const R, places: *const u32,
+            unsafe fn fixed<O: Eval, R: Real, const A: bool, const B: bool, const C: bool>(
+                dst: &mut [R; LANES], base: *const R, places: *const u32,
             ) {
                 // SAFETY: passed on to the caller.
-                unsafe { lanes::<O, R, N, A, B, C, $fused>(dst, at(base, places, 0), at(base, places, 1), at(base, places, 2)) }
+                unsafe { lanes::<O, R, LANES, A, B, C, $fused>(dst, at(base, places, 0), at(base, places, 1), at(base, places, 2)) }
             }
 
             /// # Safety
             /// As [`chains::lanes`]; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn chain<C: chains::Chain, R: Real, const N: usize, const KINDS: u8>(
-                dst: &mut [R; N], base: *const R, places: *const u32,
+            unsafe fn chain<C: chains::Chain, R: Real, const KINDS: u8>(
+                dst: &mut [R; LANES], base: *const R, places: *const u32,
             ) {
                 // SAFETY: passed on to the caller.
-                unsafe { chains::lanes::<C, R, N, KINDS, $fused>(dst, base, places) }
+                unsafe { chains::lanes::<C, R, LANES, KINDS, $fused>(dst, base, places) }
             }
 
             /// # Safety
             /// As [`lanes`] for operands at their places, all of them lane arrays; the instruction set is available.
             $(#[$feature])*
-            unsafe fn pieces<O: Eval, R: Real, const N: usize>(dst: &mut [R; N], base: *const R, places: *const u32) {
+            unsafe fn pieces<O: Eval, R: Real>(dst: &mut [R; LANES], base: *const R, places: *const u32) {
                 // SAFETY: passed on to the caller.
                 let (a, b, c) = unsafe { (at(base, places, 0), at(base, places, 1), at(base, places, 2)) };
                 for (k, piece) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
@@ -223,76 +225,76 @@ macro_rules! class {
             /// # Safety
             /// As [`quad_difference`] for the first place; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdx<R: Real, const N: usize>(dst: &mut [R; N], base: *const R, places: *const u32) {
+            unsafe fn dpdx<R: Real>(dst: &mut [R; LANES], base: *const R, places: *const u32) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, N, 1>(dst, at(base, places, 0)) }
+                unsafe { quad_difference::<R, LANES, 1>(dst, at(base, places, 0)) }
             }
 
             /// # Safety
             /// As [`quad_difference`] for the first place; the instruction set is available.
             $(#[$feature])*
-            unsafe fn dpdy<R: Real, const N: usize>(dst: &mut [R; N], base: *const R, places: *const u32) {
+            unsafe fn dpdy<R: Real>(dst: &mut [R; LANES], base: *const R, places: *const u32) {
                 // SAFETY: passed on to the caller.
-                unsafe { quad_difference::<R, N, 2>(dst, at(base, places, 0)) }
+                unsafe { quad_difference::<R, LANES, 2>(dst, at(base, places, 0)) }
             }
 
-            fn unary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
-                kinds[0].then_some(fixed::<O, R, N, true, false, false>)
+            fn unary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
+                kinds[0].then_some(fixed::<O, R, true, false, false>)
             }
 
-            fn binary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
+            fn binary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 Some(match kinds {
-                    [true, true, _] => fixed::<O, R, N, true, true, false>,
-                    [true, false, _] => fixed::<O, R, N, true, false, false>,
-                    [false, true, _] => fixed::<O, R, N, false, true, false>,
+                    [true, true, _] => fixed::<O, R, true, true, false>,
+                    [true, false, _] => fixed::<O, R, true, false, false>,
+                    [false, true, _] => fixed::<O, R, false, true, false>,
                     _ => return None,
                 })
             }
 
-            fn ternary<O: Eval, R: Real, const N: usize>(kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
+            fn ternary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 Some(match kinds {
-                    [true, true, true] => fixed::<O, R, N, true, true, true>,
-                    [true, true, false] => fixed::<O, R, N, true, true, false>,
-                    [true, false, true] => fixed::<O, R, N, true, false, true>,
-                    [true, false, false] => fixed::<O, R, N, true, false, false>,
-                    [false, true, true] => fixed::<O, R, N, false, true, true>,
-                    [false, true, false] => fixed::<O, R, N, false, true, false>,
-                    [false, false, true] => fixed::<O, R, N, false, false, true>,
+                    [true, true, true] => fixed::<O, R, true, true, true>,
+                    [true, true, false] => fixed::<O, R, true, true, false>,
+                    [true, false, true] => fixed::<O, R, true, false, true>,
+                    [true, false, false] => fixed::<O, R, true, false, false>,
+                    [false, true, true] => fixed::<O, R, false, true, true>,
+                    [false, true, false] => fixed::<O, R, false, true, false>,
+                    [false, false, true] => fixed::<O, R, false, false, true>,
                     _ => return None,
                 })
             }
 
             /// The kernel that takes operands of these kinds as they are (true = lanes), if there is one.
-            pub fn special<R: Real, const N: usize>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
+            pub fn special<R: Real>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 match op {
-                    Op::Copy if kinds[0] => Some(fixed::<ops::Copy, R, N, true, false, false>),
-                    Op::Copy => Some(fixed::<ops::Copy, R, N, false, false, false>),
-                    Op::Neg => unary::<ops::Neg, R, N>(kinds),
-                    Op::Abs => unary::<ops::Abs, R, N>(kinds),
-                    Op::Sqrt => unary::<ops::Sqrt, R, N>(kinds),
-                    Op::InverseSqrt => unary::<ops::InverseSqrt, R, N>(kinds),
-                    Op::Floor => unary::<ops::Floor, R, N>(kinds),
-                    Op::Fract => unary::<ops::Fract, R, N>(kinds),
-                    Op::BNot => unary::<ops::BNot, R, N>(kinds),
-                    Op::Exp => unary::<ops::Exp, R, N>(kinds),
-                    Op::Exp2 => unary::<ops::Exp2, R, N>(kinds),
-                    Op::Log => unary::<ops::Log, R, N>(kinds),
-                    Op::Asin => unary::<ops::Asin, R, N>(kinds),
-                    Op::Acos => unary::<ops::Acos, R, N>(kinds),
-                    Op::Add => binary::<ops::Add, R, N>(kinds),
-                    Op::Sub => binary::<ops::Sub, R, N>(kinds),
-                    Op::Mul => binary::<ops::Mul, R, N>(kinds),
-                    Op::Div => binary::<ops::Div, R, N>(kinds),
-                    Op::Min => binary::<ops::Min, R, N>(kinds),
-                    Op::Max => binary::<ops::Max, R, N>(kinds),
-                    Op::FLt => binary::<ops::FLt, R, N>(kinds),
-                    Op::FLe => binary::<ops::FLe, R, N>(kinds),
-                    Op::And => binary::<ops::And, R, N>(kinds),
-                    Op::Or => binary::<ops::Or, R, N>(kinds),
-                    Op::Fma => ternary::<ops::Fma, R, N>(kinds),
-                    Op::Fms => ternary::<ops::Fms, R, N>(kinds),
-                    Op::Fnma => ternary::<ops::Fnma, R, N>(kinds),
-                    Op::Select => ternary::<ops::Select, R, N>(kinds),
+                    Op::Copy if kinds[0] => Some(fixed::<ops::Copy, R, true, false, false>),
+                    Op::Copy => Some(fixed::<ops::Copy, R, false, false, false>),
+                    Op::Neg => unary::<ops::Neg, R>(kinds),
+                    Op::Abs => unary::<ops::Abs, R>(kinds),
+                    Op::Sqrt => unary::<ops::Sqrt, R>(kinds),
+                    Op::InverseSqrt => unary::<ops::InverseSqrt, R>(kinds),
+                    Op::Floor => unary::<ops::Floor, R>(kinds),
+                    Op::Fract => unary::<ops::Fract, R>(kinds),
+                    Op::BNot => unary::<ops::BNot, R>(kinds),
+                    Op::Exp => unary::<ops::Exp, R>(kinds),
+                    Op::Exp2 => unary::<ops::Exp2, R>(kinds),
+                    Op::Log => unary::<ops::Log, R>(kinds),
+                    Op::Asin => unary::<ops::Asin, R>(kinds),
+                    Op::Acos => unary::<ops::Acos, R>(kinds),
+                    Op::Add => binary::<ops::Add, R>(kinds),
+                    Op::Sub => binary::<ops::Sub, R>(kinds),
+                    Op::Mul => binary::<ops::Mul, R>(kinds),
+                    Op::Div => binary::<ops::Div, R>(kinds),
+                    Op::Min => binary::<ops::Min, R>(kinds),
+                    Op::Max => binary::<ops::Max, R>(kinds),
+                    Op::FLt => binary::<ops::FLt, R>(kinds),
+                    Op::FLe => binary::<ops::FLe, R>(kinds),
+                    Op::And => binary::<ops::And, R>(kinds),
+                    Op::Or => binary::<ops::Or, R>(kinds),
+                    Op::Fma => ternary::<ops::Fma, R>(kinds),
+                    Op::Fms => ternary::<ops::Fms, R>(kinds),
+                    Op::Fnma => ternary::<ops::Fnma, R>(kinds),
+                    Op::Select => ternary::<ops::Select, R>(kinds),
                     _ => None,
                 }
             }
@@ -306,12 +308,12 @@ macro_rules! class {
 macro_rules! general_table {
     ($($name:ident $arity:literal,)*) => {
         /// The kernel that takes lane operands of any count.
-        pub fn general<R: Real, const N: usize>(op: Op) -> KernelFn<R, N> {
+        pub fn general<R: Real>(op: Op) -> KernelFn<R> {
             match op {
-                Op::Dpdx => dpdx::<R, N>,
-                Op::Dpdy => dpdy::<R, N>,
+                Op::Dpdx => dpdx::<R>,
+                Op::Dpdy => dpdy::<R>,
                 $(#[allow(unreachable_patterns)]
-                Op::$name => pieces::<ops::$name, R, N>,)*
+                Op::$name => pieces::<ops::$name, R>,)*
             }
         }
     };
@@ -320,9 +322,9 @@ macro_rules! general_table {
 macro_rules! chain_table {
     ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
         /// The kernels of [`chains::all`], in that order.
-        pub fn chained<R: Real, const N: usize>() -> &'static [KernelFn<R, N>] {
+        pub fn chained<R: Real>() -> &'static [KernelFn<R>] {
             const {
-                &[$(chain::<nested!(chains::First<ops::$first> $(, $op $at)+), R, N, { chains::mask($kinds) }> as KernelFn<R, N>,)*]
+                &[$(chain::<nested!(chains::First<ops::$first> $(, $op $at)+), R, { chains::mask($kinds) }> as KernelFn<R>,)*]
             }
         }
     };
@@ -336,42 +338,56 @@ class!(avx512, true, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512
 #[cfg(target_arch = "aarch64")]
 class!(neon, true, #[target_feature(enable = "neon")]);
 
-/// The kernel for operands of these kinds (true = lanes); None when every operand must be lanes, which [`general`] takes.
-/// The class must be one of [`KernelClass::available`] where the kernel is called.
-pub fn special<R: Real, const N: usize>(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<R, N>> {
-    match class {
-        #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx512 => avx512::special::<R, N>(op, kinds),
-        #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx2Fma => avx2::special::<R, N>(op, kinds),
-        #[cfg(target_arch = "aarch64")]
-        KernelClass::Neon => neon::special::<R, N>(op, kinds),
-        _ => plain::special::<R, N>(op, kinds),
-    }
+/// The kernels of an element type.
+///
+/// Methods of two types and no generic functions: those would be compiled anew in every program that uses this library, 6,500 kernels each time.
+pub trait Kernels: Sized + 'static {
+    /// What computes one operation on single values: folding and the per-draw tape.
+    fn scalar(op: Op, fused: bool) -> ScalarFn<Self>;
+    /// The kernel for operands of these kinds (true = lanes); None when every operand must be lanes, which [`Kernels::general`] takes.
+    /// The class must be one of [`KernelClass::available`] where the kernel is called; so for the others.
+    fn special(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;
+    /// The kernel that takes lane operands.
+    fn general(class: KernelClass, op: Op) -> KernelFn<Self>;
+    /// The kernels of [`chains::all`], in that order.
+    fn chained(class: KernelClass) -> &'static [KernelFn<Self>];
 }
 
-/// The kernel that takes lane operands.
-pub fn general<R: Real, const N: usize>(class: KernelClass, op: Op) -> KernelFn<R, N> {
-    match class {
-        #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx512 => avx512::general::<R, N>(op),
-        #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx2Fma => avx2::general::<R, N>(op),
-        #[cfg(target_arch = "aarch64")]
-        KernelClass::Neon => neon::general::<R, N>(op),
-        _ => plain::general::<R, N>(op),
-    }
+macro_rules! by_class {
+    ($class:ident, $call:ident::<$t:ty>($($arg:ident),*)) => {
+        match $class {
+            #[cfg(target_arch = "x86_64")]
+            KernelClass::Avx512 => avx512::$call::<$t>($($arg),*),
+            #[cfg(target_arch = "x86_64")]
+            KernelClass::Avx2Fma => avx2::$call::<$t>($($arg),*),
+            #[cfg(target_arch = "aarch64")]
+            KernelClass::Neon => neon::$call::<$t>($($arg),*),
+            _ => plain::$call::<$t>($($arg),*),
+        }
+    };
 }
 
-/// The kernels of [`chains::all`], in that order. The class must be available where they are called.
-pub fn chained<R: Real, const N: usize>(class: KernelClass) -> &'static [KernelFn<R, N>] {
-    match class {
-        #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx512 => avx512::chained::<R, N>(),
-        #[cfg(target_arch = "x86_64")]
-        KernelClass::Avx2Fma => avx2::chained::<R, N>(),
-        #[cfg(target_arch = "aarch64")]
-        KernelClass::Neon => neon::chained::<R, N>(),
-        _ => plain::chained::<R, N>(),
-    }
+macro_rules! kernels_of {
+    ($t:ty) => {
+        impl Kernels for $t {
+            #[inline(never)]
+            fn scalar(op: Op, fused: bool) -> ScalarFn<Self> {
+                scalar_of::<$t>(op, fused)
+            }
+            #[inline(never)]
+            fn special(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>> {
+                by_class!(class, special::<$t>(op, kinds))
+            }
+            #[inline(never)]
+            fn general(class: KernelClass, op: Op) -> KernelFn<Self> {
+                by_class!(class, general::<$t>(op))
+            }
+            #[inline(never)]
+            fn chained(class: KernelClass) -> &'static [KernelFn<Self>] {
+                by_class!(class, chained::<$t>())
+            }
+        }
+    };
 }
+kernels_of!(f32);
+kernels_of!(f64);

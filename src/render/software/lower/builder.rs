@@ -6,7 +6,8 @@
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::{Link, Op, TextureOp, WordKind};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap as HashMap;
+use smallvec::SmallVec;
 
 /// A scalar value during lowering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -22,19 +23,22 @@ pub enum Val {
 
 pub type Label = u32;
 
+/// Values of one step, most often no more than an operation takes: thousands of keys are lowered, and most of the time went to allocation.
+pub type Vals = SmallVec<[Val; 4]>;
+
 /// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others draw or once ids.
 #[derive(Clone, Debug)]
 pub enum Step {
     Op {
         dst: Val,
         op: Op,
-        args: Vec<Val>,
+        args: Vals,
     },
     /// Several operations as one instruction; made last, by [`super::chains`].
     Chain {
         dst: Val,
         links: Vec<Link>,
-        args: Vec<Val>,
+        args: Vals,
     },
     /// A loop variable takes its next value: the one step that writes a value twice.
     Assign {
@@ -53,7 +57,7 @@ pub enum Step {
         what: TextureOp,
         texture: u16,
         dst: [Val; 4],
-        args: Vec<Val>,
+        args: Vals,
         mask: Val,
     },
     TextureSize {
@@ -81,7 +85,7 @@ pub enum Step {
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {
-    Op(Op, Vec<Val>),
+    Op(Op, Vals),
     Uniform(u32, u32, bool, Option<Val>),
     Size(u16, u8, Val),
 }
@@ -101,7 +105,7 @@ pub struct Builder {
 
 impl Builder {
     pub fn new() -> Self {
-        Self { known: vec![HashMap::new()], ..Self::default() }
+        Self { known: vec![HashMap::default()], ..Self::default() }
     }
 
     pub fn constant(&mut self, c: Constant) -> Val {
@@ -160,7 +164,7 @@ impl Builder {
     }
 
     pub fn open_region(&mut self) {
-        self.known.push(HashMap::new());
+        self.known.push(HashMap::default());
     }
     pub fn close_region(&mut self) {
         self.known.pop();
@@ -204,7 +208,7 @@ impl Builder {
         if let Some(simple) = self.simplify(op, args) {
             return simple;
         }
-        let mut args = args.to_vec();
+        let mut args = Vals::from_slice(args);
         if matches!(op, Op::Add | Op::Mul | Op::FEq | Op::FNe | Op::IAdd | Op::IMul | Op::IEq | Op::INe | Op::And | Op::Or | Op::Xor) {
             args.sort();
         }
@@ -344,9 +348,9 @@ impl Builder {
         self.emit(dst, Some(key), Step::Uniform { dst, kind, offset, index, stride: 4, count })
     }
 
-    pub fn texture(&mut self, what: TextureOp, texture: u16, args: Vec<Val>, mask: Val) -> [Val; 4] {
+    pub fn texture(&mut self, what: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
-        self.code.push(Step::Texture { what, texture, dst, args, mask });
+        self.code.push(Step::Texture { what, texture, dst, args: Vals::from_slice(args), mask });
         dst
     }
 

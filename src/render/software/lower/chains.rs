@@ -3,11 +3,12 @@
 //! In: the steps after everything else has been done to them. Out: the same with chains, as few kernels as [`known`] ones allow. A
 //! chain stands where its last operation stood, inside one straight piece of code, and no loop variable that it reads changes between.
 
-use super::builder::{Step, Val};
+use super::builder::{Step, Val, Vals};
 use super::finish::reads;
 use crate::render::software::kernels::chains::{MOST_LINKS, MOST_OPERANDS, find};
 use crate::render::software::tape::{Link, Op};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
+use smallvec::smallvec;
 
 /// One operation of a chain that may grow.
 #[derive(Clone)]
@@ -15,14 +16,14 @@ struct Item {
     /// Where it stands in the code.
     place: usize,
     link: Link,
-    args: Vec<Val>,
+    args: Vals,
 }
 
 pub fn join(code: &mut Vec<Step>, outputs: &[Val]) {
     negations(code, outputs);
     let uses = uses(code, outputs);
     // Chains of this straight piece whose last result has one reader, by that result.
-    let mut open: HashMap<Val, Vec<Item>> = HashMap::new();
+    let mut open: HashMap<Val, Vec<Item>> = HashMap::default();
     let mut closed: Vec<Vec<Item>> = Vec::new();
     for (place, step) in code.iter().enumerate() {
         match step {
@@ -59,7 +60,7 @@ pub fn join(code: &mut Vec<Step>, outputs: &[Val]) {
         }
     }
     closed.extend(open.into_values());
-    let mut gone = HashSet::new();
+    let mut gone = HashSet::default();
     for chain in &closed {
         for piece in cut(chain).into_iter().filter(|p| p.len() > 1) {
             let (Some((operands, _)), Some(last)) = (operands(piece), piece.last()) else { continue };
@@ -77,7 +78,7 @@ pub fn join(code: &mut Vec<Step>, outputs: &[Val]) {
 }
 
 fn uses(code: &[Step], outputs: &[Val]) -> HashMap<Val, u32> {
-    let mut uses: HashMap<Val, u32> = HashMap::new();
+    let mut uses: HashMap<Val, u32> = HashMap::default();
     for v in code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
@@ -87,8 +88,8 @@ fn uses(code: &[Step], outputs: &[Val]) -> HashMap<Val, u32> {
 /// A negated factor of a sum of products: the sign changes no bit wherever it stands, so it goes into the operation.
 fn negations(code: &mut Vec<Step>, outputs: &[Val]) {
     let uses = uses(code, outputs);
-    let mut negated: HashMap<Val, (usize, Val)> = HashMap::new();
-    let mut gone = HashSet::new();
+    let mut negated: HashMap<Val, (usize, Val)> = HashMap::default();
+    let mut gone = HashSet::default();
     for (place, step) in code.iter_mut().enumerate() {
         match step {
             Step::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
@@ -101,7 +102,7 @@ fn negations(code: &mut Vec<Step>, outputs: &[Val]) {
                 let mut factors = [factor, args[1 - at]];
                 factors.sort();
                 gone.insert(from);
-                *step = Step::Op { dst: *dst, op: Op::Fnma, args: vec![factors[0], factors[1], args[2]] };
+                *step = Step::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
             }
             Step::SkipIfNone { .. } | Step::JumpIf { .. } | Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => {
                 negated.clear();
@@ -117,8 +118,8 @@ fn negations(code: &mut Vec<Step>, outputs: &[Val]) {
 }
 
 /// Where the operands of a product or sum may change places, the chain's result stands second: half as many kernels serve.
-fn turned(link: Link, args: &[Val]) -> (Link, Vec<Val>) {
-    let mut args = args.to_vec();
+fn turned(link: Link, args: &[Val]) -> (Link, Vals) {
+    let mut args = Vals::from_slice(args);
     if link.at == 0 && matches!(link.op, Op::Mul | Op::Add | Op::And | Op::Or | Op::Fma | Op::Fms | Op::Fnma) {
         args.swap(0, 1);
         return (Link { at: 1, ..link }, args);
@@ -127,7 +128,7 @@ fn turned(link: Link, args: &[Val]) -> (Link, Vec<Val>) {
 }
 
 /// The operands of a piece of a chain and their kinds: the first's, then the rest of each further one's.
-fn operands(piece: &[Item]) -> Option<(Vec<Val>, u8)> {
+fn operands(piece: &[Item]) -> Option<(Vals, u8)> {
     let mut all = piece.first()?.args.clone();
     for item in &piece[1..] {
         all.extend(item.args.iter().enumerate().filter(|(k, _)| *k != usize::from(item.link.at)).map(|(_, v)| *v));

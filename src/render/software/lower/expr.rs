@@ -175,7 +175,7 @@ impl<'m> Lowerer<'m> {
                     Some(l) => self.word_of(*l)?,
                     None => self.builder.int(0),
                 };
-                self.builder.texture(TextureOp::Load, texture, vec![c[0], c[1], level], self.path).to_vec()
+                self.builder.texture(TextureOp::Load, texture, &[c[0], c[1], level], self.path).to_vec()
             }
             Expression::ImageQuery { image, query } => {
                 let texture = self.texture_use(*image, None)?;
@@ -407,11 +407,11 @@ impl<'m> Lowerer<'m> {
         let gradients = match level {
             SampleLevel::Zero => {
                 let zero = self.builder.float(0.0);
-                return Ok(self.builder.texture(TextureOp::Level, texture, vec![u, v, zero], self.path).to_vec());
+                return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, zero], self.path).to_vec());
             }
             SampleLevel::Exact(l) => {
                 let l = self.word_of(l)?;
-                return Ok(self.builder.texture(TextureOp::Level, texture, vec![u, v, l], self.path).to_vec());
+                return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, l], self.path).to_vec());
             }
             SampleLevel::Gradient { x, y } => {
                 let (x, y) = (self.words_of(x)?, self.words_of(y)?);
@@ -433,7 +433,7 @@ impl<'m> Lowerer<'m> {
                 g
             }
         };
-        let args = [u, v].into_iter().chain(gradients).collect();
-        Ok(self.builder.texture(TextureOp::Gradients, texture, args, self.path).to_vec())
+        let args: Vec<Val> = [u, v].into_iter().chain(gradients).collect();
+        Ok(self.builder.texture(TextureOp::Gradients, texture, &args, self.path).to_vec())
     }
 }

@@ -4,9 +4,10 @@
 //! reused last in, first out, and a result never shares the slot of an operand, which lets kernels assume that nothing overlaps.
 
 use super::LowerError;
-use super::builder::{Builder, Label, Step, Val};
+use super::builder::{Builder, Label, Step, Val, Vals};
 use crate::render::software::tape::{Instr, Op, Operand};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
+use smallvec::smallvec;
 
 pub struct Finished {
     pub uniform_tape: Vec<Instr>,
@@ -16,28 +17,28 @@ pub struct Finished {
     pub slots: u32,
 }
 
-pub fn reads(step: &Step) -> Vec<Val> {
+pub fn reads(step: &Step) -> Vals {
     match step {
         Step::Op { args, .. } | Step::Chain { args, .. } => args.clone(),
-        Step::Assign { from, .. } => vec![*from],
+        Step::Assign { from, .. } => smallvec![*from],
         Step::Uniform { index, .. } => index.iter().copied().collect(),
         Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
-        Step::TextureSize { level, .. } => vec![*level],
-        Step::SkipIfNone { mask, .. } => vec![*mask],
-        Step::JumpIf { cond, .. } => vec![*cond],
-        Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => vec![],
+        Step::TextureSize { level, .. } => smallvec![*level],
+        Step::SkipIfNone { mask, .. } => smallvec![*mask],
+        Step::JumpIf { cond, .. } => smallvec![*cond],
+        Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => smallvec![],
     }
 }
 
-fn writes(step: &Step) -> Vec<Val> {
+fn writes(step: &Step) -> Vals {
     match step {
         Step::Op { dst, .. }
         | Step::Chain { dst, .. }
         | Step::Assign { dst, .. }
         | Step::Uniform { dst, .. }
-        | Step::TextureSize { dst, .. } => vec![*dst],
-        Step::Texture { dst, .. } => dst.to_vec(),
-        _ => vec![],
+        | Step::TextureSize { dst, .. } => smallvec![*dst],
+        Step::Texture { dst, .. } => Vals::from_slice(dst),
+        _ => smallvec![],
     }
 }
 
@@ -78,12 +79,12 @@ fn drop_dead(b: &mut Builder, outputs: &[Val]) {
 
 /// a*b+c, a*b-c, c-a*b where the product has no other use and stands in the same region.
 fn fuse(b: &mut Builder) {
-    let mut uses: HashMap<Val, u32> = HashMap::new();
+    let mut uses: HashMap<Val, u32> = HashMap::default();
     for v in b.code.iter().flat_map(reads) {
         *uses.entry(v).or_default() += 1;
     }
-    let mut products: HashMap<Val, (usize, u32, Val, Val)> = HashMap::new();
-    let mut gone = HashSet::new();
+    let mut products: HashMap<Val, (usize, u32, Val, Val)> = HashMap::default();
+    let mut gone = HashSet::default();
     // A new number at every label and jump target: operands that a loop reassigns must not be read later than the product was.
     let mut region = 0u32;
     let mut open: Vec<(u32, Label)> = Vec::new();
@@ -119,7 +120,7 @@ fn fuse(b: &mut Builder) {
                 };
                 let dst = *dst;
                 gone.insert(p.0);
-                b.code[i] = Step::Op { dst, op, args: vec![p.2, p.3, c] };
+                b.code[i] = Step::Op { dst, op, args: smallvec![p.2, p.3, c] };
             }
             _ => {}
         }
@@ -188,7 +189,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
         super::chains::join(&mut b.code, outputs);
     }
     let life = lifetimes(&b.code, inputs, outputs);
-    let mut place: HashMap<Val, Operand> = HashMap::new();
+    let mut place: HashMap<Val, Operand> = HashMap::default();
     let mut registers = Pool { free: Vec::new(), count: b.constants.len() as u32 };
     let mut slots = Pool { free: Vec::new(), count: inputs.len() as u32 };
     for i in 0..b.constants.len() {
@@ -214,7 +215,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
         uniform_tape.push(scalar_instr(step, &|v| of(&place, v), &index));
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
-    let mut label_at: HashMap<Label, u32> = HashMap::new();
+    let mut label_at: HashMap<Label, u32> = HashMap::default();
     for (i, step) in b.code.iter().enumerate() {
         for v in writes(step) {
             if place.contains_key(&v) {

@@ -10,7 +10,7 @@ use crate::render::software::program::TextureUse;
 use crate::render::software::tape::Op;
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{AddressSpace, Block, Expression, Function, Handle, Span, Statement, SwitchValue, TypeInner};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap as HashMap;
 
 /// Regions with fewer operations than this run without a skip: the test costs as much as they do.
 const SKIP_WORTH: usize = 12;
@@ -83,7 +83,7 @@ impl<'m> Lowerer<'m> {
             uniform_size: 0,
             span: Span::UNDEFINED,
             path: active,
-            globals: HashMap::new(),
+            globals: HashMap::default(),
             open_loops: Vec::new(),
             top_of_loop: false,
             watch: None,
@@ -150,8 +150,16 @@ impl<'m> Lowerer<'m> {
             self.env.extend(zeros);
         }
         let end = self.env.len();
-        let mut frame =
-            Frame { function, info, arguments, values: HashMap::new(), locals: HashMap::new(), returned: base, result, loops: Vec::new() };
+        let mut frame = Frame {
+            function,
+            info,
+            arguments,
+            values: HashMap::default(),
+            locals: HashMap::default(),
+            returned: base,
+            result,
+            loops: Vec::new(),
+        };
         let mut inits = Vec::new();
         for (handle, local) in function.local_variables.iter() {
             frame.locals.insert(handle, self.env.len());
@@ -476,7 +484,7 @@ impl<'m> Lowerer<'m> {
         let start_env = self.env.clone();
         let start_code = self.builder.code.len();
         let (path, top) = (self.path, self.top_of_loop);
-        let mut changing: HashMap<usize, Change> = HashMap::new();
+        let mut changing: HashMap<usize, Change> = HashMap::default();
         loop {
             self.env.clone_from(&start_env);
             self.builder.code.truncate(start_code);

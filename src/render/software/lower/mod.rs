@@ -108,11 +108,11 @@ fn lowered(
         outputs.push(k);
     }
     // Outputs are lane values of their own: an input or a broadcast is copied.
-    let mut taken = std::collections::HashSet::new();
+    let mut taken = rustc_hash::FxHashSet::default();
     for v in &mut outputs {
         if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !taken.insert(*v) {
             let dst = b.fresh_lane();
-            b.code.push(builder::Step::Op { dst, op: super::tape::Op::Copy, args: vec![*v] });
+            b.code.push(builder::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
         }
     }

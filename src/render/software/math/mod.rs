@@ -9,6 +9,7 @@
 pub mod double;
 pub mod single;
 
+use super::kernels::Kernels;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks travel in the same slots, bit-cast:
@@ -24,6 +25,7 @@ pub trait Real:
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
+    + Kernels
 {
     const ZERO: Self;
     const ONE: Self;
