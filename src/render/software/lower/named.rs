@@ -60,7 +60,7 @@ impl Watch {
     /// Gives every kept value its start.
     pub fn begin(&self, b: &mut Builder) {
         let unknown = b.float(f64::NAN);
-        let starts = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: vec![unknown] }).collect::<Vec<_>>();
+        let starts = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![unknown] }).collect::<Vec<_>>();
         b.code.splice(0..0, starts);
     }
     pub fn values(&self) -> impl Iterator<Item = Val> {
