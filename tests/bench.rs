@@ -51,3 +51,20 @@ fn wrong_words_are_refused_in_one_line_that_helps() {
         assert!(out.stdout.is_empty());
     }
 }
+
+#[test]
+fn each_effect_that_is_on_has_its_cost_and_its_light() {
+    let out = bench(&["--effects", "--scene", "saturn", "--size", "64x64", "--frames", "1"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
+    let effects = report["scenes"][0]["effects"].as_array().expect("a list");
+    let light = |name: &str| {
+        let row = effects.iter().find(|e| e["name"] == name).unwrap_or_else(|| panic!("{name} is not in {effects:?}"));
+        assert!(row["wall_ms"].is_f64() && (row["cpu_ms"].is_f64() || row["cpu_ms"].is_null()), "{row}");
+        number(&row["light"], "light")
+    };
+    // The rings send more light to the viewer than their shadow takes; clouds are the Earth's.
+    assert!(light("rings") > 0.1 && light("rings") < 1.0 && light("ring-shadow") < light("rings"));
+    assert!(effects.iter().all(|e| e["name"] != "clouds"), "{effects:?}");
+    assert!(bench(&["--scene", "saturn", "--size", "9x9", "--frames", "1"]).stdout.windows(9).all(|w| w != b"\"effects\""));
+}

@@ -32,4 +32,5 @@ mod software_sampling;
 mod software_speed;
 mod software_tone_map;
 mod textures;
+mod toggles;
 mod views;

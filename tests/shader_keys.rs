@@ -144,6 +144,7 @@ fn every_language_is_written_and_costs_count() {
 #[test]
 fn a_dozen_keys_in_full() {
     for text in [
+        "glow",
         "point",
         "tone_map",
         "emissive.albedo.sun0.sphere",

@@ -5,6 +5,9 @@
 
 use super::view_words::size;
 use super::{CliError, Common};
+use crate::render::plan::Fineness;
+use crate::scene::effects::Effect;
+use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
 use serde_json::{Map, Value, json};
 use std::io::IsTerminal;
@@ -13,6 +16,10 @@ use std::time::{Duration, Instant as Moment};
 const EXAMPLE: &str = "Examples:
   orrery bench
   orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
+
+With --effects each scene also lists what each effect that is on takes (cpu_ms and
+wall_ms: the median frame's less that without it; may be below 0 by chance) and what
+it changes (light: mean absolute change of luminance over the picture's mean).
 
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system.
 
@@ -34,6 +41,9 @@ pub struct BenchArgs {
     /// Pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024")]
     size: String,
+    /// Also what each effect that is on costs: each scene again without it
+    #[arg(long)]
+    effects: bool,
     /// The output is JSON with or without this word
     #[arg(long)]
     json: bool,
@@ -63,19 +73,25 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {
-        let measure = || -> Result<Measured, CliError> {
+        let measure_of = |request: &ViewRequest| -> Result<Measured, CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = Moment::now();
-            session.draw(&scene.request, common.quality.fineness(), false)?;
+            session.draw(request, common.quality.fineness(), false)?;
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
             Ok(Measured { wall, cpu, stages: session.report().0.since(&earlier) })
         };
+        let measure = || measure_of(&scene.request);
         let first = measure()?;
         let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
-        rows.push(row(scene.name, &first, &mut frames));
+        let mut of_scene = row(scene.name, &first, &mut frames);
+        if args.effects {
+            let list = effects(&session, common.quality.fineness(), &scene.request, &frames, args.frames, &measure_of)?;
+            of_scene["effects"] = list.into();
+        }
+        rows.push(of_scene);
     }
     bar.finish_and_clear();
     let options = session.renderer().options();
@@ -90,6 +106,47 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         "scenes": rows,
     });
     super::output::put(&format!("{report:#}\n"))
+}
+
+/// What each effect that is on takes and changes. `frames` are those with all effects, by wall time.
+fn effects(
+    session: &Session,
+    fineness: Fineness,
+    request: &ViewRequest,
+    frames: &[Measured],
+    count: u32,
+    measure: &dyn Fn(&ViewRequest) -> Result<Measured, CliError>,
+) -> Result<Vec<Value>, CliError> {
+    let whole = session.draw(request, fineness, true)?;
+    // The exposure stays: an effect less must not brighten the rest.
+    let request = ViewRequest { exposure: ExposureRequest::Stops(whole.scene.exposure.stops), ..request.clone() };
+    let with = &frames[(frames.len() - 1) / 2];
+    let mut rows = Vec::new();
+    let on = |e: Effect| whole.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
+    for effect in Effect::ALL.into_iter().filter(|e| on(*e)) {
+        let mut without = request.clone();
+        without.effects.set(effect, false);
+        let bare = session.draw(&without, fineness, true)?;
+        let mut again = (0..count).map(|_| measure(&without)).collect::<Result<Vec<_>, _>>()?;
+        again.sort_by_key(|f| f.wall);
+        let median = &again[(again.len() - 1) / 2];
+        let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
+        rows.push(json!({
+            "name": effect.name(),
+            "cpu_ms": with.cpu.zip(median.cpu).map(|(a, b)| less(a, b)),
+            "wall_ms": less(with.wall, median.wall),
+            "light": change(&whole.frame.hdr, &bare.frame.hdr),
+        }));
+    }
+    Ok(rows)
+}
+
+/// Mean absolute change of luminance over the mean luminance of the first picture.
+fn change(with: &[[f32; 4]], without: &[[f32; 4]]) -> f64 {
+    let luminance = |p: &[f32; 4]| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]);
+    let all: f64 = with.iter().map(luminance).sum();
+    let apart: f64 = with.iter().zip(without).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum();
+    if all > 0.0 { apart / all } else { 0.0 }
 }
 
 /// What is printed of a scene; `frames` is not empty.
@@ -118,6 +175,13 @@ fn progress(frames: u64) -> indicatif::ProgressBar {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_change_of_light_is_a_part_of_it() {
+        let (grey, black) = ([0.5, 0.5, 0.5, 1.0], [0.0, 0.0, 0.0, 1.0]);
+        assert!((change(&[grey, grey], &[grey, black]) - 0.5).abs() < 1e-6);
+        assert_eq!((change(&[grey], &[grey]), change(&[black], &[grey])), (0.0, 0.0));
+    }
 
     #[test]
     fn a_row_belongs_to_one_frame() {

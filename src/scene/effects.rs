@@ -25,10 +25,12 @@ pub enum Effect {
     Atmosphere,
     PlanetShine,
     Points,
+    /// The veil of light around the Sun.
+    Glow,
 }
 
 impl Effect {
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Ellipsoid,
         Self::Albedo,
         Self::Normal,
@@ -43,6 +45,7 @@ impl Effect {
         Self::Atmosphere,
         Self::PlanetShine,
         Self::Points,
+        Self::Glow,
     ];
 
     pub fn name(self) -> &'static str {
@@ -61,6 +64,7 @@ impl Effect {
             Self::Atmosphere => "atmosphere",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
+            Self::Glow => "glow",
         }
     }
 }

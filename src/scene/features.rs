@@ -10,7 +10,7 @@ use super::request::{Quality, ViewRequest};
 use super::rings;
 use super::silhouette::Outline;
 use super::{Appearance, Exposure, Placed, of_white, photometry};
-use crate::catalog::{Body, Catalog, Map, MapLatitude, NaifId, Photometry};
+use crate::catalog::{Body, Map, MapLatitude, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3};
 
@@ -20,7 +20,6 @@ pub(super) struct Frame<'a> {
     pub camera: &'a camera::Camera,
     pub exposure: &'a Exposure,
     pub reflectors: &'a [Reflector<'a>],
-    pub catalog: &'a Catalog,
     pub ephemeris: &'a Ephemeris,
     /// The air that the camera stands in.
     pub air: Option<super::air::Around<'a>>,
@@ -128,7 +127,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     let flux = point_flux(frame, p) * (1.0 - share) * tint;
     // A point that can be seen at all goes dark in a shadow.
     let shows = share < 1.0 && flux.max_element() / frame.exposure.white() > VISIBLE_CHANGE;
-    let flux = if shows { flux * dimming(frame.request, frame.catalog, frame.ephemeris, p, diameter_px).0 } else { flux };
+    let flux = if shows { flux * dimming(frame.request, frame.ephemeris, p, diameter_px).0 } else { flux };
     let mut point = None;
     let reason = format!("{diameter_px:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px");
     let flux = if frame.request.pixel_view == PixelView::Shaded { flux } else { DVec3::ZERO };
@@ -176,7 +175,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
 }
 
 /// What is to be known of a body's rings before anything is decided.
-fn ring_view<'a>(frame: &Frame<'a>, p: &'a Placed<'a>) -> Option<rings::View<'a>> {
+fn ring_view<'v>(frame: &'v Frame<'_>, p: &'v Placed<'_>) -> Option<rings::View<'v>> {
     let lit = !p.body.rings.is_empty() && !matches!(p.body.photometry, Photometry::Emissive { .. });
     lit.then(|| rings::View {
         body: p.body,
@@ -372,7 +371,7 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
 
 /// Who stands before the Sun, and by which model.
 fn darkened(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, diameter_px: f64) -> EclipseAmounts {
-    let Some(mut found) = before_sun(frame.request, frame.catalog, frame.ephemeris, p, diameter_px, None) else {
+    let Some(mut found) = before_sun(frame.request, frame.ephemeris, p, diameter_px, None) else {
         return EclipseAmounts::default();
     };
     if !ledger.effect(Effect::Eclipse, !found.casters.is_empty(), std::mem::take(&mut found.reason)) {
@@ -386,7 +385,7 @@ fn darkened(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
 fn darkened_ring(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, outer_km: f64) -> EclipseAmounts {
     let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * frame.camera.pixel_tangent());
     let reach = outer_km / p.body.radii_km.x;
-    let Some(mut found) = before_sun(frame.request, frame.catalog, frame.ephemeris, p, diameter_px, Some(reach)) else {
+    let Some(mut found) = before_sun(frame.request, frame.ephemeris, p, diameter_px, Some(reach)) else {
         return EclipseAmounts::default();
     };
     if frame.request.effects.asked(Effect::Eclipse) == Some(false) {
@@ -420,38 +419,42 @@ struct BeforeSun<'a> {
 /// The casters over a body that the viewer sees, or over all within `reach` equatorial radii of its centre; `None` where there is no Sun.
 fn before_sun<'a>(
     request: &ViewRequest,
-    catalog: &'a Catalog,
     ephemeris: &Ephemeris,
     p: &Placed<'a>,
     diameter_px: f64,
     reach: Option<f64>,
 ) -> Option<BeforeSun<'a>> {
     let body = p.body;
-    let sun = catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
-    let moving = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, p.seen_at, None);
-    let receiver = Receiver {
-        body,
-        position_km: p.position_km,
-        time: p.seen_at,
-        body_from_icrf: p.body_from_icrf,
-        velocity_km_s: moving.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
-        sun_from_body_km: p.sun_from_body_km,
-    };
+    let sun = p.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
+    let (receiver, candidates) = p.before_sun.get_or_init(|| {
+        let moving = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, p.seen_at, None);
+        let receiver = Receiver {
+            body,
+            position_km: p.position_km,
+            time: p.seen_at,
+            body_from_icrf: p.body_from_icrf,
+            velocity_km_s: moving.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
+            sun_from_body_km: p.sun_from_body_km,
+        };
+        let candidates = eclipse::candidates(ephemeris, p.catalog.bodies().iter(), sun, &receiver);
+        (receiver, candidates)
+    });
+    let receiver = *receiver;
     let clouds = body.clouds.as_ref().map_or(1.0, |c| super::clouds::shell_scale(body, c));
     let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
     let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let extent = Extent { reach: reach.unwrap_or(air.max(clouds)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
     let everything = request.effects.asked(Effect::Eclipse) == Some(true);
-    let found = eclipse::find(ephemeris, catalog.bodies().iter(), sun, &receiver, extent, everything);
+    let found = eclipse::find_among(candidates, sun, &receiver, extent, everything);
     Some(BeforeSun { receiver, sun, camera, casters: found.casters, reason: found.reason })
 }
 
 /// About what part of its sunlight eclipses leave a body: the mean of what the viewer sees, and the most.
-pub(super) fn dimming(request: &ViewRequest, catalog: &Catalog, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64) -> (f64, f64) {
+pub(super) fn dimming(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64) -> (f64, f64) {
     if request.effects.asked(Effect::Eclipse) == Some(false) {
         return (1.0, 1.0);
     }
-    let Some(mut found) = before_sun(request, catalog, ephemeris, p, diameter_px, None) else { return (1.0, 1.0) };
+    let Some(mut found) = before_sun(request, ephemeris, p, diameter_px, None) else { return (1.0, 1.0) };
     let model = eclipse::model(&mut found.casters, wanted(request)).model;
     eclipse::estimate(&found.casters, model, &found.receiver, found.sun, found.camera)
 }
@@ -472,10 +475,6 @@ fn amounts(
 ) -> Amounts {
     let (camera, body) = (frame.camera, p.body);
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
-    let in_body = |l: &LightOn| Light {
-        direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
-        irradiance: camera::narrow(l.irradiance),
-    };
     let normalisation = photometry::normalisation(body);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
     let emissive = matches!(body.photometry, Photometry::Emissive { .. });
@@ -494,6 +493,15 @@ fn amounts(
         Photometry::LunarLambert { lunar_weight } => lunar_weight,
         Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
         _ => 0.0,
+    };
+    // The correction of the Sun's phase is in the albedo; another body's light falls, and is seen, at a phase of its own.
+    let of_phase = |l: &LightOn| {
+        let alpha = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
+        photometry::phase_correction(body, alpha, p.distance_km / body.radii_km.x) / brightness.max(1e-6)
+    };
+    let in_body = |l: &LightOn| Light {
+        direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
+        irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { of_phase(l) }),
     };
     let lights =
         if emissive { Vec::new() } else { std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect() };

@@ -11,6 +11,7 @@ pub mod draw;
 pub mod eclipse;
 pub mod effects;
 mod features;
+pub mod glow;
 pub mod legend;
 mod lights;
 mod needs;
@@ -35,6 +36,7 @@ use glam::{DMat3, DVec3};
 use lights::Reflector;
 use request::{ExposureRequest, ViewRequest};
 use silhouette::Outline;
+use std::cell::OnceCell;
 
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -135,6 +137,8 @@ pub struct Scene {
     /// Far to near.
     pub draws: Vec<Draw>,
     pub points: Vec<Point>,
+    /// Over everything.
+    pub glow: Option<glow::Glow>,
 }
 
 /// Radiance of a fully lit disc in its brightest channel, as a part of white, at automatic exposure: bright features of twice the mean
@@ -148,6 +152,8 @@ pub const AUTO_EXPOSED_SUN: f64 = 0.85;
 /// A body where the viewer sees it, before anything is decided.
 struct Placed<'a> {
     body: &'a Body,
+    /// Who else there is.
+    catalog: &'a Catalog,
     /// Barycentric, when the light left.
     position_km: DVec3,
     sun_from_body_km: DVec3,
@@ -160,6 +166,8 @@ struct Placed<'a> {
     outline: Outline,
     /// At the viewer, in units of the Sun's at 1 au.
     irradiance: f64,
+    /// Itself as a receiver of sunlight, and who may stand before its Sun: asked for by the exposure, the globe, its rings and its point.
+    before_sun: OnceCell<(eclipse::Receiver<'a>, Vec<eclipse::Caster<'a>>)>,
 }
 
 impl Scene {
@@ -170,7 +178,7 @@ impl Scene {
         let mut placed = Vec::new();
         let mut bodies: Vec<Option<BodyInView>> = Vec::new();
         for body in catalog.bodies() {
-            match place(body, ephemeris, &viewer, request) {
+            match place(catalog, body, ephemeris, &viewer, request) {
                 Ok(p) => {
                     placed.push(p);
                     bodies.push(None);
@@ -181,10 +189,10 @@ impl Scene {
             }
         }
         let air = placed.iter().find_map(|p| air::Around::of(p.body, &p.placement));
-        let exposure = exposure(request, camera, &placed, air.as_ref(), (catalog, ephemeris));
+        let exposure = exposure(request, camera, &placed, air.as_ref(), ephemeris);
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
-        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, catalog, ephemeris, air };
+        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air };
         let mut draws: Vec<(f64, Draw)> = Vec::new();
         let mut points = Vec::new();
         let mut next = placed.iter();
@@ -196,15 +204,19 @@ impl Scene {
             draws.extend(parts.into_iter().map(|d| (p.distance_km, d)));
             points.extend(point);
         }
+        let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
+        let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
+        let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
         draws.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.part.cmp(&b.1.part)));
         Ok(Self {
             time: request.time,
             camera: viewer.camera,
             exposure,
             pixel_view: request.pixel_view,
-            bodies: bodies.into_iter().flatten().collect(),
+            bodies,
             draws: draws.into_iter().map(|(_, d)| d).collect(),
             points,
+            glow,
         })
     }
 
@@ -213,8 +225,26 @@ impl Scene {
     }
 }
 
+/// Decides on the Sun's glow and notes it among the Sun's features.
+fn shines(request: &ViewRequest, found: Option<(glow::Glow, bool, String)>, bodies: &mut [BodyInView]) -> Option<glow::Glow> {
+    let (glow, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Shaded)?;
+    let (on, reason) = match request.effects.asked(effects::Effect::Glow) {
+        Some(on) => (on, "asked for".into()),
+        None => (by_bound, reason),
+    };
+    let feature = effects::Effect::Glow.name();
+    bodies.iter_mut().filter(|b| b.id == NaifId::SUN).for_each(|b| b.decisions.push(Decision { feature, on, reason: reason.clone() }));
+    on.then_some(glow)
+}
+
 /// Puts a body where the viewer sees it: light time, and aberration for a viewer who moves.
-fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, request: &ViewRequest) -> Result<Placed<'a>, SceneError> {
+fn place<'a>(
+    catalog: &'a Catalog,
+    body: &'a Body,
+    ephemeris: &Ephemeris,
+    viewer: &viewpoint::Viewer,
+    request: &ViewRequest,
+) -> Result<Placed<'a>, SceneError> {
     let camera = &viewer.camera;
     let stood_on = viewer.stands_on.filter(|(id, _)| *id == body.id);
     let (position_km, seen_at) = match stood_on {
@@ -252,7 +282,20 @@ fn place<'a>(body: &'a Body, ephemeris: &Ephemeris, viewer: &viewpoint::Viewer, 
         photometry::irradiance_at_viewer(body, alpha, sun_from_body_km.length().max(1.0), distance_km, outline_squared_km2)
     };
     let outline = if inside { Outline::Behind } else { Outline::of(camera, &placement) };
-    Ok(Placed { body, position_km, sun_from_body_km, seen_at, body_from_icrf, placement, distance_km, alpha, outline, irradiance })
+    Ok(Placed {
+        body,
+        catalog,
+        position_km,
+        sun_from_body_km,
+        seen_at,
+        body_from_icrf,
+        placement,
+        distance_km,
+        alpha,
+        outline,
+        irradiance,
+        before_sun: OnceCell::new(),
+    })
 }
 
 /// The automatic exposure shows the target's fully lit disc at [`AUTO_EXPOSED_MEAN`] of white; without a target in the frame, that of
@@ -262,7 +305,7 @@ fn exposure(
     camera: &Camera,
     placed: &[Placed<'_>],
     air: Option<&air::Around<'_>>,
-    sky: (&Catalog, &Ephemeris),
+    ephemeris: &Ephemeris,
 ) -> Exposure {
     if let ExposureRequest::Stops(stops) = request.exposure {
         return Exposure { stops, reason: "asked for".into() };
@@ -316,7 +359,7 @@ fn exposure(
     };
     // In the shadow of another body it shows what light is left there.
     let diameter_px = 2.0 * (area(p) / std::f64::consts::PI).sqrt();
-    let (_, left) = features::dimming(request, sky.0, sky.1, p, diameter_px);
+    let (_, left) = features::dimming(request, ephemeris, p, diameter_px);
     let left = left.max(DARKEST_EXPOSED);
     let radiance = radiance * left;
     // A point spreads its light over the pixels of its sprite; a disc keeps its radiance.

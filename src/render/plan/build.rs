@@ -10,6 +10,7 @@ use super::{
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::draw::{Amounts, Draw, Light, Part, PixelView, Point, RingTable};
+use crate::scene::glow::Glow;
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::LayoutError;
 use crate::shader::{Layout, UniformWriter};
@@ -67,6 +68,9 @@ pub fn modules(scene: &Scene) -> Vec<ModuleName> {
     if !scene.points.is_empty() {
         all.push(ModuleName::Simple("point"));
     }
+    if scene.glow.is_some() {
+        all.push(ModuleName::Simple("glow"));
+    }
     all.push(ModuleName::Simple("tone_map"));
     all.sort();
     all.dedup();
@@ -82,6 +86,9 @@ pub fn plan(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Resu
     }
     if !scene.points.is_empty() {
         draws.push(point_draw(scene, supplies)?);
+    }
+    if let Some(glow) = &scene.glow {
+        draws.push(glow_draw(scene, glow, supplies)?);
     }
     let bodies = Pass {
         name: "bodies",
@@ -258,6 +265,30 @@ fn point_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanE
         blend: Blend::Add,
         cull: Cull::None,
         depth: DepthState { test: true, write: false },
+        scissor: [0, 0, scene.camera.width, scene.camera.height],
+    })
+}
+
+fn glow_draw(scene: &Scene, glow: &Glow, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
+    let module = ModuleName::Simple("glow");
+    let layout = supplies.layout(&module)?;
+    let named = |source| PlanError::Layout { module: ModuleName::Simple("glow").to_string(), source };
+    let mut w = layout.writer();
+    w.vec3("sun_direction", glow.sun_direction).map_err(named)?;
+    w.f32("least_sq", glow.least_sq).map_err(named)?;
+    w.vec3("strength", glow.strength).map_err(named)?;
+    w.vec2("tan_half_fov", glow.tan_half_fov).map_err(named)?;
+    Ok(PlanDraw {
+        label: "glow".into(),
+        module,
+        uniforms: w.finish().map_err(named)?,
+        textures: Vec::new(),
+        samplers: Vec::new(),
+        vertices: Vertices::Count(3),
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::Add,
+        cull: Cull::None,
+        depth: DepthState { test: false, write: false },
         scissor: [0, 0, scene.camera.width, scene.camera.height],
     })
 }

@@ -132,13 +132,31 @@ pub fn find<'a>(
     extent: Extent,
     everything: bool,
 ) -> Found<'a> {
+    find_among(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, everything)
+}
+
+/// The bodies between the receiver and the Sun that are not far too small, wherever they pass: what takes the ephemeris' time.
+pub fn candidates<'a>(
+    ephemeris: &Ephemeris,
+    bodies: impl Iterator<Item = &'a Body>,
+    sun: &Body,
+    receiver: &Receiver<'_>,
+) -> Vec<Caster<'a>> {
+    let Some(axis) = Axis::of(receiver, sun) else { return Vec::new() };
+    let others = bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && may_meet(b, receiver.body));
+    others.filter_map(|body| Caster::of(ephemeris, body, receiver, &axis, sun)).collect()
+}
+
+/// The casters among the candidates of the same receiver.
+pub fn find_among<'a>(candidates: &[Caster<'a>], sun: &Body, receiver: &Receiver<'_>, extent: Extent, everything: bool) -> Found<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
         return Found { casters: Vec::new(), reason: "it is inside the Sun".into() };
     };
     let mut casters = Vec::new();
-    let mut nearest: Option<(f64, &str)> = None;
-    for body in bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && may_meet(b, receiver.body)) {
-        let Some(caster) = Caster::of(ephemeris, body, receiver, &axis, sun, extent) else { continue };
+    let mut nearest: Option<(f64, &'a str)> = None;
+    for caster in candidates {
+        let caster = caster.within(&axis, sun, extent.reach, receiver.radius_km());
+        let body = caster.body;
         let miss = caster.miss(&axis, extent.reach);
         if miss > 0.0 {
             let share = miss / caster.penumbra(&axis, extent.reach);
@@ -184,20 +202,20 @@ fn may_meet(caster: &Body, receiver: &Body) -> bool {
     system(caster) == system(receiver) || caster.kind == Kind::Planet
 }
 
+/// What a body of this radius takes at most of the Sun's light when it passes this far before it.
+fn takes(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
+    let solar_radii = radius * axis.cot / depth.max(1e-9);
+    if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * centre_over_mean(sun)).min(1.0) }
+}
+
 impl<'a> Caster<'a> {
-    fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body, extent: Extent) -> Option<Self> {
+    fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
         let unit_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / unit_km;
-        let brightest = centre_over_mean(sun);
-        // What it takes at most when it passes this far before the Sun.
-        let takes = |depth: f64| {
-            let solar_radii = radius * axis.cot / depth.max(1e-9);
-            if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * brightest).min(1.0) }
-        };
         // Where it is now serves to leave out what is far too small or on the wrong side, with twice the room.
         let now = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state.pos_km;
         let rough = (now - receiver.position_km).length() / unit_km;
-        if takes(0.5 * rough) < 0.1 * VISIBLE_CHANGE {
+        if takes(radius, axis, sun, 0.5 * rough) < 0.1 * VISIBLE_CHANGE {
             return None;
         }
         let (position_km, passed_at) = ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?;
@@ -208,9 +226,15 @@ impl<'a> Caster<'a> {
         }
         let caster_from_icrf = ephemeris.body_from_icrf(body.id, passed_at).ok()?;
         let (long_axis, semi) = outline(axis, receiver.body_from_icrf * caster_from_icrf.transpose(), body.radii_km / unit_km);
-        let mut caster = Self { body, across, along, long_axis, semi, takes: takes((along - extent.reach).max(radius)), umbra: false };
-        caster.umbra = caster.across.length() < extent.reach + caster.semi.x - caster.along / axis.cot;
-        Some(caster)
+        Some(Self { body, across, along, long_axis, semi, takes: 0.0, umbra: false })
+    }
+
+    /// What it can do to points of the receiver no farther than `reach` from its centre.
+    fn within(&self, axis: &Axis, sun: &Body, reach: f64, unit_km: f64) -> Self {
+        let radius = self.body.radii_km.max_element() / unit_km;
+        let takes = takes(radius, axis, sun, (self.along - reach).max(radius));
+        let umbra = self.across.length() < reach + self.semi.x - self.along / axis.cot;
+        Self { takes, umbra, ..self.clone() }
     }
 
     /// Radius of the penumbra where it meets the receiver.

@@ -1,0 +1,91 @@
+//! The Sun's glow: the veil of light that the eye's or a camera's optics spread around its disc while it is in the frame.
+//!
+//! In: where the Sun stands, what hides it, what is white. Out: [`Glow`], the amounts of shaders/entry/glow.wgsl, and the reason. The law is that of
+//! Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, where it holds from 1 to 30 degrees): about a tenth of
+//! the light goes astray. It stands for the glare of the whole optics; a clean lens spreads less, by a factor that depends on the lens. Nearer than
+//! the Sun's limb (or a pixel, where that is wider) the veil is flat. Its light is not taken from the disc, which shines a hundred times as
+//! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
+
+use super::camera::{Camera, narrow, narrow_scalar};
+use super::effects::VISIBLE_CHANGE;
+use super::{Placed, of_white};
+use crate::catalog::NaifId;
+use glam::{DVec3, Vec2, Vec3};
+use std::f64::consts::PI;
+
+/// L theta^2 / E with theta in radians, where a white plane facing E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
+pub const VEIL: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
+
+/// Uniforms of the glow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glow {
+    pub sun_direction: Vec3,
+    pub least_sq: f32,
+    pub strength: Vec3,
+    pub tan_half_fov: Vec2,
+}
+
+/// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
+/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15.
+fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
+    if body < sun {
+        let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
+        return 1.0 - covered * (body / sun).powi(2);
+    }
+    let edge = ((separation - body) / sun).clamp(-1.0, 1.0);
+    1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
+}
+
+/// The part of the Sun's disc that no body hides from the camera.
+fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
+    let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0).asin();
+    let towards = sun.placement.centre_km / sun.distance_km;
+    let nearer = placed.iter().filter(|p| p.body.id != sun.body.id && p.distance_km > 0.0 && p.distance_km < sun.distance_km);
+    nearer.fold(1.0, |left, p| {
+        let angular = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
+        let separation = crate::ephemeris::angle_rad(p.placement.centre_km, towards);
+        left * left_by(separation, angular, radius)
+    })
+}
+
+/// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `tint`: what the air leaves of its light.
+pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], white: f64, tint: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
+    let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
+    sun.outline.rect(camera)?;
+    let towards = sun.placement.centre_km / sun.distance_km;
+    let seen = part_seen(placed, sun);
+    let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
+    let strength = tint(sun.placement.centre_km) * (VEIL * irradiance * seen);
+    let least = (sun.body.radii_km.x / sun.distance_km).max(camera.pixel_tangent());
+    let beside = strength.max_element() / (least * least) / white;
+    let on = beside > VISIBLE_CHANGE;
+    let reason = if seen > 0.0 { format!("beside its limb the veil is {}", of_white(beside)) } else { "other bodies hide it".into() };
+    let glow = Glow {
+        sun_direction: narrow(DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward))),
+        least_sq: narrow_scalar(least * least),
+        strength: narrow(strength),
+        tan_half_fov: camera.tan_half_fov.as_vec2(),
+    };
+    Some((glow, on, reason))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_of_the_light_goes_astray() {
+        // Radiance over pi (no factor pi in the unit) over the solid angle from the limb to 30 degrees.
+        let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
+        let part = VEIL / PI * 2.0 * PI * (to / from).ln();
+        assert!((0.05..0.15).contains(&part), "{part}");
+    }
+
+    #[test]
+    fn a_body_before_the_sun_hides_what_it_covers() {
+        assert_eq!(left_by(3.0, 1.5, 1.0), 1.0);
+        assert!(left_by(0.2, 1.5, 1.0) < 1e-12 && left_by(50.0, 51.0, 1.0) < 1e-12);
+        assert!((left_by(50.0, 50.0, 1.0) - 0.5).abs() < 1e-12, "a straight horizon through the middle");
+        assert!((left_by(0.0, 0.1, 1.0) - 0.99).abs() < 1e-12);
+    }
+}
