@@ -48,11 +48,21 @@ fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
     })
 }
 
+/// Whether the disc is in the frame. The outline's rectangle will not do: it is wide for a body at a right angle to the view.
+fn meets_frame(camera: &Camera, towards: DVec3, radius: f64) -> bool {
+    let ahead = towards.dot(camera.forward);
+    let within = |across: f64, half: f64| (across / ahead).abs() < half + radius * (1.0 + half * half);
+    ahead > 0.0 && within(towards.dot(camera.right), camera.tan_half_fov.x) && within(towards.dot(camera.up), camera.tan_half_fov.y)
+}
+
 /// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `tint`: what the air leaves of its light.
 pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], white: f64, tint: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
-    sun.outline.rect(camera)?;
     let towards = sun.placement.centre_km / sun.distance_km;
+    let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
+    if !meets_frame(camera, towards, radius) {
+        return None;
+    }
     let seen = part_seen(placed, sun);
     let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
     let strength = tint(sun.placement.centre_km) * (VEIL * irradiance * seen);
@@ -79,6 +89,15 @@ mod tests {
         let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
         let part = VEIL / PI * 2.0 * PI * (to / from).ln();
         assert!((0.05..0.15).contains(&part), "{part}");
+    }
+
+    #[test]
+    fn a_sun_beside_the_view_is_not_in_the_frame() {
+        let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
+        let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
+        for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
+            assert_eq!(meets_frame(&camera, at(deg), 0.0047), shows, "{deg} degrees");
+        }
     }
 
     #[test]
