@@ -45,6 +45,7 @@ fn amounts(lights: u8) -> Amounts {
         eclipse: Default::default(),
         ring: RingAmounts::default(),
         air: AirAmounts {
+            ends: Vec2::new(0.1, 0.0),
             top: 32.0,
             gas_height: 33.0,
             gas_scattering: Vec3::splat(34.0),

@@ -184,6 +184,27 @@ struct Draw {
     air_layer: vec3f,
     air_layer_extinction: vec3f,
   //: end
+    // Rows of lib/air/columns.wgsl's AirNode: the samples', the camera's end, the far end. As many as AIR_NODES of lib/air/rising.wgsl.
+  //: if surface.cloud
+    //: if air.pixel-32
+    air_nodes: array<vec4f, 30>,
+    //: else
+    air_nodes: array<vec4f, 18>,
+    //: end
+  //: else
+    //: if air.vertex
+    air_nodes: array<vec4f, 18>,
+    //: end
+    //: if air.pixel-8
+    air_nodes: array<vec4f, 24>,
+    //: end
+    //: if air.pixel-16|air.table
+    air_nodes: array<vec4f, 30>,
+    //: end
+    //: if air.pixel-32
+    air_nodes: array<vec4f, 54>,
+    //: end
+  //: end
   //: if air.table
     // Height of the frame's floor over the ground, and one over that of the top; both in the frame's radii.
     air_many_heights: vec2f,

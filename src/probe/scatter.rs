@@ -2,10 +2,12 @@
 
 use super::lanes::{Lanes, Numbers};
 use super::{Prober, fields};
-use crate::scene::draw::{Air, AirTier, Needs, Surface};
+use crate::scene::air_nodes;
+use crate::scene::draw::{Air, AirAmounts, AirTier, Needs, Surface};
 use crate::shader::ModuleId;
+use crate::shader::reflect::FieldType;
 use crate::shader::key::ShaderKey;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -55,6 +57,8 @@ enum Phase {
 
 #[derive(Deserialize)]
 enum Tier {
+    #[serde(rename = "vertex")]
+    Vertex,
     #[serde(rename = "pixel-8")]
     Pixel8,
     #[serde(rename = "pixel-16")]
@@ -70,6 +74,7 @@ fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
 pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let f: Fields = fields(question)?;
     let tier = match f.tier {
+        Tier::Vertex => AirTier::Vertex,
         Tier::Pixel8 => AirTier::Pixel8,
         Tier::Pixel16 => AirTier::Pixel16,
         Tier::Pixel32 => AirTier::Pixel32,
@@ -90,7 +95,8 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
     };
     let key = ShaderKey::for_draw(&Needs { surface: Surface::Sky, lights: 1, air, ..Needs::LEAST });
     let module = ModuleId::Probe("probe_scatter", key);
-    let uniforms = uniforms(prober, &module, a)?;
+    let hits = cam.dot(dir) < 0.0 && excess - cam.dot(dir).powi(2) < 0.0;
+    let uniforms = uniforms(prober, &module, a, &Ray { camera: cam.length() - 1.0, sky: !hits, tier })?;
     let mut numbers: Numbers = [0.0; 12];
     // The ray as scene gives it to a draw: what would cancel in f32 is taken in f64.
     let along = cam.dot(dir);
@@ -106,8 +112,28 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
     Ok(json!({ "transmittance": &through[..3], "radiance": &light[..3], "hits_ground": light[3] > 0.5 }))
 }
 
+/// What the heights of the samples depend on.
+struct Ray {
+    /// Height over the ground.
+    camera: f64,
+    /// It does not end on the ground.
+    sky: bool,
+    tier: AirTier,
+}
+
+impl Ray {
+    /// The rows of the samples, as many as the module has room for. `air`: filled but for its ends.
+    fn nodes(&self, mut air: AirAmounts, rows: u32) -> Vec<Vec4> {
+        let top = f64::from(air.top) / (1.0 + (1.0 + f64::from(air.top)).sqrt());
+        air.ends = Vec2::new(self.camera.clamp(0.0, top) as f32, if self.sky { top as f32 } else { 0.0 });
+        let mut nodes = air_nodes::nodes(&air, air_nodes::samples(self.tier));
+        nodes.resize(rows as usize, Vec4::ZERO);
+        nodes
+    }
+}
+
 /// The bytes of the module's `Air`.
-fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere) -> Result<Vec<u8>, String> {
+fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, ray: &Ray) -> Result<Vec<u8>, String> {
     let built = prober.library().get(module).map_err(|e| e.to_string())?;
     let mut w = built.layout.writer();
     let radius_km = a.planet_radius_km;
@@ -140,19 +166,33 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere) -> Result<Ve
     if gases > 1 || hazes > 1 || layers > 1 {
         return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
     }
+    let air = AirAmounts {
+        top: excess(a.top_km),
+        gas_height: gas.0,
+        gas_scattering: gas.1,
+        gas_extinction: gas.2,
+        haze_height: haze.0,
+        haze_scattering: haze.1,
+        haze_extinction: haze.2,
+        haze_asymmetry: haze.3,
+        layer: layer.0,
+        layer_extinction: layer.1,
+        ..AirAmounts::default()
+    };
     for field in &built.layout.fields {
         let name = field.name.as_str();
-        match name {
-            "top" => w.f32(name, excess(a.top_km)),
-            "gas_height" => w.f32(name, gas.0),
-            "gas_scattering" => w.vec3(name, gas.1),
-            "gas_extinction" => w.vec3(name, gas.2),
-            "haze_height" => w.f32(name, haze.0),
-            "haze_scattering" => w.vec3(name, haze.1),
-            "haze_extinction" => w.vec3(name, haze.2),
-            "haze_asymmetry" => w.f32(name, haze.3),
-            "layer" => w.vec3(name, layer.0),
-            _ => w.vec3(name, layer.1),
+        match (name, field.ty) {
+            ("top", _) => w.f32(name, air.top),
+            ("gas_height", _) => w.f32(name, air.gas_height),
+            ("gas_scattering", _) => w.vec3(name, air.gas_scattering),
+            ("gas_extinction", _) => w.vec3(name, air.gas_extinction),
+            ("haze_height", _) => w.f32(name, air.haze_height),
+            ("haze_scattering", _) => w.vec3(name, air.haze_scattering),
+            ("haze_extinction", _) => w.vec3(name, air.haze_extinction),
+            ("haze_asymmetry", _) => w.f32(name, air.haze_asymmetry),
+            ("layer", _) => w.vec3(name, air.layer),
+            ("nodes", FieldType::Vec4Array(rows)) => w.vec4_array(name, &ray.nodes(air.clone(), rows)),
+            _ => w.vec3(name, air.layer_extinction),
         }
         .map_err(|e| e.to_string())?;
     }

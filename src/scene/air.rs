@@ -4,11 +4,11 @@
 //! frame where the ground is the unit sphere. Not here: how the light is summed (shaders/lib/air).
 
 use super::camera::{self, Placement};
-use super::draw::{Air, AirAmounts, AirTier};
+use super::draw::{Air, AirAmounts, AirTier, Amounts};
 use super::effects::VISIBLE_CHANGE;
 use super::request::Quality;
 use crate::catalog::{Atmosphere, Body, Species};
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use std::collections::BTreeSet;
 
 /// Part of the extinguished light that comes down again as light of the sky: half goes each way in Rayleigh's scattering.
@@ -129,6 +129,7 @@ pub(super) fn amounts(body: &Body, floor: f64) -> AirAmounts {
     let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
     AirAmounts {
         top: camera::narrow_scalar(excess_of(((air.top_km - floor_km) / radius_km).max(0.0))),
+        ends: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
         gas_height: height(gas(air)),
         gas_scattering: of(gas(air), scattering),
         gas_extinction: of(gas(air), extinction),
@@ -142,6 +143,14 @@ pub(super) fn amounts(body: &Body, floor: f64) -> AirAmounts {
         many_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         many: std::sync::Arc::default(),
     }
+}
+
+/// Where rays of a draw begin and end that only rise or only fall: from the camera, or the top above it, to the ground or, a sky's, to the top.
+pub(super) fn set_ends(amounts: &mut Amounts, sky: bool) {
+    let height = |excess: f32| excess / (1.0 + (1.0 + excess).sqrt());
+    let top = height(amounts.air.top);
+    let camera = if amounts.anchor_is_camera > 0.5 { height(amounts.anchor_excess.max(0.0)).min(top) } else { top };
+    amounts.air.ends = Vec2::new(camera, if sky { top } else { 0.0 });
 }
 
 /// The air that the camera stands in.

@@ -87,6 +87,8 @@ pub struct CloudAmounts {
 pub struct AirAmounts {
     /// Excess above which there is nothing.
     pub top: f32,
+    /// Heights of the camera's end and the far end of a ray that only rises or only falls; outside the air, that of its top.
+    pub ends: Vec2,
     pub gas_height: f32,
     /// Per radius at the ground, linear RGB.
     pub gas_scattering: Vec3,

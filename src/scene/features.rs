@@ -264,7 +264,8 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
         return None;
     }
     let rect = if inside { ClipRect::VIEWPORT } else { Outline::of(frame.camera, &shell).rect(frame.camera)? };
-    let amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
+    let mut amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
+    super::air::set_ends(&mut amounts, true);
     let name = format!("{} air", body.name);
     Some(Draw { body: body.id, part: Part::Sky, name, needs: needs?, amounts, map_files: MapFiles::default() })
 }
@@ -298,6 +299,7 @@ fn cloud_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen
     let mut amounts = amounts(frame, p, &shell, rect, MapSet::default(), shine, share);
     let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);
     amounts.air = super::air::amounts(body, scale);
+    super::air::set_ends(&mut amounts, false);
     amounts.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * share));
     let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
     Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), needs, amounts, map_files })
@@ -512,7 +514,7 @@ fn amounts(
         MapLatitude::Planetocentric => polar_ratio,
         MapLatitude::Planetographic => 1.0 / polar_ratio,
     };
-    Amounts {
+    let mut amounts = Amounts {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
         albedo: camera::narrow(reflectance * normalisation * brightness * share),
         lights,
@@ -530,5 +532,7 @@ fn amounts(
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
         ..Amounts::of_rays(&rays)
-    }
+    };
+    super::air::set_ends(&mut amounts, false);
+    amounts
 }

@@ -4,6 +4,7 @@
 //! draws far to near and the points. Everything is f64 until [`camera`] narrows it. Nothing here knows of shaders or keeps state.
 
 mod air;
+pub mod air_nodes;
 pub mod air_table;
 pub mod camera;
 mod clouds;

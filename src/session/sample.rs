@@ -94,6 +94,7 @@ fn air() -> AirAmounts {
     let excess = |height: f32| height * (2.0 + height);
     AirAmounts {
         top: excess(0.2),
+        ends: Vec2::new(0.2, 0.0),
         gas_height: 0.025,
         gas_scattering: Vec3::new(2.0, 4.0, 9.0),
         gas_extinction: Vec3::new(2.0, 4.0, 9.0),

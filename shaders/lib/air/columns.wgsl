@@ -27,6 +27,52 @@ fn height_of(excess: f32) -> f32 {
     return excess / (1.0 + sqrt(1.0 + excess));
 }
 
+// A height that is the same for all pixels; src/scene/air_nodes.rs fills the rows.
+struct AirNode {
+    // Excess; gas times the step of the quadrature in height; haze per gas; 1 / |p|^2.
+    a: vec4f,
+    // Gas, then haze: 0.56 sqrt(x / 2) / |p| and density times H sqrt(pi x / 2), for x = |p| / H.
+    b: vec4f,
+    // The absorbing layer: half of its column straight up, and at which two |q|^2 - |p|^2 above the halves are thought to lie; excess of
+    // the middle between this node and the next.
+    c: vec4f,
+}
+
+// Chapman's function over sqrt(pi x / 2) without its end terms.
+fn erfcx_of(t: f32) -> f32 {
+    return ((((-0.17849263 * t + 0.31750691) * t + 0.22426937) * t + 0.32062279) * t + 0.31582697) * t;
+}
+
+// Columns of gas, haze and layer from a node outwards, the way there rising: see column_out. `rise`: of either sign, as if it rose.
+fn columns_from(air: Air, node: AirNode, rise: f32) -> vec3f {
+    let rise_sq = rise * rise;
+    let cos_sq = rise_sq * node.a.w;
+    let per_radius = sqrt(node.a.w);
+    var columns = vec3f(0.0);
+    let gas_end = 2.0 * air.gas_height * per_radius;
+    columns.x = erfcx_of(1.0 / (1.0 + node.b.x * abs(rise))) * (node.b.y * (1.0 + 0.1875 * gas_end) + (node.b.y * 0.3125 * gas_end) * cos_sq);
+//: if air.mie
+    let haze_end = 2.0 * air.haze_height * per_radius;
+    columns.y = erfcx_of(1.0 / (1.0 + node.b.z * abs(rise))) * (node.b.w * (1.0 + 0.1875 * haze_end) + (node.b.w * 0.3125 * haze_end) * cos_sq);
+//: end
+//: if air.absorption
+    columns.z = node.c.x * (inverseSqrt(rise_sq + node.c.y) + inverseSqrt(rise_sq + node.c.z));
+//: end
+    return columns;
+}
+
+// Optical depth of columns.
+fn depth_of(air: Air, columns: vec3f) -> vec3f {
+    var depth = columns.x * air.gas_extinction;
+//: if air.mie
+    depth += columns.y * air.haze_extinction;
+//: end
+//: if air.absorption
+    depth += columns.z * air.layer_extinction;
+//: end
+    return depth;
+}
+
 // Column of an exponential air from a point outwards, in units of its density at the ground times the radius. `rise`: dot(p, direction), which
 // is r times the cosine from the zenith; below the horizon the way down and up again through the tangent point is counted.
 // Chapman's grazing incidence function as sqrt(pi x / 2) erfcx(sqrt(x / 2) |cos|), x = r / H, times the next term of both its ends,
@@ -37,8 +83,7 @@ fn column_out(excess: f32, rise: f32, scale_height: f32) -> f32 {
     let half_x = 0.5 * radius / scale_height;
     let cosine = abs(rise) / radius;
     let t = 1.0 / (1.0 + 0.56 * sqrt(half_x) * cosine);
-    let erfcx = ((((-0.17849263 * t + 0.31750691) * t + 0.22426937) * t + 0.32062279) * t + 0.31582697) * t;
-    let up = exp(-height_of(excess) / scale_height) * scale_height * sqrt(3.14159265 * half_x) * erfcx
+    let up = exp(-height_of(excess) / scale_height) * scale_height * sqrt(3.14159265 * half_x) * erfcx_of(t)
         * (1.0 + (0.1875 + 0.3125 * cosine * cosine) / half_x);
     if rise >= 0.0 {
         return up;

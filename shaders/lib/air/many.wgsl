@@ -1,13 +1,9 @@
 // Light that the air has scattered more than once: the table of src/scene/air_table.rs, read between its nodes.
 //
-// It adds to what lib/air/scatter.wgsl sums. Where the Sun is hidden by another body at a sample, this light is hidden there in the same part;
+// It adds to the light scattered once, at the same samples. Where the Sun is hidden by another body at a sample, this light is hidden there in the same part;
 // what would come from lit air beside it is left out.
 
 //: use lib/draw.wgsl
-//: use lib/air/scatter.wgsl
-
-// The light is smooth along a ray: twice as many samples change the Earth's sky by less than 1 %.
-const MANY_SAMPLES = 8u;
 
 // Place among the 16 columns, which lie evenly in mu / (|mu| + 0.3) from -0.5 to 1 / 1.3.
 fn many_column(sun_cosine: f32) -> f32 {
@@ -34,43 +30,7 @@ fn many_on_ground(sun_cosine: f32) -> vec3f {
     return root * root;
 }
 
-// What a view ray brings, in the unit of AirLight.
-fn many_along(air: Air, path: AirPath, towards_sun: vec3f, scale: vec2f) -> vec3f {
-    if path.to_s <= path.from_s || path.low >= air.top {
-        return vec3f(0.0);
-    }
-    let span = span_of(path);
-    let sun_along = dot(path.along, towards_sun);
-    let sun_nearest = dot(path.nearest, towards_sun);
-    var light = vec3f(0.0);
-    var behind = vec3f(0.0);
-    for (var i = 0u; i < MANY_SAMPLES; i++) {
-        let at = sample_of(span, (f32(i) + 0.5) * (1.0 / f32(MANY_SAMPLES)));
-        let height = height_of(at.excess);
-        let step = scale.x * at.step * (1.0 / f32(MANY_SAMPLES));
-        let gas = step * exp(-height / air.gas_height);
-        var cell = gas * air.gas_extinction;
-        var scattered = gas * air.gas_scattering;
-//: if air.mie
-        let haze = step * exp(-height / air.haze_height);
-        cell += haze * air.haze_extinction;
-        scattered += haze * air.haze_scattering;
-//: end
-//: if air.absorption
-        cell += step * layer_density(air.layer, at.excess) * air.layer_extinction;
-//: end
-        let row = 7.0 * sqrt(clamp((height + draw.air_many_heights.x) * draw.air_many_heights.y, 0.0, 1.0));
-        let cosine = (sun_nearest + at.s * sun_along) / sqrt(1.0 + at.excess);
-        var part = exp(-behind) * kept_in(cell) * many_at(row, cosine);
-//: if eclipse.1
-  //: if shape.ellipsoid
-        part *= sunlight_reaching((path.nearest + at.s * path.along) * draw.axis_ratios);
-  //: else
-        part *= sunlight_reaching(path.nearest + at.s * path.along);
-  //: end
-//: end
-        light += part * scattered;
-        behind += cell;
-    }
-    return light;
+// Row of a height over the frame's floor.
+fn many_row(height: f32) -> f32 {
+    return 7.0 * sqrt(clamp((height + draw.air_many_heights.x) * draw.air_many_heights.y, 0.0, 1.0));
 }

@@ -2,10 +2,7 @@
 
 //: use lib/draw.wgsl
 //: use lib/intersection.wgsl
-//: use lib/air/scatter.wgsl
-//: if air.table
-//: use lib/air/many.wgsl
-//: end
+//: use lib/air/along.wgsl
 
 fn air_of_draw() -> Air {
     var air: Air;
@@ -24,6 +21,10 @@ fn air_of_draw() -> Air {
     air.layer_extinction = draw.air_layer_extinction;
 //: end
     return air;
+}
+
+fn air_node(k: u32) -> AirNode {
+    return AirNode(draw.air_nodes[3u * k], draw.air_nodes[3u * k + 1u], draw.air_nodes[3u * k + 2u]);
 }
 
 // The ray ends on the ground, but a sky's never does: under the horizon it grazes.
@@ -58,11 +59,12 @@ fn air_before(in: Varyings) -> AirLight {
     let scale = vec2f(1.0);
     let cos_scattering = dot(along, sun);
 //: end
-    var light = air_along(air_of_draw(), path, sun_in_frame, scale, cos_scattering);
-//: if air.table
-    light.scattered += many_along(air_of_draw(), path, sun_in_frame, scale);
+//: if surface.sky
+    let from_node = near && b >= 0.0 && draw.anchor_excess < draw.air_top;
+//: else
+    let from_node = true;
 //: end
-    return light;
+    return air_along(air_of_draw(), path, sun_in_frame, scale, cos_scattering, from_node);
 }
 
 // What the camera sees of light and coverage behind the air. A sky covers by what it takes, and its light is per coverage.
@@ -90,9 +92,9 @@ fn sunlight_through_air(position: vec3f) -> vec3f {
 //: if shape.ellipsoid
     let sun_in_frame = normalize(sun / draw.axis_ratios);
     let scale = length(sun_in_frame * draw.axis_ratios);
-    return exp(-depth_towards_sun(air_of_draw(), 0.0, max(dot(position, sun_in_frame), 0.0)) * scale);
+    return exp(-depth_of(air_of_draw(), columns_from(air_of_draw(), air_node(AIR_NODES + 1u), max(dot(position, sun_in_frame), 0.0))) * scale);
 //: else
-    return exp(-depth_towards_sun(air_of_draw(), 0.0, max(dot(position, sun), 0.0)));
+    return exp(-depth_of(air_of_draw(), columns_from(air_of_draw(), air_node(AIR_NODES + 1u), max(dot(position, sun), 0.0))));
 //: end
 }
 

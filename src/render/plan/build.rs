@@ -9,10 +9,11 @@ use super::{
 };
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
+use crate::scene::air_nodes;
 use crate::scene::draw::{Amounts, Draw, Light, Part, PixelView, Point, RingTable};
 use crate::scene::glow::Glow;
 use crate::shader::key::ShaderKey;
-use crate::shader::reflect::LayoutError;
+use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 use glam::{Vec2, Vec4};
 use std::sync::Arc;
@@ -119,6 +120,12 @@ pub fn uniforms_of(layout: &Layout, amounts: &Amounts) -> Result<Vec<u8>, Layout
     let irradiances: Vec<Vec4> = amounts.lights.iter().map(|l| l.irradiance.extend(0.0)).collect();
     let mut w = layout.writer();
     for field in &layout.fields {
+        if let (FieldType::Vec4Array(rows), "air_nodes") = (field.ty, field.name.as_str()) {
+            // The module says how many samples it takes.
+            let samples = (rows as usize / air_nodes::ROWS).saturating_sub(air_nodes::ENDS);
+            w.vec4_array(&field.name, &air_nodes::nodes(&amounts.air, samples))?;
+            continue;
+        }
         put(&mut w, &field.name, amounts, &directions, &irradiances)?;
     }
     w.finish()

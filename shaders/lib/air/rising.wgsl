@@ -1,0 +1,85 @@
+// Sunlight scattered once into a ray that only rises or only falls, all of it in sunlight and under a Sun above the horizon.
+//
+// That is the ground seen from outside by day, and the sky over the ground. The samples lie at the same heights for every pixel
+// (src/scene/air_nodes.rs): Gauss and Legendre's in w, with the gas's density 1 - w^2 over the lower end, which makes the integrand smooth for
+// steep and for grazing rays alike. What depends on the height alone is then the same for all pixels, optical depths of whole ways are
+// closed forms, and half as many samples as lib/air/scatter.wgsl has give less error (README's table of tiers).
+
+//: use lib/air/columns.wgsl
+//: use lib/air/path.wgsl
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+//: use lib/air/shaded.wgsl
+//: end
+//: if air.table
+//: use lib/air/many.wgsl
+//: end
+
+// Rows of lib/air/columns.wgsl's nodes; after the samples' come the camera's end and the far end.
+//: if surface.cloud
+  //: if air.pixel-32
+const AIR_NODES = 8u;
+  //: else
+const AIR_NODES = 4u;
+  //: end
+//: else
+  //: if air.vertex
+const AIR_NODES = 4u;
+  //: end
+  //: if air.pixel-8
+const AIR_NODES = 6u;
+  //: end
+  //: if air.pixel-16|air.table
+const AIR_NODES = 8u;
+  //: end
+  //: if air.pixel-32
+const AIR_NODES = 16u;
+  //: end
+//: end
+
+fn air_rising(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale: vec2f) -> AirSums {
+    var sums: AirSums;
+    let side = select(1.0, -1.0, path.to_s <= 0.0);
+    let at_camera = columns_from(air, air_node(AIR_NODES), path.from_s);
+    sums.depth = scale.x * depth_of(air, abs(columns_from(air, air_node(AIR_NODES + 1u), path.to_s) - at_camera));
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+    var shaded = vec3f(1.0);
+//: end
+    for (var i = 0u; i < AIR_NODES; i++) {
+        let node = air_node(i);
+        let s = side * sqrt(max(node.a.x - path.low, 1.0e-12));
+        let rise = sun_nearest + s * sun_along;
+        let seen = scale.x * abs(columns_from(air, node, s) - at_camera);
+        let sunlit = scale.y * columns_from(air, node, rise);
+        let gas = scale.x * node.a.y / abs(s);
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+        // Two neighbours share what other bodies leave, between them.
+        if (i & 1u) == 0u {
+            shaded = shaded_air(path, side * sqrt(max(node.c.w - path.low, 0.0)));
+        }
+//: end
+//: if air.table
+        let kept = exp(-depth_of(air, seen));
+        var part = kept * exp(-depth_of(air, sunlit));
+        var many = kept * many_at(many_row(height_of(node.a.x)), rise * sqrt(node.a.w));
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+        many *= shaded;
+  //: end
+  //: if air.mie
+        sums.many += many * (gas * (air.gas_scattering + node.a.z * air.haze_scattering));
+  //: else
+        sums.many += many * (gas * air.gas_scattering);
+  //: end
+//: else
+        var part = exp(-depth_of(air, seen + sunlit));
+//: end
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+        part *= shaded;
+//: end
+        part *= gas;
+        sums.gas += part;
+//: if air.mie
+        sums.haze += node.a.z * part;
+//: end
+    }
+    return sums;
+}
