@@ -210,6 +210,12 @@ struct Draw {
     air_many_heights: vec2f,
     // 8 rows of heights and one of the ground, each of 16 Suns: lib/air/many.wgsl.
     air_many: array<vec4f, 144>,
+    // Five coefficients at each sample of lib/air/rising.wgsl.
+    //: if surface.cloud
+    air_many_nodes: array<vec4f, 20>,
+    //: else
+    air_many_nodes: array<vec4f, 40>,
+    //: end
   //: end
 //: end
 }

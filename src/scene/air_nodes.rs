@@ -4,8 +4,8 @@
 //! from the lower end up, where the density of the air that reaches highest is 1 - w²; the absorbing layer above a height is thought to lie half and
 //! half at one standard deviation under and over its mean. Always holds: an end outside the air has nothing above it.
 
-use super::camera;
 use super::draw::{AirAmounts, AirTier};
+use super::{air_table, camera};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
@@ -110,29 +110,100 @@ impl Shells {
 /// What an end outside the air has above it.
 const NOTHING: [Vec4; ROWS] = [Vec4::new(0.0, 0.0, 0.0, 1.0), Vec4::ZERO, Vec4::new(0.0, 1.0, 1.0, 0.0)];
 
+/// The ends of a ray and the samples between, from the lower end up.
+struct Grid {
+    shells: Shells,
+    camera: f64,
+    far: f64,
+    low: f64,
+    /// w at the upper end.
+    whole: f64,
+    /// Nodes in 0 to 1, with weights.
+    at: Vec<(f64, f64)>,
+}
+
+impl Grid {
+    fn of(air: &AirAmounts, samples: usize) -> Self {
+        let (gas, haze) = (f64::from(air.gas_height), f64::from(air.haze_height));
+        let hazy = air.haze_extinction.max_element() > 0.0;
+        let highest = if hazy { gas.max(haze) } else { gas };
+        let (camera, far) = (f64::from(air.ends.x), f64::from(air.ends.y));
+        let low = camera.min(far);
+        let whole = (1.0 - (-(camera.max(far) - low) / highest).exp()).max(0.0).sqrt();
+        let shells = Shells { gas, haze, layer: air.layer.as_dvec3(), highest };
+        Self { shells, camera, far, low, whole, at: gauss_legendre(samples) }
+    }
+
+    fn height(&self, x: f64) -> f64 {
+        self.low - self.shells.highest * (1.0 - (self.whole * x).powi(2)).ln()
+    }
+}
+
 /// The rows of that many samples and of the two ends.
 pub fn nodes(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
-    let (gas, haze) = (f64::from(air.gas_height), f64::from(air.haze_height));
-    let hazy = air.haze_extinction.max_element() > 0.0;
-    let shells = Shells { gas, haze, layer: air.layer.as_dvec3(), highest: if hazy { gas.max(haze) } else { gas } };
-    let (camera, far) = (f64::from(air.ends.x), f64::from(air.ends.y));
-    let (low, high) = (camera.min(far), camera.max(far));
-    let whole = (1.0 - (-(high - low) / shells.highest).exp()).max(0.0).sqrt();
-    let height = |w: f64| low - shells.highest * (1.0 - w * w).ln();
-    let grid = gauss_legendre(samples);
+    let grid = Grid::of(air, samples);
     let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (samples + ENDS));
-    for (k, (x, weight)) in grid.iter().enumerate() {
-        let w = whole * x;
-        let next = grid.get(k + 1).map_or(1.0, |n| n.0);
-        let slope = 2.0 * w * shells.highest / (1.0 - w * w);
-        rows.extend(shells.rows(height(w), weight * whole * slope, height(0.5 * whole * (x + next))));
+    for (k, (x, weight)) in grid.at.iter().enumerate() {
+        let w = grid.whole * x;
+        let next = grid.at.get(k + 1).map_or(1.0, |n| n.0);
+        let slope = 2.0 * w * grid.shells.highest / (1.0 - w * w);
+        rows.extend(grid.shells.rows(grid.height(*x), weight * grid.whole * slope, grid.height(0.5 * (x + next))));
     }
     let top = height_of(f64::from(air.top));
-    for end in [camera, far] {
+    for end in [grid.camera, grid.far] {
         // Up to rounding of f32.
-        rows.extend(if end < top * (1.0 - 1e-6) { shells.rows(end, 0.0, end) } else { NOTHING });
+        rows.extend(if end < top * (1.0 - 1e-6) { grid.shells.rows(end, 0.0, end) } else { NOTHING });
     }
     rows
+}
+
+/// Coefficients of the polynomial in mu / (mu + 0.3) that stands for the table of many-times-scattered light at a height.
+pub const POWERS: usize = 5;
+/// Places in 0 to 1 of the cosine at which it is fitted.
+const FITTED: usize = 48;
+
+/// The polynomials of that many samples, least squares over the Sun's heights from the horizon to the zenith.
+pub fn many(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
+    let place = |k: usize| (k as f64 + 0.5) / FITTED as f64 * air_table::place(1.0);
+    let mut all = Vec::with_capacity(POWERS * samples);
+    let grid = Grid::of(air, samples);
+    for (x, _) in &grid.at {
+        let row = (grid.height(*x) + f64::from(air.many_heights.x)) * f64::from(air.many_heights.y);
+        let mut normal = [[0.0; POWERS]; POWERS];
+        let mut sides = [DVec3::ZERO; POWERS];
+        for k in 0..FITTED {
+            let at = place(k);
+            let root = air_table::root_between(&air.many, row.clamp(0.0, 1.0), at);
+            for i in 0..POWERS {
+                sides[i] += root * at.powi(i as i32);
+                for (j, n) in normal[i].iter_mut().enumerate() {
+                    *n += at.powi((i + j) as i32);
+                }
+            }
+        }
+        all.extend(solved(normal, sides).map(|c| camera::narrow(c).extend(0.0)));
+    }
+    all
+}
+
+/// Gauss's elimination; the matrix is positive definite.
+fn solved(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POWERS] {
+    for i in 0..POWERS {
+        for r in i + 1..POWERS {
+            let factor = m[r][i] / m[i][i];
+            for c in i..POWERS {
+                m[r][c] -= factor * m[i][c];
+            }
+            b[r] = b[r] - factor * b[i];
+        }
+    }
+    for i in (0..POWERS).rev() {
+        for c in i + 1..POWERS {
+            b[i] = b[i] - m[i][c] * b[c];
+        }
+        b[i] /= m[i][i];
+    }
+    b
 }
 
 #[cfg(test)]
@@ -151,6 +222,30 @@ mod tests {
             }
             assert!((power(degree + 1) - 1.0 / f64::from(degree + 2)).abs() > 1e-12 || count > 8);
             assert!(grid.windows(2).all(|w| w[0].0 < w[1].0));
+        }
+    }
+
+    /// Against the table itself, at every height of the Earth's samples and under every Sun.
+    #[test]
+    fn the_polynomials_stand_for_the_table() {
+        let catalog = crate::catalog::Catalog::embedded();
+        for name in ["Earth", "Mars", "Titan", "Venus"] {
+            let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
+            let table = air_table::table(body).expect("air");
+            let air = AirAmounts { many: std::sync::Arc::new(table.clone()), ..super::super::air::amounts(body, 1.0) };
+            let fits = many(&air, 8);
+            assert_eq!(fits.len(), 8 * POWERS);
+            let brightest = table.iter().map(|v| v.truncate().max_element()).fold(0.0, f32::max).powi(2);
+            for (k, (x, _)) in Grid::of(&air, 8).at.iter().enumerate() {
+                let row = (Grid::of(&air, 8).height(*x) * f64::from(air.many_heights.y)).clamp(0.0, 1.0);
+                for step in 0..=20 {
+                    let at = f64::from(step) / 20.0 * air_table::place(1.0);
+                    let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * at.powi(p as i32)).sum();
+                    let exact = air_table::root_between(&table, row, at);
+                    let off = (root * root - exact * exact).abs().max_element();
+                    assert!(off < 0.02 * f64::from(brightest), "{name}, sample {k}, {at}: {off} of {brightest}");
+                }
+            }
         }
     }
 
@@ -183,9 +278,9 @@ mod tests {
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
             assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));
         }
-        // A tent's column is its half width.
+        // A tent's column is half of its width.
         let ground = nodes(&air(0.0159, 0.0), 8);
-        let tent = height_of(0.008) - height_of(0.003);
+        let tent = 0.5 * (height_of(0.0125) - height_of(0.003));
         assert!((f64::from(2.0 * ground[ROWS * 9 + 2].x) / tent - 1.0).abs() < 0.01);
         assert_eq!(ground[ROWS * 8 + 1], Vec4::ZERO, "the camera is outside");
     }

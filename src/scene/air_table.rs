@@ -195,6 +195,21 @@ impl Shells<'_> {
     }
 }
 
+/// Where a cosine lies among the columns: in mu / (|mu| + BEND).
+pub fn place(cosine: f64) -> f64 {
+    cosine / (cosine.abs() + BEND)
+}
+
+/// The square root that a table holds at a part of the height to the top and a place among the columns; nothing from a table cut short.
+pub fn root_between(table: &[Vec4], part: f64, place: f64) -> DVec3 {
+    let row = part.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
+    let column = ((place - FIRST) / (1.0 / (1.0 + BEND) - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
+    let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));
+    let node = |r: usize, c: usize| table.get(r * SUNS + c).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3());
+    let along = |r: usize| node(r, c).lerp(node(r, c + 1), column - c as f64);
+    along(r).lerp(along(r + 1), row - r as f64)
+}
+
 /// Interpolated are the square roots: the light of a dusk falls by orders between two columns.
 fn root(v: DVec3) -> DVec3 {
     each(v, |x| x.max(0.0).sqrt())

@@ -34,3 +34,15 @@ fn many_on_ground(sun_cosine: f32) -> vec3f {
 fn many_row(height: f32) -> f32 {
     return 7.0 * sqrt(clamp((height + draw.air_many_heights.x) * draw.air_many_heights.y, 0.0, 1.0));
 }
+
+// The same at a sample of lib/air/rising.wgsl under a Sun above the horizon: src/scene/air_nodes.rs fits a polynomial to the table there.
+fn many_at_node(node: u32, sun_cosine: f32) -> vec3f {
+    let x = sun_cosine / (sun_cosine + 0.3);
+    let k = 5u * node;
+    var root = draw.air_many_nodes[k + 4u].rgb;
+    root = root * x + draw.air_many_nodes[k + 3u].rgb;
+    root = root * x + draw.air_many_nodes[k + 2u].rgb;
+    root = root * x + draw.air_many_nodes[k + 1u].rgb;
+    root = root * x + draw.air_many_nodes[k].rgb;
+    return root * root;
+}

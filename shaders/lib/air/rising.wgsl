@@ -60,7 +60,7 @@ fn air_rising(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale: 
 //: if air.table
         let kept = exp(-depth_of(air, seen));
         var part = kept * exp(-depth_of(air, sunlit));
-        var many = kept * many_at(many_row(height_of(node.a.x)), rise * sqrt(node.a.w));
+        var many = kept * many_at_node(i, max(rise, 0.0) * sqrt(node.a.w));
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
         many *= shaded;
   //: end

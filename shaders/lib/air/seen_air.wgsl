@@ -69,6 +69,15 @@ fn air_before(in: Varyings) -> AirLight {
 
 // What the camera sees of light and coverage behind the air. A sky covers by what it takes, and its light is per coverage.
 fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
+  //: if surface.sky
+    // What is discarded would be summed all the same.
+    let hidden = coverage >= 1.0;
+  //: else
+    let hidden = coverage <= 0.0;
+  //: end
+    if hidden {
+        return vec4f(0.0);
+    }
     let air = air_before(in);
 //: if view.optical-depth
     return vec4f(air.depth, select(coverage, 1.0, air.depth.x > 0.0));

@@ -120,13 +120,16 @@ pub fn uniforms_of(layout: &Layout, amounts: &Amounts) -> Result<Vec<u8>, Layout
     let irradiances: Vec<Vec4> = amounts.lights.iter().map(|l| l.irradiance.extend(0.0)).collect();
     let mut w = layout.writer();
     for field in &layout.fields {
-        if let (FieldType::Vec4Array(rows), "air_nodes") = (field.ty, field.name.as_str()) {
-            // The module says how many samples it takes.
-            let samples = (rows as usize / air_nodes::ROWS).saturating_sub(air_nodes::ENDS);
-            w.vec4_array(&field.name, &air_nodes::nodes(&amounts.air, samples))?;
-            continue;
+        // The module says how many samples it takes.
+        let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
+        match field.name.as_str() {
+            name @ "air_nodes" => {
+                let samples = (rows / air_nodes::ROWS).saturating_sub(air_nodes::ENDS);
+                w.vec4_array(name, &air_nodes::nodes(&amounts.air, samples))?;
+            }
+            name @ "air_many_nodes" => w.vec4_array(name, &air_nodes::many(&amounts.air, rows / air_nodes::POWERS))?,
+            name => put(&mut w, name, amounts, &directions, &irradiances)?,
         }
-        put(&mut w, &field.name, amounts, &directions, &irradiances)?;
     }
     w.finish()
 }
