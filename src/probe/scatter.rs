@@ -2,12 +2,11 @@
 
 use super::lanes::{Lanes, Numbers};
 use super::{Prober, fields};
-use crate::scene::air_nodes;
-use crate::scene::draw::{Air, AirAmounts, AirTier, Needs, Surface};
+use crate::render::plan::uniforms_of;
+use crate::scene::draw::{Air, AirAmounts, AirTier, Amounts, Light, Needs, Surface};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
-use crate::shader::reflect::FieldType;
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -96,7 +95,7 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
     let key = ShaderKey::for_draw(&Needs { surface: Surface::Sky, lights: 1, air, ..Needs::LEAST });
     let module = ModuleId::Probe("probe_scatter", key);
     let hits = cam.dot(dir) < 0.0 && excess - cam.dot(dir).powi(2) < 0.0;
-    let uniforms = uniforms(prober, &module, a, &Ray { camera: cam.length() - 1.0, sky: !hits, tier })?;
+    let uniforms = uniforms(prober, &module, a, cam.length() - 1.0, !hits)?;
     let mut numbers: Numbers = [0.0; 12];
     // The ray as scene gives it to a draw: what would cancel in f32 is taken in f64.
     let along = cam.dot(dir);
@@ -112,30 +111,9 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
     Ok(json!({ "transmittance": &through[..3], "radiance": &light[..3], "hits_ground": light[3] > 0.5 }))
 }
 
-/// What the heights of the samples depend on.
-struct Ray {
-    /// Height over the ground.
-    camera: f64,
-    /// It does not end on the ground.
-    sky: bool,
-    tier: AirTier,
-}
-
-impl Ray {
-    /// The rows of the samples, as many as the module has room for. `air`: filled but for its ends.
-    fn nodes(&self, mut air: AirAmounts, rows: u32) -> Vec<Vec4> {
-        let top = f64::from(air.top) / (1.0 + (1.0 + f64::from(air.top)).sqrt());
-        air.ends = Vec2::new(self.camera.clamp(0.0, top) as f32, if self.sky { top as f32 } else { 0.0 });
-        let mut nodes = air_nodes::nodes(&air, air_nodes::samples(self.tier));
-        nodes.resize(rows as usize, Vec4::ZERO);
-        nodes
-    }
-}
-
-/// The bytes of the module's `Air`.
-fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, ray: &Ray) -> Result<Vec<u8>, String> {
+/// The bytes of the module's `Draw`. `camera`: height over the ground; `sky`: the ray does not end there.
+fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64, sky: bool) -> Result<Vec<u8>, String> {
     let built = prober.library().get(module).map_err(|e| e.to_string())?;
-    let mut w = built.layout.writer();
     let radius_km = a.planet_radius_km;
     let per_radius = |v: &[f64; 3]| (DVec3::from_array(*v) * radius_km * 1000.0).as_vec3();
     let excess = |km: f64| ((km / radius_km) * (2.0 + km / radius_km)) as f32;
@@ -166,8 +144,10 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, ray: &Ray) -
     if gases > 1 || hazes > 1 || layers > 1 {
         return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
     }
+    let top = a.top_km / radius_km;
     let air = AirAmounts {
         top: excess(a.top_km),
+        ends: Vec2::new(camera.clamp(0.0, top) as f32, if sky { top as f32 } else { 0.0 }),
         gas_height: gas.0,
         gas_scattering: gas.1,
         gas_extinction: gas.2,
@@ -179,22 +159,7 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, ray: &Ray) -
         layer_extinction: layer.1,
         ..AirAmounts::default()
     };
-    for field in &built.layout.fields {
-        let name = field.name.as_str();
-        match (name, field.ty) {
-            ("top", _) => w.f32(name, air.top),
-            ("gas_height", _) => w.f32(name, air.gas_height),
-            ("gas_scattering", _) => w.vec3(name, air.gas_scattering),
-            ("gas_extinction", _) => w.vec3(name, air.gas_extinction),
-            ("haze_height", _) => w.f32(name, air.haze_height),
-            ("haze_scattering", _) => w.vec3(name, air.haze_scattering),
-            ("haze_extinction", _) => w.vec3(name, air.haze_extinction),
-            ("haze_asymmetry", _) => w.f32(name, air.haze_asymmetry),
-            ("layer", _) => w.vec3(name, air.layer),
-            ("nodes", FieldType::Vec4Array(rows)) => w.vec4_array(name, &ray.nodes(air.clone(), rows)),
-            _ => w.vec3(name, air.layer_extinction),
-        }
-        .map_err(|e| e.to_string())?;
-    }
-    w.finish().map_err(|e| e.to_string())
+    // The light's direction is the question's.
+    let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
+    uniforms_of(&built.layout, &Amounts { air, lights, ..Amounts::default() }).map_err(|e| e.to_string())
 }

@@ -4,7 +4,7 @@
 //! from the lower end up, where the density of the air that reaches highest is 1 - w²; the absorbing layer above a height is thought to lie half and
 //! half at one standard deviation under and over its mean. Always holds: an end outside the air has nothing above it.
 
-use super::draw::{AirAmounts, AirTier};
+use super::draw::AirAmounts;
 use super::{air_table, camera};
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
@@ -13,17 +13,6 @@ use std::f64::consts::PI;
 pub const ROWS: usize = 3;
 /// After the samples: the camera's end and the far end.
 pub const ENDS: usize = 2;
-/// Samples of a sky's ray at a tier; those of lib/air/rising.wgsl.
-pub const fn samples(tier: AirTier) -> usize {
-    match tier {
-        AirTier::None => 0,
-        AirTier::Vertex => 4,
-        AirTier::Pixel8 => 6,
-        AirTier::Pixel16 | AirTier::Table => 8,
-        AirTier::Pixel32 => 16,
-    }
-}
-
 /// Steps through each half of the absorbing layer.
 const STEPS: usize = 32;
 /// Of the polynomial for erfcx in lib/air/columns.wgsl.

@@ -7,15 +7,6 @@
 //: use lib/air/rising.wgsl
 //: use lib/air/scatter.wgsl
 
-struct AirSums {
-    // Gas and haze that the Sun lights, per channel, and the light of the many-times-scattered table.
-    gas: vec3f,
-    haze: vec3f,
-    many: vec3f,
-    // Optical depth of the path.
-    depth: vec3f,
-}
-
 struct AirLight {
     // Radiance per irradiance of the Sun, times pi: 1 is a white plane's that faces the Sun.
     scattered: vec3f,

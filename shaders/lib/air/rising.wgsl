@@ -7,6 +7,8 @@
 
 //: use lib/air/columns.wgsl
 //: use lib/air/path.wgsl
+//: use lib/air/sums.wgsl
+//: use lib/air/of_draw.wgsl
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
 //: use lib/air/shaded.wgsl
 //: end

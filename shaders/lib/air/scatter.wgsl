@@ -9,6 +9,7 @@
 
 //: use lib/air/columns.wgsl
 //: use lib/air/path.wgsl
+//: use lib/air/sums.wgsl
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
 //: use lib/air/shaded.wgsl
 //: end

@@ -3,29 +3,7 @@
 //: use lib/draw.wgsl
 //: use lib/intersection.wgsl
 //: use lib/air/along.wgsl
-
-fn air_of_draw() -> Air {
-    var air: Air;
-    air.top = draw.air_top;
-    air.gas_height = draw.air_gas_height;
-    air.gas_scattering = draw.air_gas_scattering;
-    air.gas_extinction = draw.air_gas_extinction;
-//: if air.mie
-    air.haze_height = draw.air_haze_height;
-    air.haze_asymmetry = draw.air_haze_asymmetry;
-    air.haze_scattering = draw.air_haze_scattering;
-    air.haze_extinction = draw.air_haze_extinction;
-//: end
-//: if air.absorption
-    air.layer = draw.air_layer;
-    air.layer_extinction = draw.air_layer_extinction;
-//: end
-    return air;
-}
-
-fn air_node(k: u32) -> AirNode {
-    return AirNode(draw.air_nodes[3u * k], draw.air_nodes[3u * k + 1u], draw.air_nodes[3u * k + 2u]);
-}
+//: use lib/air/of_draw.wgsl
 
 // The ray ends on the ground, but a sky's never does: under the horizon it grazes.
 fn air_before(in: Varyings) -> AirLight {
