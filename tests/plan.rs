@@ -57,6 +57,7 @@ fn amounts(lights: u8) -> Amounts {
             haze_extinction: Vec3::splat(40.0),
             layer: Vec3::splat(41.0),
             layer_extinction: Vec3::splat(42.0),
+            veil: 45.0,
             many_heights: Vec2::splat(43.0),
             many: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
         },

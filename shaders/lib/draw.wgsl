@@ -184,6 +184,11 @@ struct Draw {
     air_layer: vec3f,
     air_layer_extinction: vec3f,
   //: end
+  //: if surface.cloud
+  //: else
+    // 1: the ground's colours hold the air already.
+    air_veil: f32,
+  //: end
     // Rows of lib/air/columns.wgsl's AirNode: the samples', the camera's end, the far end. As many as AIR_NODES of lib/air/rising.wgsl.
   //: if surface.cloud
     //: if air.pixel-32

@@ -41,29 +41,26 @@ pub(super) fn structure(body: &Body, tier: AirTier) -> Air {
     body.atmosphere.as_ref().map_or_else(Air::default, |air| Air { tier, mie: haze(air).is_some(), absorption: layer(air).is_some() })
 }
 
-/// Every tier that a draw of the body can have beside this number of eclipsing bodies.
-pub(super) fn possible_tiers(body: &Body, casters: u8) -> BTreeSet<AirTier> {
-    let drawn = WAYS.map(|w| tier(Some(w), Quality::Standard, casters).0);
+/// Every tier that a draw of the body can have.
+pub(super) fn possible_tiers(body: &Body) -> BTreeSet<AirTier> {
+    let drawn = WAYS.map(|w| tier(Some(w), Quality::Standard).0);
     let drawn = drawn.into_iter().filter(|_| body.atmosphere.is_some());
     drawn.chain([AirTier::None]).collect()
 }
 
 /// Ways of the effect that a viewer may choose.
-pub(super) const WAYS: [&str; 4] = ["pixel-8", "pixel-16", "pixel-32", "table"];
+pub(super) const WAYS: [&str; 5] = ["vertex", "pixel-8", "pixel-16", "pixel-32", "table"];
 
-/// How finely the air is summed, and why.
-pub(super) fn tier(way: Option<&str>, quality: Quality, casters: u8) -> (AirTier, &'static str) {
-    if casters > 0 {
-        // Each tier under each number of casters and model would double the keys for a difference that no eclipse needs.
-        return (AirTier::Table, "16 samples along each ray and a table, each behind the eclipse");
-    }
+/// How finely the air is summed, and why. The fewer samples are those of rays that only rise or fall, by day.
+pub(super) fn tier(way: Option<&str>, quality: Quality) -> (AirTier, &'static str) {
     match (way, quality) {
-        (Some("pixel-8"), _) => (AirTier::Pixel8, "8 samples along each ray: asked for"),
-        (Some("pixel-16"), _) => (AirTier::Pixel16, "16 samples along each ray: asked for"),
-        (Some("pixel-32"), _) => (AirTier::Pixel32, "32 samples along each ray: asked for"),
-        (Some(_), _) => (AirTier::Table, "16 samples along each ray, and a table of further scattering: asked for"),
-        (None, Quality::Draft) => (AirTier::Pixel8, "8 samples along each ray: draft quality"),
-        (None, _) => (AirTier::Table, "16 samples along each ray, and a table of further scattering"),
+        (Some("vertex"), _) => (AirTier::Vertex, "4 or 5 samples along each ray: asked for"),
+        (Some("pixel-8"), _) => (AirTier::Pixel8, "6 or 8 samples along each ray: asked for"),
+        (Some("pixel-16"), _) => (AirTier::Pixel16, "8 or 16 samples along each ray: asked for"),
+        (Some("pixel-32"), _) => (AirTier::Pixel32, "16 or 32 samples along each ray: asked for"),
+        (Some(_), _) => (AirTier::Table, "8 or 16 samples along each ray, and a table of further scattering: asked for"),
+        (None, Quality::Draft) => (AirTier::Pixel8, "6 or 8 samples along each ray: draft quality"),
+        (None, _) => (AirTier::Table, "8 or 16 samples along each ray, and a table of further scattering"),
     }
 }
 
@@ -76,6 +73,11 @@ pub(super) fn ground_is_bare(body: &Body) -> bool {
 fn vertical_depth(air: &Atmosphere) -> DVec3 {
     // A tent of half width w holds as much as a slab of height w.
     air.species.iter().map(|s| extinction(s) * s.scale_height_km).sum()
+}
+
+/// Whether its own light goes on where the disc's ends, past the terminator: then it is drawn over a map that holds it, too.
+pub(super) fn is_opaque(air: &Atmosphere) -> bool {
+    vertical_depth(air).max_element() > 1.0
 }
 
 /// The shell that holds the air: the ground's ellipsoid made larger by one factor.
@@ -140,6 +142,7 @@ pub(super) fn amounts(body: &Body, floor: f64) -> AirAmounts {
         haze_extinction: of(haze(air), extinction),
         layer: camera::narrow(knots.map(excess_of)),
         layer_extinction: of(layer(air), extinction),
+        veil: 0.0,
         many_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         many: std::sync::Arc::default(),
     }

@@ -210,6 +210,11 @@ pub struct Chosen {
 }
 
 impl Chosen {
+    /// Under air in an eclipse the Sun alone lights: what stands before the Sun turns its night side to the body, and the keys are a third.
+    pub fn shine_is_left_out(self, air: AirTier) -> bool {
+        air != AirTier::None && self.eclipse.casters > 0
+    }
+
     /// The structure of the draw. What the body does not have is left out, so no choice can ask for it.
     pub fn needs(self, body: &Body, view: PixelView) -> Needs {
         let available = Available::of(body);
@@ -232,10 +237,14 @@ impl Chosen {
                 night: self.maps.night && available.maps.night,
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
-            lights: if available.emissive { 0 } else { (1 + self.shine).min(LIGHTS_AT_MOST) },
+            lights: match (available.emissive, self.shine_is_left_out(air.tier)) {
+                (true, _) => 0,
+                (false, true) => 1,
+                (false, false) => (1 + self.shine).min(LIGHTS_AT_MOST),
+            },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
-            // Under its air a ringed body is seen from within only: there the ring's shadow is left out.
-            ring_shadow: if available.rings && !available.emissive && air.tier == AirTier::None {
+            // Under air in an eclipse the ring's shadow is left out: features.rs says so.
+            ring_shadow: if available.rings && !available.emissive && (air.tier == AirTier::None || self.eclipse.casters == 0) {
                 self.ring_shadow
             } else {
                 RingShadow::None
@@ -321,11 +330,13 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
                                 all.extend(chosen.cloud_needs(body, view));
                                 all.extend(chosen.ring_needs(body, view));
                             }
-                            for air in super::air::possible_tiers(body, eclipse.casters) {
-                                let chosen = Chosen { ellipsoid, maps, shine, eclipse, air, ..Chosen::default() };
-                                all.insert(chosen.needs(body, view));
-                                all.extend(chosen.cloud_needs(body, view));
-                                all.extend(chosen.sky_needs(body, view));
+                            for air in super::air::possible_tiers(body) {
+                                for ring_shadow in RingShadow::ALL {
+                                    let chosen = Chosen { ellipsoid, maps, shine, eclipse, air, ring_shadow, ..Chosen::default() };
+                                    all.insert(chosen.needs(body, view));
+                                    all.extend(chosen.cloud_needs(body, view));
+                                    all.extend(chosen.sky_needs(body, view));
+                                }
                             }
                         }
                     }

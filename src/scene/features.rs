@@ -144,12 +144,17 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         return (Seen { appearance, diameter_px, decisions: ledger.decisions }, Vec::new(), point);
     }
 
-    let (mut chosen, shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
+    let (mut chosen, mut shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
     let (ring, ring_draws) = ring_view.map(|view| ring_parts(frame, p, &view, &mut ledger, &mut chosen, share)).unwrap_or_default();
-    let sky = sky_draw(frame, p, &mut ledger, &mut chosen, diameter_px);
-    if chosen.air != AirTier::None && chosen.ring_shadow != RingShadow::None {
-        ledger.note(Effect::RingShadow.name(), false, "left out under the air that the camera is in".into());
+    let (sky, veil) = sky_draw(frame, p, &mut ledger, &mut chosen, diameter_px);
+    if chosen.air != AirTier::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.casters > 0 {
+        // Each ring's shadow under each tier, number of casters and model would triple those keys for a rare sight.
+        ledger.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
         chosen.ring_shadow = RingShadow::None;
+    }
+    if chosen.shine_is_left_out(chosen.air) && !shine.is_empty() {
+        ledger.note(Effect::PlanetShine.name(), false, "left out under air in an eclipse".into());
+        shine.clear();
     }
     let needs = chosen.needs(body, frame.request.pixel_view);
     let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
@@ -161,13 +166,17 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         cloud: body.clouds.as_ref().filter(|_| needs.maps.cloud_shadow).map(|c| c.map.file.clone()),
     };
     let globe = rect.map(|rect| {
-        let amounts = Amounts { ring, ..amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share) };
+        let amounts = Amounts { ring: ring.clone(), ..amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share) };
         let amounts = Amounts { albedo: amounts.albedo * camera::narrow(tint), ..amounts };
         Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files }
     });
     let mut draws: Vec<_> = globe.into_iter().chain(sky).chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
     for draw in &mut draws {
         draw.amounts.eclipse.clone_from(&eclipse);
+        if draw.part == Part::Sky && draw.needs.ring_shadow != RingShadow::None {
+            draw.amounts.ring.clone_from(&ring);
+        }
+        draw.amounts.air.veil = veil;
     }
     draws.extend(ring_draws);
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
@@ -239,35 +248,38 @@ fn ring_parts(
     (for_globe, vec![half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)])
 }
 
-/// Decides on the air: sets the globe's tier, and returns the draw of the air beside the ground.
-fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, diameter_px: f64) -> Option<Draw> {
+/// Decides on the air: sets the globe's tier, and returns the draw of the air beside the ground and [`crate::scene::draw::AirAmounts::veil`].
+fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen, diameter_px: f64) -> (Option<Draw>, f32) {
     let body = p.body;
-    let (air, shell) = (body.atmosphere.as_ref()?, super::air::shell(body, &p.placement)?);
+    let Some((air, shell)) = body.atmosphere.as_ref().zip(super::air::shell(body, &p.placement)) else { return (None, 0.0) };
     let inside = shell.camera_is_inside();
     let (on, reason) = super::air::bound(body, air, inside, diameter_px);
     if !ledger.effect(Effect::Atmosphere, on, reason) {
-        return None;
+        return (None, 0.0);
     }
-    let (tier, reason) = super::air::tier(frame.request.effects.way(Effect::Atmosphere), frame.request.quality, chosen.eclipse.casters);
+    let (tier, reason) = super::air::tier(frame.request.effects.way(Effect::Atmosphere), frame.request.quality);
     ledger.note("air-samples", true, reason.into());
     chosen.air = tier;
     if !chosen.ellipsoid && Available::of(body).ellipsoid {
         ledger.note(Effect::Ellipsoid.name(), true, "air lies on the true shape".into());
     }
     let needs = chosen.sky_needs(body, frame.request.pixel_view);
+    let no_rim = !inside && super::air::rim_px(body, air, diameter_px) < super::air::RIM_PX;
     // Only a bare ground's colour lacks what the air does to it from afar.
-    if !inside && !super::air::ground_is_bare(body) && frame.request.pixel_view != PixelView::OpticalDepth {
+    let held = !inside && !super::air::ground_is_bare(body) && frame.request.pixel_view != PixelView::OpticalDepth;
+    if held && (no_rim || !super::air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.casters > 0) {
         ledger.note("air-over-ground", false, "the colours of its disc have the air in them".into());
         chosen.air = AirTier::None;
+    } else if held {
+        ledger.note("air-over-ground", true, "where it is brighter than the disc, whose colours have the air in them".into());
     }
-    if !inside && super::air::rim_px(body, air, diameter_px) < super::air::RIM_PX {
-        return None;
-    }
-    let rect = if inside { ClipRect::VIEWPORT } else { Outline::of(frame.camera, &shell).rect(frame.camera)? };
+    let veil = if held { 1.0 } else { 0.0 };
+    let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(frame.camera, &shell).rect(frame.camera) };
+    let (Some(rect), Some(needs), false) = (rect, needs, no_rim) else { return (None, veil) };
     let mut amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
     super::air::set_ends(&mut amounts, true);
     let name = format!("{} air", body.name);
-    Some(Draw { body: body.id, part: Part::Sky, name, needs: needs?, amounts, map_files: MapFiles::default() })
+    (Some(Draw { body: body.id, part: Part::Sky, name, needs, amounts, map_files: MapFiles::default() }), veil)
 }
 
 /// The air of a body whose ground is outside the frame.
@@ -275,7 +287,7 @@ fn sky_alone(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diamete
     p.body.atmosphere.as_ref()?;
     let mut chosen = Chosen::default();
     let eclipse = darkened(frame, p, ledger, &mut chosen, diameter_px);
-    let mut sky = sky_draw(frame, p, ledger, &mut chosen, diameter_px)?;
+    let mut sky = sky_draw(frame, p, ledger, &mut chosen, diameter_px).0?;
     sky.amounts.eclipse = eclipse;
     Some(sky)
 }

@@ -105,6 +105,7 @@ fn air() -> AirAmounts {
         haze_extinction: Vec3::new(9.0, 9.5, 10.0),
         layer: Vec3::new(excess(0.03), excess(0.06), excess(0.09)),
         layer_extinction: Vec3::new(0.8, 2.0, 0.2),
+        veil: 0.0,
         many_heights: Vec2::new(0.0, 5.0),
         many: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
     }

@@ -18,7 +18,8 @@ fn many_at(row: f32, sun_cosine: f32) -> vec3f {
     let k = r * 16u + c;
     let below = mix(draw.air_many[k].rgb, draw.air_many[k + 1u].rgb, column - f32(c));
     let above = mix(draw.air_many[k + 16u].rgb, draw.air_many[k + 17u].rgb, column - f32(c));
-    let root = mix(below, above, row - f32(r));
+    // The table ends 17 degrees under the horizon; at 37 the light of the highest air has gone, too.
+    let root = mix(below, above, row - f32(r)) * clamp(2.0 + sun_cosine * 3.3333333, 0.0, 1.0);
     return root * root;
 }
 

@@ -67,14 +67,25 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
     let taken = max(1.0 - dot(exp(-air.depth), vec3f(0.33333333)), least);
     return vec4f(scattered / max(taken, 1.0e-6), taken);
   //: else
+    //: if surface.cloud
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
+    //: else
+    // Over a map that holds its air the light of that air goes on where the map's ends: past the terminator, and up to the limb.
+    return vec4f(select(radiance * exp(-air.depth) + scattered, max(radiance, scattered), draw.air_veil > 0.5), coverage);
+    //: end
   //: end
 //: end
 }
 
 //: if lights.1
-// Part of the Sun's light that reaches the ground through the air.
+// Part of the Sun's light that reaches the ground through the air; all, where the ground's colours hold the air.
 fn sunlight_through_air(position: vec3f) -> vec3f {
+//: if surface.cloud
+//: else
+    if draw.air_veil > 0.5 {
+        return vec3f(1.0);
+    }
+//: end
     let sun = draw.light_direction[0].xyz;
 //: if shape.ellipsoid
     let sun_in_frame = normalize(sun / draw.axis_ratios);
@@ -92,9 +103,9 @@ fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f) -> vec3f {
     //: if surface.cloud
     //: else
       //: if shape.ellipsoid
-    return many_on_ground(dot(position, normalize(draw.light_direction[0].xyz / draw.axis_ratios)));
+    return (1.0 - draw.air_veil) * many_on_ground(dot(position, normalize(draw.light_direction[0].xyz / draw.axis_ratios)));
       //: else
-    return many_on_ground(dot(position, draw.light_direction[0].xyz));
+    return (1.0 - draw.air_veil) * many_on_ground(dot(position, draw.light_direction[0].xyz));
       //: end
     //: end
   //: end
