@@ -180,17 +180,14 @@ fn solved(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POW
     for i in 0..POWERS {
         for r in i + 1..POWERS {
             let factor = m[r][i] / m[i][i];
-            for c in i..POWERS {
-                m[r][c] -= factor * m[i][c];
-            }
-            b[r] = b[r] - factor * b[i];
+            let (row, side) = (m[i], b[i]);
+            m[r].iter_mut().zip(row).skip(i).for_each(|(here, above)| *here -= factor * above);
+            b[r] -= factor * side;
         }
     }
     for i in (0..POWERS).rev() {
-        for c in i + 1..POWERS {
-            b[i] = b[i] - m[i][c] * b[c];
-        }
-        b[i] /= m[i][i];
+        let known: DVec3 = (i + 1..POWERS).map(|c| b[c] * m[i][c]).sum();
+        b[i] = (b[i] - known) / m[i][i];
     }
     b
 }
