@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 fn bench(words: &[&str]) -> Output {
     let cache = tempfile::tempdir().expect("a folder");
     let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
-    command.arg("bench").args(words).arg("--cache").arg(cache.path()).output().expect("the program runs")
+    command.args(["--renderer", "software", "bench"]).args(words).arg("--cache").arg(cache.path()).output().expect("the program runs")
 }
 
 fn number(value: &Value, what: &str) -> f64 {

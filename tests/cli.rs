@@ -141,13 +141,25 @@ fn a_renderer_that_is_not_there_is_refused_with_one_line() {
     let out_file = tempfile::tempdir().expect("a folder");
     let png = out_file.path().join("x.png");
     let png = png.to_str().expect("a path");
-    for words in [&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "gpu"][..], &["bench", "--renderer", "gpu"]] {
-        let out = orrery(words);
+    // No driver of any kind, as on a machine without one.
+    let none = [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent")];
+    let bare = |words: &[&str]| Command::new(env!("CARGO_BIN_EXE_orrery")).args(words).envs(none).output().expect("the program starts");
+    let render = ["render", "--target", "moon", "--size", "16x16", "-o", png];
+    for words in [&[&render[..], &["--renderer", "gpu"]].concat()[..], &["bench", "--renderer", "gpu", "--size", "16x16", "--frames", "1"]]
+    {
+        let out = bare(words);
         let said = String::from_utf8_lossy(&out.stderr);
         assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1, "{words:?}: {said}");
-        assert!(said.contains("no GPU renderer") && said.contains("--renderer software"), "{words:?}: {said}");
+        assert!(said.contains("--renderer software"), "{words:?}: {said}");
         assert!(!std::path::Path::new(png).exists(), "nothing is written");
     }
+    // Left to itself the program draws in software and says so once.
+    let out = bare(&render);
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success() && std::path::Path::new(png).exists(), "{said}");
+    let expected = if cfg!(feature = "gpu") { 1 } else { 0 };
+    assert_eq!(said.trim().lines().filter(|l| l.contains("drawing in software")).count(), expected, "{said}");
+    std::fs::remove_file(png).expect("written just now");
     let drawn = orrery(&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "software"]);
     assert!(drawn.status.success() && std::path::Path::new(png).exists());
 }

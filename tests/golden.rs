@@ -60,7 +60,8 @@ const VIEWS: [View; 11] = [
     view("jupiter-a-point", 599, At::EarthDeg(5.0), "2024-12-07T20:00:00Z"),
 ];
 
-fn views() -> Vec<(&'static str, ViewRequest)> {
+/// The views by name.
+pub fn views() -> Vec<(&'static str, ViewRequest)> {
     let request = |v: View| {
         let (position, fov_deg) = match v.at {
             At::Usual => (Position::Over { towards: None, distance_radii: None }, None),

@@ -4,28 +4,37 @@ use std::path::{Path, PathBuf};
 
 /// (module path prefix, crate modules it may name, external crates it may not name).
 const TABLE: &[(&str, &[&str], &[&str])] = &[
-    ("units", &[], &["naga", "winit", "softbuffer"]),
-    ("time", &["units", "time"], &["naga", "winit", "softbuffer"]),
-    ("catalog", &["units", "time", "catalog"], &["naga", "winit", "softbuffer", "std::fs"]),
-    ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "winit", "softbuffer", "std::fs"]),
-    ("scene", &["units", "time", "catalog", "ephemeris", "scene"], &["naga", "winit", "softbuffer", "std::fs"]),
-    ("image", &["units", "image"], &["naga", "winit", "softbuffer"]),
-    ("shader/key", &["scene::draw", "shader::key"], &["naga", "winit", "softbuffer", "std::fs"]),
-    ("shader", &["scene::draw", "shader"], &["winit", "softbuffer", "rayon::spawn"]),
-    ("render/plan", &["scene", "shader", "image", "render::plan"], &["winit", "softbuffer", "std::fs"]),
-    ("render/frame", &["image", "render::frame"], &["naga", "winit", "softbuffer", "std::fs"]),
+    ("units", &[], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("time", &["units", "time"], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("catalog", &["units", "time", "catalog"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("scene", &["units", "time", "catalog", "ephemeris", "scene"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("image", &["units", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("shader/key", &["scene::draw", "shader::key"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("shader", &["scene::draw", "shader"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
+    ("render/plan", &["scene", "shader", "image", "render::plan"], &["wgpu", "winit", "softbuffer", "std::fs"]),
+    ("render/frame", &["image", "render::frame"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
         "session",
         &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session"],
-        &["naga", "winit", "softbuffer"],
+        &["naga", "wgpu", "winit", "softbuffer"],
     ),
     (
         "probe",
         &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe"],
-        &["naga", "winit", "softbuffer", "std::fs"],
+        &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
-    ("view", &["catalog::NaifId", "time", "view"], &["naga", "rayon"]),
-    ("render/software", &["shader", "image", "render::plan", "render::frame", "render::software"], &["winit", "softbuffer", "std::fs"]),
+    ("view", &["catalog::NaifId", "time", "view"], &["naga", "wgpu", "rayon"]),
+    (
+        "render/gpu",
+        &["shader", "image", "render::plan", "render::frame", "render::gpu"],
+        &["naga", "winit", "softbuffer", "std::fs", "rayon"],
+    ),
+    (
+        "render/software",
+        &["shader", "image", "render::plan", "render::frame", "render::software"],
+        &["wgpu", "winit", "softbuffer", "std::fs"],
+    ),
 ];
 
 fn rust_files(dir: &Path, out: &mut Vec<PathBuf>) {

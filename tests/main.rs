@@ -10,6 +10,8 @@ mod eclipse;
 mod ephemeris;
 mod glint;
 mod golden;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod layering;
 mod library;
 mod orientation;

@@ -5,11 +5,11 @@ use glam::{Vec2, Vec3, Vec4};
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::frame::Frame;
 use orrery::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Modules, Pass, Plan, PlanDraw, SamplerBinding,
     SamplerState, TextureBinding, TextureSource, Vertices, uniforms_of,
 };
 use orrery::render::software::kernels::KernelClass;
-use orrery::render::software::{Modules, Options, Precision, RenderError, SoftwareRenderer, lowering};
+use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
 use orrery::scene::draw::{Amounts, Light, MapSet, Needs};
 use orrery::shader::Library;
 use orrery::shader::key::ShaderKey;

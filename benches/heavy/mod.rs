@@ -2,11 +2,12 @@
 
 use glam::Vec4;
 use orrery::image::{Level, TexelFormat, Texture};
+use orrery::render::plan::Modules;
 use orrery::render::plan::{
     AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
     TextureBinding, TextureSource, Vertices,
 };
-use orrery::render::software::{Modules, lowering};
+use orrery::render::software::lowering;
 use orrery::shader::reflect::Layout;
 use orrery::shader::{ShaderModule, SourceMap};
 use std::sync::Arc;

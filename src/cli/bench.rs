@@ -8,8 +8,9 @@ use super::{CliError, Common};
 use crate::render::plan::Fineness;
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
-use crate::session::{Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
+use crate::session::{DrawnBy, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant as Moment};
 
@@ -57,10 +58,10 @@ struct Measured {
     wall: Duration,
     cpu: Option<Duration>,
     stages: Stages,
+    by: Option<DrawnBy>,
 }
 
 pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
-    common.drawing_renderer()?;
     let (width, height) = size(&args.size)?;
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
@@ -77,11 +78,11 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = Moment::now();
-            session.draw(request, common.quality.fineness(), false)?;
+            let by = Some(session.draw(request, common.quality.fineness(), false)?.by);
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
-            Ok(Measured { wall, cpu, stages: session.report().0.since(&earlier) })
+            Ok(Measured { wall, cpu, stages: session.report().0.since(&earlier), by })
         };
         let measure = || measure_of(&scene.request);
         let first = measure()?;
@@ -96,7 +97,6 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     bar.finish_and_clear();
     let options = session.renderer().options();
     let report = json!({
-        "renderer": "software",
         "kernels": options.kernels.name(),
         "threads": session.renderer().threads(),
         "width": width,
@@ -158,6 +158,9 @@ fn row(name: &str, first: &Measured, frames: &mut [Measured]) -> Value {
     };
     json!({
         "scene": name,
+        "renderer": median.by.as_ref().map(|by| by.renderer),
+        "adapter": median.by.as_ref().and_then(|by| by.adapter.clone()),
+        "device_passes_ms": median.by.as_ref().map(|by| by.passes_ms.iter().cloned().collect::<BTreeMap<_, _>>()),
         "first_ms": milliseconds(first.wall),
         "median_ms": milliseconds(median.wall),
         "median_cpu_ms": median.cpu.map(milliseconds),
@@ -189,7 +192,7 @@ mod tests {
         let frame = |wall: u64, cpu: u64| {
             let mut stages = Stages::default();
             stages.add(Stage::Draw, ms(wall - 1));
-            Measured { wall: ms(wall), cpu: Some(ms(cpu)), stages }
+            Measured { wall: ms(wall), cpu: Some(ms(cpu)), stages, by: None }
         };
         let mut frames = [frame(30, 1), frame(10, 3), frame(20, 7), frame(40, 2)];
         let row = row("saturn", &frame(90, 9), &mut frames);

@@ -1,6 +1,6 @@
 //! `orrery doctor`: what is there, what is missing, what to do. It never fails: each finding is a line.
 
-use super::{CliError, Common};
+use super::{CliError, Common, RendererChoice};
 use crate::catalog::{Catalog, Kind};
 use crate::image::{MapOrigin, MapStore};
 use crate::render::software::Options;
@@ -65,10 +65,46 @@ fn textures(common: &Common, catalog: &Catalog) {
     }
 }
 
+/// The adapters, and what `--renderer` makes of them.
+#[cfg(feature = "gpu")]
+fn adapters(common: &Common) {
+    use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
+    let all = adapters();
+    let choice = match common.renderer {
+        RendererChoice::Software => "software, as --renderer says".to_owned(),
+        choice => match GpuRenderer::open(choice == RendererChoice::Gpu) {
+            Ok(gpu) => format!("GPU: {}", gpu.facts()),
+            Err(e) if choice == RendererChoice::Gpu => format!("none: {e}; leave --renderer out to draw in software"),
+            Err(e) => format!("software, because {e}"),
+        },
+    };
+    println!("renderer  {choice}");
+    for facts in &all {
+        let kind = match facts.kind {
+            AdapterKind::Hardware => "hardware",
+            AdapterKind::Unknown => "the driver does not say what",
+            AdapterKind::Software => "computes on the processor; --renderer gpu takes it nonetheless",
+        };
+        println!("adapter   {facts}: {kind}");
+    }
+    if all.is_empty() {
+        println!("adapter   none; a graphics driver for Vulkan, Metal, DX12 or GL would be found here");
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters(common: &Common) {
+    match common.renderer {
+        RendererChoice::Gpu => println!("renderer  none: this build has no GPU renderer; leave --renderer out to draw in software"),
+        _ => println!("renderer  software: this build has no GPU renderer"),
+    }
+}
+
 pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     let options = Options::default();
     let threads = common.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    println!("renderer  software, {} kernels on {threads} threads: it draws every frame", options.kernels.name());
+    adapters(common);
+    println!("software  {} kernels on {threads} threads", options.kernels.name());
     let others: Vec<_> = KernelClass::available().iter().filter(|k| **k != options.kernels).map(|k| k.name()).collect();
     println!("          this machine could run {} too; ORRERY_KERNELS names one to try", others.join(", "));
     let catalog = catalogs(common);

@@ -15,6 +15,9 @@ pub struct ExplainArgs {
     /// One JSON value
     #[arg(long)]
     json: bool,
+    /// Print the passes of the frame and their draws instead
+    #[arg(long, conflicts_with = "json")]
+    passes: bool,
     /// Bodies that are not in the picture too
     #[arg(long)]
     all: bool,
@@ -24,6 +27,9 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality.of_request();
+    if args.passes {
+        return super::output::put(&session.passes(&request, common.quality.fineness())?);
+    }
     let scene = session.scene(&request)?;
     let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
     let text = if args.json {

@@ -4,7 +4,7 @@
 //! with its arguments and a `run`; nothing here computes anything.
 
 use crate::render::plan::Fineness;
-use crate::session::{SessionError, Sources};
+use crate::session::{RendererWish, SessionError, Sources};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -124,16 +124,6 @@ impl Quality {
 }
 
 impl Common {
-    /// Refuses the renderer that this build has not: every verb that draws asks first.
-    pub fn drawing_renderer(&self) -> Result<(), CliError> {
-        match self.renderer {
-            RendererChoice::Auto | RendererChoice::Software => Ok(()),
-            RendererChoice::Gpu => {
-                Err(CliError("this build has no GPU renderer yet: leave --renderer out, or say --renderer software".into()))
-            }
-        }
-    }
-
     /// The files and folders that the user named.
     pub fn sources(&self) -> Sources {
         Sources {
@@ -143,6 +133,11 @@ impl Common {
             cache: self.cache.clone(),
             threads: self.threads,
             double_precision: self.quality == Quality::Reference,
+            renderer: match self.renderer {
+                RendererChoice::Auto => RendererWish::Auto,
+                RendererChoice::Gpu => RendererWish::Gpu,
+                RendererChoice::Software => RendererWish::Software,
+            },
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::image;
 use crate::render::frame::Frame;
 use crate::scene::legend::legend;
 use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
-use crate::session::{Session, Stage, Stages, milliseconds, process_cpu};
+use crate::session::{DrawnBy, Session, Stage, Stages, milliseconds, process_cpu};
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant as Moment;
@@ -113,7 +113,6 @@ fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 }
 
 pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
-    common.drawing_renderer()?;
     let output = output(args.output.as_deref(), args.frames)?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
@@ -128,6 +127,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut stream = std::io::BufWriter::new(std::io::stdout());
     let bar = progress(args.frames);
     let mut drawn_frames = 0_u32;
+    let mut drawn_by = None;
     for number in (first..args.frames).step_by(stride as usize) {
         let path = output.path(number);
         if args.frames > 1 && path.as_ref().is_some_and(|p| p.exists()) {
@@ -138,6 +138,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
         let drawn = session.draw(&request, fineness, keep_hdr)?;
         drawn_frames += 1;
+        drawn_by = Some(drawn.by.clone());
         let before = if args.time_report { process_cpu() } else { None };
         let start = Moment::now();
         match &path {
@@ -158,7 +159,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     stream.flush().map_err(to_stream)?;
     bar.finish_and_clear();
     if args.time_report {
-        let report = report(&session, &written, drawn_frames);
+        let report = report(&session, &written, drawn_frames, drawn_by);
         if output == Output::Stream { eprintln!("{report}") } else { println!("{report}") }
     }
     Ok(())
@@ -232,7 +233,7 @@ fn open_to_others(file: &std::fs::File) {
 #[cfg(not(unix))]
 fn open_to_others(_file: &std::fs::File) {}
 
-fn report(session: &Session, written: &Stages, frames: u32) -> serde_json::Value {
+fn report(session: &Session, written: &Stages, frames: u32, by: Option<DrawnBy>) -> serde_json::Value {
     let (mut stages, library) = session.report();
     stages.add(Stage::Write, written.spent(Stage::Write));
     if let Some(ran) = written.cpu(Stage::Write) {
@@ -243,9 +244,16 @@ fn report(session: &Session, written: &Stages, frames: u32) -> serde_json::Value
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();
     let whole = process_cpu().map(milliseconds);
-    serde_json::json!({
-        "renderer": "software", "frames": frames, "stages": stages.to_json(), "cpu": cpu, "process_cpu_ms": whole, "library": library,
-    })
+    let mut report = serde_json::json!({
+        "renderer": by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
+        "process_cpu_ms": whole, "library": library,
+    });
+    if let Some(by) = by.filter(|by| by.adapter.is_some()) {
+        report["adapter"] = serde_json::json!(by.adapter);
+        report["gpu_passes_ms"] =
+            by.passes_ms.into_iter().map(|(name, ms)| (name, serde_json::json!(ms))).collect::<serde_json::Map<_, _>>().into();
+    }
+    report
 }
 
 #[cfg(test)]

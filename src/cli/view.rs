@@ -56,7 +56,6 @@ mod windowed {
     const START_RADII: f64 = 3.5;
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
-        common.drawing_renderer()?;
         let time = instant(&args.time)?;
         let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
         let catalog = session.catalog();
@@ -103,7 +102,7 @@ mod windowed {
                 quality: self.quality.of_request(),
                 ..ViewRequest::of(look.target, look.time)
             };
-            let frame = self.session.draw(&request, self.quality.fineness(), false).map_err(|e| e.to_string())?.frame;
+            let frame = self.session.draw_promptly(&request, self.quality.fineness()).map_err(|e| e.to_string())?.frame;
             Ok(Picture { width: frame.width, height: frame.height, rgba: frame.display })
         }
 

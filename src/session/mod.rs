@@ -6,12 +6,15 @@
 
 mod air_tables;
 mod cpu;
+mod devices;
 mod sample;
 mod software;
 mod stages;
 mod standard_scenes;
 
 pub use cpu::process_cpu;
+use devices::Devices;
+pub use devices::{DrawnBy, RendererWish};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, sample_plan};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
@@ -46,6 +49,8 @@ pub struct Sources {
     pub threads: Option<usize>,
     /// The modules' lanes compute in f64.
     pub double_precision: bool,
+    /// Which renderer draws.
+    pub renderer: RendererWish,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +65,7 @@ pub enum SessionError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Plan(#[from] PlanError),
-    #[error("the software renderer: {0}")]
+    #[error("{0}")]
     Renderer(String),
 }
 
@@ -68,6 +73,7 @@ pub enum SessionError {
 pub struct Drawn {
     pub scene: Scene,
     pub frame: Frame,
+    pub by: DrawnBy,
 }
 
 pub struct Session {
@@ -76,7 +82,7 @@ pub struct Session {
     maps: MapStore,
     library: Library,
     air_tables: air_tables::AirTables,
-    renderer: SoftwareRenderer,
+    devices: Devices,
     /// Map files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
@@ -134,13 +140,14 @@ impl Session {
         let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
         let renderer = software::renderer(sources.threads, sources.double_precision).map_err(SessionError::Renderer)?;
+        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
         Ok(Self {
             catalog,
             ephemeris,
             maps: MapStore::new(sources.textures.clone()),
             library,
             air_tables,
-            renderer,
+            devices,
             missing: Mutex::default(),
             say,
             stages: Mutex::new(stages),
@@ -156,8 +163,15 @@ impl Session {
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
     }
+    /// The software renderer, which is always there.
     pub fn renderer(&self) -> &SoftwareRenderer {
-        &self.renderer
+        &self.devices.software
+    }
+
+    /// Gives the GPU's device back, as a driver that resets does: for tests of the way back.
+    #[cfg(feature = "gpu")]
+    pub fn destroy_gpu(&self) {
+        self.devices.destroy_gpu();
     }
     pub fn ephemeris(&self) -> &Ephemeris {
         &self.ephemeris
@@ -217,6 +231,13 @@ impl Session {
         }
     }
 
+    /// What is drawn in which order for a view, for a reader.
+    pub fn passes(&self, request: &ViewRequest, fineness: Fineness) -> Result<String, SessionError> {
+        // A map that cannot be read is found, said and left out here.
+        let (scene, plan) = self.plan(request, fineness)?;
+        Ok(plan::graph::outline(&plan::steps(&scene, self, fineness)?, &plan))
+    }
+
     /// Brings in modules and maps by all threads, so that the plan finds them in memory. Failures come out of the plan.
     fn fetch(&self, scene: &Scene) -> Result<(), SessionError> {
         let modules = plan::modules(scene);
@@ -227,13 +248,22 @@ impl Session {
         Ok(())
     }
 
-    /// Draws a view in software.
+    /// Draws a view with the renderer that was asked for, or in software where that cannot.
     pub fn draw(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;
-        let (frame, _) = self
-            .measured(Stage::Draw, || self.renderer.render(&plan, &self.library, keep_hdr))
-            .map_err(|e| SessionError::Renderer(e.to_string()))?;
-        Ok(Drawn { scene, frame })
+        let (frame, by) =
+            self.measured(Stage::Draw, || self.devices.draw(&plan, &self.library, keep_hdr)).map_err(SessionError::Renderer)?;
+        Ok(Drawn { scene, frame, by })
+    }
+}
+
+impl Session {
+    /// Draws a view for a window: in software while the GPU is not ready for it.
+    pub fn draw_promptly(&self, request: &ViewRequest, fineness: Fineness) -> Result<Drawn, SessionError> {
+        let (scene, plan) = self.plan(request, fineness)?;
+        let (frame, by) =
+            self.measured(Stage::Draw, || self.devices.draw_promptly(&plan, &self.library)).map_err(SessionError::Renderer)?;
+        Ok(Drawn { scene, frame, by })
     }
 }
 

@@ -3,9 +3,10 @@
 //! In: the scene, the layouts of the modules (read from the modules themselves) and the decoded maps. Out: a [`Plan`]. Uniform fields are
 //! filled by name from [`Amounts`]; a field that the module wants and scene does not give is an error, not a zero.
 
+use super::graph::{self, GraphError, Read, Step, Target, Write};
 use super::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding,
-    SamplerState, TextureBinding, TextureSource, Vertices,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Plan, PlanDraw, SamplerBinding, SamplerState,
+    TextureBinding, TextureSource, Vertices,
 };
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
@@ -24,6 +25,8 @@ pub enum PlanError {
     Layout { module: String, source: LayoutError },
     #[error("{0}")]
     Module(String),
+    #[error(transparent)]
+    Graph(#[from] GraphError),
     /// The file, and why it could not be read.
     #[error("map {file}: {why}")]
     Map { file: String, why: String },
@@ -78,40 +81,34 @@ pub fn modules(scene: &Scene) -> Vec<ModuleName> {
     all
 }
 
-/// Plans one frame: bodies far to near, then points, then the tone map.
+/// Linear light of the scene, and the bytes that are shown.
+const LIGHT: &str = "light";
+pub const PICTURE: &str = "picture";
+
+/// Plans one frame.
 pub fn plan(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Plan, PlanError> {
+    Ok(graph::compile(&steps(scene, supplies, fineness)?, PICTURE)?)
+}
+
+/// The steps of one frame. Bodies with their shells and rings go far to near, because soft limbs are blended over what lies behind them; then
+/// points and the glow, then the tone map.
+pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let mut draws = Vec::new();
-    for draw in &scene.draws {
-        draws.push(body_draw(draw, width, height, supplies, fineness)?);
-    }
-    if !scene.points.is_empty() {
-        draws.push(point_draw(scene, supplies)?);
-    }
-    if let Some(glow) = &scene.glow {
-        draws.push(glow_draw(scene, glow, supplies)?);
-    }
-    let bodies = Pass {
-        name: "bodies",
-        width,
-        height,
-        format: ColourFormat::Rgba32Float,
-        samples: fineness.samples,
-        clear: [0.0, 0.0, 0.0, 1.0],
-        depth: true,
-        draws,
-    };
-    let tone_map = Pass {
-        name: "tone map",
-        width,
-        height,
-        format: ColourFormat::Rgba8Unorm,
-        samples: 1,
-        clear: [0.0, 0.0, 0.0, 1.0],
-        depth: false,
-        draws: vec![tone_map_draw(scene, supplies)?],
-    };
-    Ok(Plan { passes: vec![bodies, tone_map] })
+    let black = [0.0, 0.0, 0.0, 1.0];
+    let light =
+        Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
+    let picture = Target { resource: PICTURE, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
+    let bodies = scene.draws.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
+    let points = if scene.points.is_empty() { Vec::new() } else { vec![point_draw(scene, supplies)?] };
+    let glow = scene.glow.iter().map(|glow| glow_draw(scene, glow, supplies)).collect::<Result<_, _>>()?;
+    let hdr = Read { resource: LIGHT, binding: HDR_BINDING };
+    Ok(vec![
+        Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] },
+        Step { name: "bodies", reads: vec![], writes: Write::Over(LIGHT), draws: bodies },
+        Step { name: "points", reads: vec![], writes: Write::Over(LIGHT), draws: points },
+        Step { name: "glow", reads: vec![], writes: Write::Over(LIGHT), draws: glow },
+        Step { name: "tone map", reads: vec![hdr], writes: Write::New(picture), draws: vec![tone_map_draw(scene, supplies)?] },
+    ])
 }
 
 /// Writes each field that the layout has, by name; fails on a name that the amounts do not have.
@@ -316,7 +313,7 @@ fn tone_map_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, Pl
         label: "tone map".into(),
         module,
         uniforms: w.finish().map_err(named)?,
-        textures: vec![TextureBinding { binding: HDR_BINDING, source: TextureSource::PassOutput(0) }],
+        textures: Vec::new(),
         samplers: Vec::new(),
         vertices: Vertices::Count(3),
         instances: Instances { count: 1, attributes: Vec::new() },

@@ -1,10 +1,13 @@
 //! The render plan: passes, order, uniform bytes. Plain values, shared by every renderer.
 
 mod build;
-pub use build::{Fineness, PlanError, RING_PROFILE_BINDING, Supplies, map_format, modules, plan, ring_profile, uniforms_of};
+pub mod graph;
+pub use build::{Fineness, PlanError, RING_PROFILE_BINDING, Supplies, map_format, modules, plan, ring_profile, steps, uniforms_of};
 
 use crate::image::SharedTexture;
 pub use crate::shader::ModuleId as ModuleName;
+use crate::shader::{Library, ShaderModule};
+use std::sync::Arc;
 
 /// Instructions that a texture read is shown as in the picture of costs.
 pub use crate::scene::legend::SHOWN_PER_READ;
@@ -73,13 +76,13 @@ pub enum Vertices {
     /// `count` vertices from `@builtin(vertex_index)` alone.
     Count(u32),
     /// Indexed triangles; each attribute has `components` f32 per vertex.
-    Mesh { attributes: Vec<Attribute>, indices: std::sync::Arc<Vec<u32>> },
+    Mesh { attributes: Vec<Attribute>, indices: Arc<Vec<u32>> },
 }
 
 #[derive(Clone, Debug)]
 pub struct Attribute {
     pub components: u32,
-    pub values: std::sync::Arc<Vec<f32>>,
+    pub values: Arc<Vec<f32>>,
 }
 
 /// Per-instance attributes, numbered after the vertex attributes.
@@ -131,4 +134,17 @@ pub struct Pass {
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub passes: Vec<Pass>,
+}
+
+/// Where a plan's modules come from.
+pub trait Modules: Sync {
+    /// # Errors
+    /// One line that says why there is no such module.
+    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String>;
+}
+
+impl Modules for Library {
+    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+        self.get(name).map_err(|e| e.to_string())
+    }
 }

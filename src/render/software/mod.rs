@@ -30,7 +30,7 @@ pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub use lower::lowering;
 pub use named::{NamedValue, PixelValues};
-pub use renderer::{Modules, Options, Precision, SoftwareRenderer};
+pub use renderer::{Options, Precision, SoftwareRenderer};
 pub use timings::{PassTimings, Timings};
 
 /// Greatest width and height of a pass.

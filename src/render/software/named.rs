@@ -9,8 +9,9 @@ use super::lower::lower_named;
 use super::math::Real;
 use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
-use super::renderer::{Entries, Modules, Precision, SoftwareRenderer};
+use super::renderer::{Entries, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
+use crate::render::plan::Modules;
 use crate::render::plan::{Blend, ColourFormat, DepthState, Pass, PlanDraw};
 use std::sync::{Mutex, PoisonError};
 

@@ -15,8 +15,7 @@ use super::stage::TapeStage;
 use super::timings::Timings;
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
-use crate::render::plan::{ModuleName, Pass, Plan, PlanDraw, TextureSource};
-use crate::shader::{Library, ShaderModule};
+use crate::render::plan::{ModuleName, Modules, Pass, Plan, PlanDraw, TextureSource};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -42,19 +41,6 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self { threads: 0, kernels: KernelClass::detect(), precision: Precision::F32 }
-    }
-}
-
-/// Where a plan's modules come from.
-pub trait Modules: Sync {
-    /// # Errors
-    /// One line that says why there is no such module.
-    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String>;
-}
-
-impl Modules for Library {
-    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String> {
-        self.get(name).map_err(|e| e.to_string())
     }
 }
 

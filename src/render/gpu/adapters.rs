@@ -1,0 +1,125 @@
+//! Which adapters this machine has, and opening one.
+//!
+//! Hardware comes before drivers that compute on the processor, and Vulkan, Metal and DX12 before GL. Reads the environment variables that wgpu
+//! documents (`WGPU_BACKEND` and others), nothing else from outside.
+
+use super::GpuError;
+use wgpu::{Adapter, Backend, Backends, Device, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, Limits, Queue};
+use wgpu::{TextureFormat, TextureFormatFeatureFlags};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AdapterKind {
+    Hardware,
+    /// The driver does not say.
+    Unknown,
+    /// A driver that computes on the processor.
+    Software,
+}
+
+/// What an adapter says of itself.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct AdapterFacts {
+    pub name: String,
+    /// Vulkan, Metal, Dx12 or Gl.
+    pub backend: String,
+    pub kind: AdapterKind,
+    pub driver: String,
+}
+
+impl std::fmt::Display for AdapterFacts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} ({}{}{})", self.name, self.backend, if self.driver.is_empty() { "" } else { ", " }, self.driver)
+    }
+}
+
+impl AdapterFacts {
+    fn of(adapter: &Adapter) -> Self {
+        let info = adapter.get_info();
+        let kind = match info.device_type {
+            DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu => AdapterKind::Hardware,
+            DeviceType::Cpu => AdapterKind::Software,
+            // GL does not tell; the names of Mesa's processor drivers do.
+            DeviceType::Other if ["llvmpipe", "softpipe", "swiftshader"].iter().any(|n| info.name.to_lowercase().contains(n)) => {
+                AdapterKind::Software
+            }
+            DeviceType::Other => AdapterKind::Unknown,
+        };
+        let driver = [info.driver.trim(), info.driver_info.trim()].into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join(" ");
+        Self { name: info.name, backend: info.backend.to_string(), kind, driver }
+    }
+}
+
+/// All adapters, best first.
+fn found() -> Vec<(AdapterFacts, Adapter)> {
+    let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
+    let rank = |adapter: &Adapter| {
+        let info = adapter.get_info();
+        let speed = match info.device_type {
+            DeviceType::DiscreteGpu => 0,
+            DeviceType::IntegratedGpu => 1,
+            DeviceType::VirtualGpu => 2,
+            DeviceType::Other => 3,
+            DeviceType::Cpu => 4,
+        };
+        (AdapterFacts::of(adapter).kind, speed, info.backend == Backend::Gl)
+    };
+    let mut all = pollster::block_on(instance.enumerate_adapters(Backends::all()));
+    all.sort_by_key(rank);
+    all.into_iter().map(|a| (AdapterFacts::of(&a), a)).collect()
+}
+
+/// What adapters there are, best first; empty where no driver is installed.
+pub fn adapters() -> Vec<AdapterFacts> {
+    found().into_iter().map(|(facts, _)| facts).collect()
+}
+
+/// An opened device and what it can do beyond the least.
+pub(super) struct Opened {
+    pub facts: AdapterFacts,
+    pub device: Device,
+    pub queue: Queue,
+    /// A linear picture of 32-bit floats can be blended into, with 4 samples.
+    pub wide_colour: bool,
+    pub timestamps: bool,
+}
+
+/// Opens the best adapter that will do. `software`: a driver on the processor will do.
+pub(super) fn open(software: bool) -> Result<Opened, GpuError> {
+    let all = found();
+    let Some((best, _)) = all.first() else {
+        return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
+    };
+    if !software && best.kind == AdapterKind::Software {
+        return Err(GpuError::SoftwareDriver(best.to_string()));
+    }
+    let mut first_failure = None;
+    for (facts, adapter) in all.into_iter().filter(|(f, _)| software || f.kind != AdapterKind::Software) {
+        match device_of(&facts, &adapter) {
+            Ok(opened) => return Ok(opened),
+            Err(e) => first_failure = first_failure.or(Some(e)),
+        }
+    }
+    Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter("none is left".into())))
+}
+
+fn device_of(facts: &AdapterFacts, adapter: &Adapter) -> Result<Opened, GpuError> {
+    let failed = |why: String| GpuError::Adapter { adapter: facts.to_string(), why };
+    let flags = TextureFormatFeatureFlags::MULTISAMPLE_X4 | TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE;
+    let half = adapter.get_texture_format_features(TextureFormat::Rgba16Float).flags;
+    if !half.contains(flags | TextureFormatFeatureFlags::BLENDABLE) {
+        return Err(failed("it cannot blend into 4 samples of half floats".into()));
+    }
+    let wide = Features::FLOAT32_BLENDABLE | Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+    let wide_colour = adapter.features().contains(wide)
+        && adapter.get_texture_format_features(TextureFormat::Rgba32Float).flags.contains(flags | TextureFormatFeatureFlags::BLENDABLE);
+    let timestamps = adapter.features().contains(Features::TIMESTAMP_QUERY);
+    let mut required_features = Features::empty();
+    required_features.set(wide, wide_colour);
+    required_features.set(Features::TIMESTAMP_QUERY, timestamps);
+    let own = adapter.limits();
+    let required_limits = Limits { max_buffer_size: own.max_buffer_size, ..Limits::downlevel_webgl2_defaults().using_resolution(own) };
+    let descriptor = DeviceDescriptor { label: Some("orrery"), required_features, required_limits, ..DeviceDescriptor::default() };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| failed(super::one_line(&e.to_string())))?;
+    Ok(Opened { facts: facts.clone(), device, queue, wide_colour, timestamps })
+}

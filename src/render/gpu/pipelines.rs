@@ -1,0 +1,209 @@
+//! Pipelines by what decides them: module, target, samples, blending, depth, culling, vertex attributes and how textures are read.
+//!
+//! A module goes to wgpu as the library's naga IR, with wgpu's bounds checks; nothing is parsed again. Bind group 0 follows the module's reflected layout:
+//! the uniform block at a dynamic offset of one buffer per frame, textures, samplers.
+
+use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleName, PlanDraw, SamplerState};
+use crate::shader::{Layout, ShaderModule};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+use std::sync::Arc;
+use wgpu::{
+    BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BlendComponent, BlendFactor, BlendOperation, BlendState,
+    BufferBindingType, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Device, Face, FilterMode, FragmentState,
+    MipmapFilterMode, MultisampleState, PipelineCompilationOptions, PipelineLayoutDescriptor, PrimitiveState, RenderPipeline,
+    RenderPipelineDescriptor, Sampler, SamplerBindingType, SamplerDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages,
+    TextureFormat, TextureSampleType, TextureViewDimension, VertexAttribute, VertexBufferLayout, VertexFormat, VertexState, VertexStepMode,
+};
+
+pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+
+/// Everything that a pipeline is made for.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct PipelineKey {
+    pub module: ModuleName,
+    pub target: TextureFormat,
+    pub samples: u32,
+    blend: Blend,
+    cull: Cull,
+    /// `None`: the pass has no depth target.
+    depth: Option<DepthState>,
+    /// Components of each attribute, those of vertices first, and how many they are.
+    attributes: Vec<u32>,
+    per_vertex: usize,
+    /// Bindings of textures of 32-bit floats, which are not filtered.
+    unfiltered: Vec<u32>,
+}
+
+impl PipelineKey {
+    pub fn of(draw: &PlanDraw, target: TextureFormat, samples: u32, depth: bool, unfiltered: Vec<u32>) -> Self {
+        let of_vertices = match &draw.vertices {
+            crate::render::plan::Vertices::Count(_) => &[][..],
+            crate::render::plan::Vertices::Mesh { attributes, .. } => attributes,
+        };
+        Self {
+            module: draw.module.clone(),
+            target,
+            samples,
+            blend: draw.blend,
+            cull: draw.cull,
+            depth: depth.then_some(draw.depth),
+            attributes: of_vertices.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
+            per_vertex: of_vertices.len(),
+            unfiltered,
+        }
+    }
+}
+
+/// A pipeline, and what its bind group holds.
+pub struct Pipeline {
+    pub pipeline: RenderPipeline,
+    pub group: BindGroupLayout,
+    pub layout: Layout,
+}
+
+#[derive(Default)]
+pub struct Pipelines {
+    modules: HashMap<ModuleName, (wgpu::ShaderModule, Layout)>,
+    by_key: HashMap<PipelineKey, Arc<Pipeline>>,
+    samplers: HashMap<SamplerState, Sampler>,
+}
+
+impl Pipelines {
+    pub fn has(&self, key: &PipelineKey) -> bool {
+        self.by_key.contains_key(key)
+    }
+
+    /// Pipelines made so far.
+    pub fn len(&self) -> usize {
+        self.by_key.len()
+    }
+
+    pub fn get(
+        &mut self,
+        device: &Device,
+        key: &PipelineKey,
+        module: impl FnOnce() -> Result<Arc<ShaderModule>, String>,
+    ) -> Result<Arc<Pipeline>, String> {
+        if let Some(known) = self.by_key.get(key) {
+            return Ok(Arc::clone(known));
+        }
+        if !self.modules.contains_key(&key.module) {
+            let module = module()?;
+            let label = module.id.to_string();
+            let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
+            let made = device.create_shader_module(ShaderModuleDescriptor { label: Some(&label), source });
+            self.modules.insert(key.module.clone(), (made, module.layout.clone()));
+        }
+        let (module, layout) = &self.modules[&key.module];
+        let made = Arc::new(pipeline(device, key, module, layout)?);
+        self.by_key.insert(key.clone(), Arc::clone(&made));
+        Ok(made)
+    }
+
+    /// `anisotropy`: the most that the driver does well.
+    pub fn sampler(&mut self, device: &Device, state: SamplerState, anisotropy: u8) -> Sampler {
+        let made = self.samplers.entry(state).or_insert_with(|| {
+            let address = |mode: AddressMode| match mode {
+                AddressMode::Repeat => wgpu::AddressMode::Repeat,
+                AddressMode::ClampToEdge => wgpu::AddressMode::ClampToEdge,
+            };
+            let (filter, mipmap_filter) = if state.linear {
+                (FilterMode::Linear, MipmapFilterMode::Linear)
+            } else {
+                (FilterMode::Nearest, MipmapFilterMode::Nearest)
+            };
+            device.create_sampler(&SamplerDescriptor {
+                address_mode_u: address(state.address_u),
+                address_mode_v: address(state.address_v),
+                mag_filter: filter,
+                min_filter: filter,
+                mipmap_filter,
+                anisotropy_clamp: if state.linear { u16::from(state.anisotropy.clamp(1, 16).min(anisotropy)) } else { 1 },
+                ..SamplerDescriptor::default()
+            })
+        });
+        made.clone()
+    }
+}
+
+fn entries(layout: &Layout, unfiltered: &[u32]) -> Vec<BindGroupLayoutEntry> {
+    let entry =
+        |binding: u32, ty: BindingType| BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX_FRAGMENT, ty, count: None };
+    let block = NonZeroU64::new(u64::from(layout.uniform_size)).map(|size| {
+        entry(0, BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: Some(size) })
+    });
+    let textures = layout.textures.iter().map(|t| {
+        let sample_type = TextureSampleType::Float { filterable: !unfiltered.contains(&t.binding) };
+        entry(t.binding, BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled: false })
+    });
+    let samplers = layout.samplers.iter().map(|s| entry(s.binding, BindingType::Sampler(SamplerBindingType::Filtering)));
+    block.into_iter().chain(textures).chain(samplers).collect()
+}
+
+fn blend_state(blend: Blend) -> Option<BlendState> {
+    let component = |dst_factor: BlendFactor| BlendComponent { src_factor: BlendFactor::One, dst_factor, operation: BlendOperation::Add };
+    let both = |dst: BlendFactor| Some(BlendState { color: component(dst), alpha: component(dst) });
+    match blend {
+        Blend::Replace => None,
+        Blend::PremultipliedOver => both(BlendFactor::OneMinusSrcAlpha),
+        Blend::Add => both(BlendFactor::One),
+    }
+}
+
+fn pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModule, layout: &Layout) -> Result<Pipeline, String> {
+    let label = key.module.to_string();
+    let group =
+        device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: Some(&label), entries: &entries(layout, &key.unfiltered) });
+    let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+        label: Some(&label),
+        bind_group_layouts: &[Some(&group)],
+        immediate_size: 0,
+    });
+    let mut attributes = Vec::new();
+    for (location, components) in (0..).zip(&key.attributes) {
+        let format = match components {
+            1 => VertexFormat::Float32,
+            2 => VertexFormat::Float32x2,
+            3 => VertexFormat::Float32x3,
+            4 => VertexFormat::Float32x4,
+            n => return Err(format!("an attribute of {n} numbers")),
+        };
+        attributes.push([VertexAttribute { format, offset: 0, shader_location: location }]);
+    }
+    let buffers: Vec<_> = attributes
+        .iter()
+        .enumerate()
+        .map(|(k, attribute)| {
+            let step_mode = if k < key.per_vertex { VertexStepMode::Vertex } else { VertexStepMode::Instance };
+            Some(VertexBufferLayout { array_stride: 4 * u64::from(key.attributes[k]), step_mode, attributes: attribute })
+        })
+        .collect();
+    let depth_stencil = key.depth.map(|depth| DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(depth.write),
+        // Reversed: greater is nearer.
+        depth_compare: Some(if depth.test { CompareFunction::Greater } else { CompareFunction::Always }),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    });
+    let target = ColorTargetState { format: key.target, blend: blend_state(key.blend), write_mask: ColorWrites::ALL };
+    let pipeline = device.create_render_pipeline(&RenderPipelineDescriptor {
+        label: Some(&label),
+        layout: Some(&pipeline_layout),
+        vertex: VertexState { module, entry_point: None, compilation_options: PipelineCompilationOptions::default(), buffers: &buffers },
+        primitive: PrimitiveState { cull_mode: (key.cull == Cull::Back).then_some(Face::Back), ..PrimitiveState::default() },
+        depth_stencil,
+        multisample: MultisampleState { count: key.samples, ..MultisampleState::default() },
+        fragment: Some(FragmentState {
+            module,
+            entry_point: None,
+            compilation_options: PipelineCompilationOptions::default(),
+            targets: &[Some(target)],
+        }),
+        multiview_mask: None,
+        cache: None,
+    });
+    Ok(Pipeline { pipeline, group, layout: layout.clone() })
+}

@@ -1,0 +1,73 @@
+//! Pixels back from the device, in bands: a picture of 16384 x 16384 needs no buffer of its own size.
+
+use super::GpuError;
+use std::sync::mpsc;
+use wgpu::{
+    Buffer, BufferDescriptor, BufferUsages, COPY_BYTES_PER_ROW_ALIGNMENT, Device, Extent3d, MapMode, Origin3d, PollType, Queue,
+    TexelCopyBufferInfo, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureAspect,
+};
+
+/// Bytes of one band at most, and at least one row.
+const BAND_BYTES: u64 = 64 << 20;
+
+/// The staging buffer, kept between frames.
+#[derive(Default)]
+pub struct Readback {
+    buffer: Option<Buffer>,
+}
+
+/// Waits for the device and gives the bytes of a mapped buffer to `read`.
+pub fn mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
+    let lost = |what: &dyn std::fmt::Display| GpuError::Lost(what.to_string());
+    let (send, receive) = mpsc::channel();
+    let slice = buffer.slice(..length);
+    slice.map_async(MapMode::Read, move |result| {
+        let _ = send.send(result);
+    });
+    device.poll(PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
+    receive.recv().map_err(|e| lost(&e))?.map_err(|e| lost(&e))?;
+    let done = {
+        let bytes = slice.get_mapped_range().map_err(|e| lost(&e))?;
+        read(&bytes)
+    };
+    buffer.unmap();
+    Ok(done)
+}
+
+impl Readback {
+    /// All pixels of a texture, rows top first, as `N` bytes each.
+    pub fn pixels<const N: usize>(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<Vec<[u8; N]>, GpuError> {
+        let (width, height) = (texture.width(), texture.height());
+        let row_bytes = width * N as u32;
+        let padded = row_bytes.next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
+        let rows = u32::try_from(BAND_BYTES / u64::from(padded)).unwrap_or(u32::MAX).clamp(1, height);
+        let needed = u64::from(padded) * u64::from(rows);
+        if self.buffer.as_ref().is_none_or(|b| b.size() < needed) {
+            let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+            self.buffer =
+                Some(device.create_buffer(&BufferDescriptor { label: Some("readback"), size: needed, usage, mapped_at_creation: false }));
+        }
+        let Some(buffer) = &self.buffer else { return Err(GpuError::Memory) };
+        let mut pixels = Vec::new();
+        pixels.try_reserve_exact(width as usize * height as usize).map_err(|_| GpuError::Memory)?;
+        for top in (0..height).step_by(rows as usize) {
+            let here = rows.min(height - top);
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_texture_to_buffer(
+                TexelCopyTextureInfo { texture, mip_level: 0, origin: Origin3d { x: 0, y: top, z: 0 }, aspect: TextureAspect::All },
+                TexelCopyBufferInfo {
+                    buffer,
+                    layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+                },
+                Extent3d { width, height: here, depth_or_array_layers: 1 },
+            );
+            queue.submit([encoder.finish()]);
+            mapped(device, buffer, u64::from(padded) * u64::from(here), |bytes| {
+                for row in bytes.chunks_exact(padded as usize) {
+                    pixels.extend_from_slice(row[..row_bytes as usize].as_chunks::<N>().0);
+                }
+            })?;
+        }
+        Ok(pixels)
+    }
+}

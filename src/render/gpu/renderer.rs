@@ -1,0 +1,481 @@
+//! One frame on the GPU: targets, uniform bytes, passes, and the pixels back.
+//!
+//! All uniform bytes and attributes of a frame go to the device in one write each. Errors are caught in scopes around the whole frame; a device
+//! that is lost stays lost, and says so to every later call.
+
+use super::GpuError;
+use super::adapters::{AdapterFacts, AdapterKind, Opened, open};
+use super::pipelines::{DEPTH_FORMAT, Pipeline, PipelineKey, Pipelines};
+use super::readback::{Readback, mapped};
+use super::uploads::Uploads;
+use crate::image::TexelFormat;
+use crate::render::frame::Frame;
+use crate::render::plan::{ColourFormat, Modules, Pass, Plan, PlanDraw, TextureSource, Vertices};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+use wgpu::{
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Color, Device,
+    ErrorFilter, Extent3d, IndexFormat, LoadOp, Operations, QuerySet, QuerySetDescriptor, QueryType, Queue, RenderPassColorAttachment,
+    RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPassTimestampWrites, StoreOp, TextureDescriptor, TextureDimension,
+    TextureFormat, TextureUsages, TextureView,
+};
+
+/// Passes of a frame that are timed at most.
+const MOST_TIMED: u32 = 32;
+
+/// Where a GPU frame's time went.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct GpuTimings {
+    /// Time on the device by pass, where the adapter tells it.
+    pub passes: Vec<(String, f64)>,
+    /// Bytes of maps sent for this frame.
+    pub sent_bytes: u64,
+    /// From the call to the frame, waiting and reading back included.
+    pub wall_ms: f64,
+}
+
+/// What the passes of the last frame drew into.
+struct Target {
+    width: u32,
+    height: u32,
+    format: TextureFormat,
+    samples: u32,
+    /// The colour that a later pass reads: resolved.
+    colour: wgpu::Texture,
+    view: TextureView,
+    /// With several samples.
+    sampled: Option<TextureView>,
+    depth: Option<TextureView>,
+}
+
+#[derive(Default)]
+struct State {
+    pipelines: Pipelines,
+    uploads: Uploads,
+    targets: Vec<Target>,
+    uniforms: Option<Buffer>,
+    attributes: Option<Buffer>,
+    indices: Option<Buffer>,
+    readback: Readback,
+    clock: Option<Clock>,
+}
+
+/// Timestamps: two for each pass.
+struct Clock {
+    queries: QuerySet,
+    resolved: Buffer,
+    read: Buffer,
+}
+
+/// Executes plans on one device.
+pub struct GpuRenderer {
+    facts: AdapterFacts,
+    device: Device,
+    queue: Queue,
+    wide_colour: bool,
+    timestamps: bool,
+    lost: Arc<Mutex<Option<GpuError>>>,
+    state: Mutex<State>,
+}
+
+/// A draw with its places in the frame's buffers.
+struct Prepared<'a> {
+    draw: &'a PlanDraw,
+    pipeline: Arc<Pipeline>,
+    group: BindGroup,
+    /// Where its block lies; `None` without one.
+    uniform_offset: Option<u32>,
+    /// Start and length of each attribute, bytes.
+    attributes: Vec<(u64, u64)>,
+    /// Start of the indices, bytes.
+    indices: Option<u64>,
+}
+
+/// Bytes of a frame that go to the device in one write.
+#[derive(Default)]
+struct Bytes {
+    uniforms: Vec<u8>,
+    attributes: Vec<u8>,
+    indices: Vec<u8>,
+}
+
+/// Bindings of textures of 32-bit floats, which are not filtered.
+fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
+    let is_float = |source: &TextureSource| match source {
+        TextureSource::Image(texture) => texture.format == TexelFormat::Rgba32Float,
+        TextureSource::PassOutput(_) => true,
+    };
+    draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
+}
+
+impl GpuRenderer {
+    /// Opens the best adapter. `software`: a driver that computes on the processor will do.
+    ///
+    /// # Errors
+    /// No adapter, or none that does what the plan needs.
+    pub fn open(software: bool) -> Result<Self, GpuError> {
+        let Opened { facts, device, queue, wide_colour, timestamps } = open(software)?;
+        let lost: Arc<Mutex<Option<GpuError>>> = Arc::default();
+        let (on_loss, on_error) = (Arc::clone(&lost), Arc::clone(&lost));
+        device.set_device_lost_callback(move |_, why| {
+            let why = if why.is_empty() { "the driver gave no reason".to_owned() } else { super::one_line(&why) };
+            on_loss.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(GpuError::Lost(why));
+        });
+        // Errors outside a frame's scopes: without this wgpu would panic.
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
+            on_error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(e.into());
+        }));
+        Ok(Self { facts, device, queue, wide_colour, timestamps, lost, state: Mutex::default() })
+    }
+
+    pub fn facts(&self) -> &AdapterFacts {
+        &self.facts
+    }
+
+    /// Taps of anisotropic filtering at most. llvmpipe (Mesa 22.3) sets bright and dark dots where the mip level changes along an elongated
+    /// footprint, up to 129 of 255 levels off; with one tap it is within 4 of the software renderer.
+    fn anisotropy(&self) -> u8 {
+        if self.facts.kind == AdapterKind::Software { 1 } else { 16 }
+    }
+
+    /// Gives the device back: every later frame fails as if the driver had lost it, which is how the way back is tested.
+    pub fn destroy(&self) {
+        self.device.destroy();
+    }
+
+    /// Whether the plan can be drawn without waiting for a compiler or for another frame.
+    pub fn ready(&self, plan: &Plan) -> bool {
+        let Ok(state) = self.state.try_lock() else { return false };
+        let known = |pass: &Pass| {
+            let format = self.format(pass.format, false);
+            pass.draws.iter().all(|d| state.pipelines.has(&PipelineKey::of(d, format, u32::from(pass.samples), pass.depth, unfiltered(d))))
+        };
+        plan.passes.iter().all(known)
+    }
+
+    /// Bytes of maps on the device, and how many pipelines there are.
+    pub fn held(&self) -> (u64, usize) {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        (state.uploads.held_bytes(), state.pipelines.len())
+    }
+
+    /// Draws the plan. `keep_hdr`: the frame keeps the linear picture too.
+    ///
+    /// # Errors
+    /// See [`GpuError`]; after one that [`GpuError::is_final`] says is final the next frame fails too.
+    pub fn render(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
+        let start = Instant::now();
+        self.still_there()?;
+        if plan
+            .passes
+            .iter()
+            .flat_map(|p| &p.draws)
+            .any(|d| matches!(&d.module, crate::render::plan::ModuleName::Planet(k) if k.counts_work()))
+        {
+            return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
+        }
+        if keep_hdr && !self.wide_colour {
+            return Err(GpuError::NotDrawn("linear pictures on this adapter, which has no 32-bit blending"));
+        }
+        let scopes = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal].map(|f| self.device.push_error_scope(f));
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let drawn = self.frame(&mut state, plan, modules, keep_hdr);
+        drop(state);
+        let caught: Vec<GpuError> =
+            scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).map(GpuError::from).collect();
+        self.still_there()?;
+        if let Some(first) = caught.into_iter().next() {
+            return Err(first);
+        }
+        let (frame, mut timings) = drawn?;
+        timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
+        Ok((frame, timings))
+    }
+
+    fn still_there(&self) -> Result<(), GpuError> {
+        self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone().map_or(Ok(()), Err)
+    }
+
+    fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
+        match format {
+            // Half floats reach 65504, the Sun's middle is 58,000 in our unit, and their error is 0.12 of a 255th at most.
+            ColourFormat::Rgba32Float if keep_hdr => TextureFormat::Rgba32Float,
+            ColourFormat::Rgba32Float => TextureFormat::Rgba16Float,
+            ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
+        }
+    }
+
+    fn frame(&self, state: &mut State, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
+        let sent_before = state.uploads.sent_bytes;
+        state.uploads.begin_frame();
+        self.targets(state, plan, keep_hdr)?;
+        let mut bytes = Bytes::default();
+        let mut prepared = Vec::new();
+        // Places first, because the buffers' sizes follow from all draws.
+        let places: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| self.place(d, &mut bytes)).collect()).collect();
+        self.send(state, &bytes);
+        for (pass_index, (pass, places)) in plan.passes.iter().zip(places).enumerate() {
+            let format = self.format(pass.format, keep_hdr);
+            let draws = pass.draws.iter().zip(places).filter(|(d, _)| d.scissor[0] < d.scissor[2] && d.scissor[1] < d.scissor[3]);
+            let all: Result<Vec<_>, _> = draws.map(|(d, at)| self.prepare(state, pass, pass_index, d, at, format, modules)).collect();
+            prepared.push(all?);
+        }
+        if self.timestamps && state.clock.is_none() {
+            state.clock = Some(self.clock());
+        }
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for (k, (pass, draws)) in plan.passes.iter().zip(&prepared).enumerate() {
+            self.encode(&mut encoder, state, pass, draws, k);
+        }
+        let timed = (plan.passes.len() as u32).min(MOST_TIMED);
+        if let Some(clock) = &state.clock {
+            encoder.resolve_query_set(&clock.queries, 0..2 * timed, &clock.resolved, 0);
+            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.read, 0, u64::from(16 * timed));
+        }
+        self.queue.submit([encoder.finish()]);
+
+        let last = state.targets.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
+        let (width, height) = (last.width, last.height);
+        let mut frame = Frame { width, height, hdr: Vec::new(), display: Vec::new() };
+        let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
+        if last.format == TextureFormat::Rgba8Unorm {
+            frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
+            let scene =
+                state.targets.iter().rev().find(|t| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (width, height));
+            if let Some(scene) = scene.filter(|_| keep_hdr) {
+                frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
+            }
+        } else if last.format == TextureFormat::Rgba32Float {
+            frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &last.colour)?);
+        }
+        let mut timings = GpuTimings { sent_bytes: state.uploads.sent_bytes - sent_before, ..GpuTimings::default() };
+        if let Some(clock) = &state.clock {
+            let tick_ms = f64::from(self.queue.get_timestamp_period()) * 1e-6;
+            timings.passes = mapped(&self.device, &clock.read, u64::from(16 * timed), |bytes| {
+                let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();
+                let spent = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
+                plan.passes.iter().map(|p| p.name.to_owned()).zip(spent).collect()
+            })?;
+        }
+        Ok((frame, timings))
+    }
+
+    fn clock(&self) -> Clock {
+        let buffer = |usage| {
+            self.device.create_buffer(&BufferDescriptor {
+                label: Some("clock"),
+                size: u64::from(16 * MOST_TIMED),
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let queries = QuerySetDescriptor { label: Some("clock"), ty: QueryType::Timestamp, count: 2 * MOST_TIMED };
+        Clock {
+            queries: self.device.create_query_set(&queries),
+            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+            read: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
+        }
+    }
+
+    /// Targets as the plan's passes want them; those of the last frame stay where they fit.
+    fn targets(&self, state: &mut State, plan: &Plan, keep_hdr: bool) -> Result<(), GpuError> {
+        let most = self.device.limits().max_texture_dimension_2d;
+        state.targets.truncate(plan.passes.len());
+        for (k, pass) in plan.passes.iter().enumerate() {
+            let format = self.format(pass.format, keep_hdr);
+            let samples = u32::from(pass.samples);
+            if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
+                return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, most });
+            }
+            let fits = |t: &Target| {
+                (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
+            };
+            if state.targets.get(k).is_some_and(fits) {
+                continue;
+            }
+            let made = self.target(pass, format, samples);
+            if k < state.targets.len() { state.targets[k] = made } else { state.targets.push(made) }
+        }
+        Ok(())
+    }
+
+    fn target(&self, pass: &Pass, format: TextureFormat, samples: u32) -> Target {
+        let texture = |format: TextureFormat, samples: u32, usage: TextureUsages| {
+            self.device.create_texture(&TextureDescriptor {
+                label: Some(pass.name),
+                size: Extent3d { width: pass.width, height: pass.height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: samples,
+                dimension: TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        let view = |t: &wgpu::Texture| t.create_view(&wgpu::TextureViewDescriptor::default());
+        let drawn = TextureUsages::RENDER_ATTACHMENT;
+        let colour = texture(format, 1, drawn | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
+        Target {
+            width: pass.width,
+            height: pass.height,
+            format,
+            samples,
+            view: view(&colour),
+            colour,
+            sampled: (samples > 1).then(|| view(&texture(format, samples, drawn))),
+            depth: pass.depth.then(|| view(&texture(DEPTH_FORMAT, samples, drawn))),
+        }
+    }
+
+    /// Puts a draw's bytes behind those of the draws before.
+    fn place(&self, draw: &PlanDraw, bytes: &mut Bytes) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
+        let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
+        let uniform_offset = (!draw.uniforms.is_empty()).then(|| {
+            bytes.uniforms.resize(bytes.uniforms.len().next_multiple_of(align), 0);
+            let at = bytes.uniforms.len() as u32;
+            bytes.uniforms.extend_from_slice(&draw.uniforms);
+            at
+        });
+        let (of_vertices, indices) = match &draw.vertices {
+            Vertices::Count(_) => (&[][..], None),
+            Vertices::Mesh { attributes, indices } => (&attributes[..], Some(indices)),
+        };
+        let mut put = |values: &[f32]| {
+            let at = bytes.attributes.len() as u64;
+            bytes.attributes.extend_from_slice(bytemuck::cast_slice(values));
+            (at, 4 * values.len() as u64)
+        };
+        let attributes = of_vertices.iter().chain(&draw.instances.attributes).map(|a| put(&a.values)).collect();
+        let indices = indices.map(|indices| {
+            let at = bytes.indices.len() as u64;
+            bytes.indices.extend_from_slice(bytemuck::cast_slice(indices));
+            at
+        });
+        (uniform_offset, attributes, indices)
+    }
+
+    /// All bytes of the frame to the device; buffers grow and stay.
+    fn send(&self, state: &mut State, bytes: &Bytes) {
+        let send = |buffer: &mut Option<Buffer>, bytes: &[u8], usage: BufferUsages, label: &str| {
+            let size = (bytes.len() as u64).next_multiple_of(4);
+            if size == 0 {
+                return;
+            }
+            if buffer.as_ref().is_none_or(|b| b.size() < size) {
+                let size = size.next_power_of_two().max(4096);
+                let usage = usage | BufferUsages::COPY_DST;
+                *buffer = Some(self.device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false }));
+            }
+            let mut padded = bytes.to_vec();
+            padded.resize(size as usize, 0);
+            if let Some(buffer) = buffer {
+                self.queue.write_buffer(buffer, 0, &padded);
+            }
+        };
+        send(&mut state.uniforms, &bytes.uniforms, BufferUsages::UNIFORM, "uniforms");
+        send(&mut state.attributes, &bytes.attributes, BufferUsages::VERTEX, "attributes");
+        send(&mut state.indices, &bytes.indices, BufferUsages::INDEX, "indices");
+    }
+
+    fn prepare<'a>(
+        &self,
+        state: &mut State,
+        pass: &Pass,
+        pass_index: usize,
+        draw: &'a PlanDraw,
+        (uniform_offset, attributes, indices): (Option<u32>, Vec<(u64, u64)>, Option<u64>),
+        format: TextureFormat,
+        modules: &impl Modules,
+    ) -> Result<Prepared<'a>, GpuError> {
+        let fault = |what: String| GpuError::Draw { draw: draw.label.clone(), what };
+        let key = PipelineKey::of(draw, format, u32::from(pass.samples), pass.depth, unfiltered(draw));
+        let pipeline = state.pipelines.get(&self.device, &key, || modules.module(&draw.module)).map_err(fault)?;
+        let missing = |binding: u32| GpuError::Draw { draw: draw.label.clone(), what: format!("binding {binding} is not supplied") };
+        let mut views = Vec::new();
+        for texture in &pipeline.layout.textures {
+            let source = draw.textures.iter().find(|t| t.binding == texture.binding).ok_or_else(|| missing(texture.binding))?;
+            let view = match &source.source {
+                TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image).map_err(fault)?,
+                TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),
+                TextureSource::PassOutput(k) => return Err(fault(format!("reads pass {k}, which is not drawn before it"))),
+            };
+            views.push((texture.binding, view));
+        }
+        let mut samplers = Vec::new();
+        for sampler in &pipeline.layout.samplers {
+            let given = draw.samplers.iter().find(|s| s.binding == sampler.binding).ok_or_else(|| missing(sampler.binding))?;
+            samplers.push((sampler.binding, state.pipelines.sampler(&self.device, given.state, self.anisotropy())));
+        }
+        let mut entries = Vec::new();
+        if pipeline.layout.uniform_size > 0 {
+            let (Some(buffer), true) = (&state.uniforms, draw.uniforms.len() == pipeline.layout.uniform_size as usize) else {
+                return Err(fault(format!("{} uniform bytes, of {}", draw.uniforms.len(), pipeline.layout.uniform_size)));
+            };
+            let size = std::num::NonZeroU64::new(u64::from(pipeline.layout.uniform_size));
+            entries.push(BindGroupEntry { binding: 0, resource: BindingResource::Buffer(BufferBinding { buffer, offset: 0, size }) });
+        }
+        entries.extend(views.iter().map(|(binding, v)| BindGroupEntry { binding: *binding, resource: BindingResource::TextureView(v) }));
+        entries.extend(samplers.iter().map(|(binding, s)| BindGroupEntry { binding: *binding, resource: BindingResource::Sampler(s) }));
+        let group =
+            self.device.create_bind_group(&BindGroupDescriptor { label: Some(&draw.label), layout: &pipeline.group, entries: &entries });
+        Ok(Prepared { draw, pipeline, group, uniform_offset, attributes, indices })
+    }
+
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &State, pass: &Pass, draws: &[Prepared<'_>], k: usize) {
+        let target = &state.targets[k];
+        let [r, g, b, a] = pass.clear.map(f64::from);
+        let (view, resolve_target, store) = match &target.sampled {
+            Some(sampled) => (sampled, Some(&target.view), StoreOp::Discard),
+            None => (&target.view, None, StoreOp::Store),
+        };
+        let colour = RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target,
+            ops: Operations { load: LoadOp::Clear(Color { r, g, b, a }), store },
+        };
+        let depth_stencil_attachment = target.depth.as_ref().map(|view| RenderPassDepthStencilAttachment {
+            view,
+            // Reversed depth: 0 is infinitely far.
+            depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
+            stencil_ops: None,
+        });
+        let clock = state.clock.as_ref().filter(|_| (k as u32) < MOST_TIMED);
+        let timestamp_writes = clock.map(|c| RenderPassTimestampWrites {
+            query_set: &c.queries,
+            beginning_of_pass_write_index: Some(2 * k as u32),
+            end_of_pass_write_index: Some(2 * k as u32 + 1),
+        });
+        let mut rendering = encoder.begin_render_pass(&RenderPassDescriptor {
+            label: Some(pass.name),
+            color_attachments: &[Some(colour)],
+            depth_stencil_attachment,
+            timestamp_writes,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        for p in draws {
+            let [x0, y0, x1, y1] = p.draw.scissor;
+            let (x1, y1) = (x1.min(pass.width), y1.min(pass.height));
+            if x0 >= x1 || y0 >= y1 {
+                continue;
+            }
+            rendering.set_pipeline(&p.pipeline.pipeline);
+            rendering.set_bind_group(0, &p.group, p.uniform_offset.as_slice());
+            rendering.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
+            if let Some(buffer) = &state.attributes {
+                for (slot, (at, length)) in (0..).zip(&p.attributes) {
+                    rendering.set_vertex_buffer(slot, buffer.slice(*at..at + length));
+                }
+            }
+            match (&p.draw.vertices, p.indices, &state.indices) {
+                (Vertices::Count(n), ..) => rendering.draw(0..*n, 0..p.draw.instances.count),
+                (Vertices::Mesh { indices, .. }, Some(at), Some(buffer)) => {
+                    rendering.set_index_buffer(buffer.slice(at..at + 4 * indices.len() as u64), IndexFormat::Uint32);
+                    rendering.draw_indexed(0..indices.len() as u32, 0, 0..p.draw.instances.count);
+                }
+                _ => {}
+            }
+        }
+    }
+}

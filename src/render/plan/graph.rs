@@ -1,0 +1,232 @@
+//! The frame graph: steps say what they read and what they write, by name; order, targets and clears follow.
+//!
+//! In: [`Step`]s in any order, and the resource that is the picture. Out: a [`Plan`] whose passes stand in an order in which each resource is
+//! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that its samples and
+//! depth never leave the renderer. Always holds: each resource is made once, each read has a maker, everything that is drawn reaches the picture; what breaks this is a
+//! [`GraphError`] that names the step. Both renderers walk the resulting passes and know nothing of resources.
+
+use super::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
+use std::collections::BTreeMap;
+
+/// A colour target that a step makes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    pub resource: &'static str,
+    pub width: u32,
+    pub height: u32,
+    pub format: ColourFormat,
+    /// 1 or 4.
+    pub samples: u8,
+    pub clear: [f32; 4],
+    pub depth: bool,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Write {
+    /// Makes a resource: it begins with the clear colour.
+    New(Target),
+    /// Draws over what earlier steps have drawn.
+    Over(&'static str),
+}
+
+/// A finished resource as a texture of the step's draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Read {
+    pub resource: &'static str,
+    pub binding: u32,
+}
+
+#[derive(Clone, Debug)]
+pub struct Step {
+    pub name: &'static str,
+    pub reads: Vec<Read>,
+    pub writes: Write,
+    pub draws: Vec<PlanDraw>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GraphError {
+    #[error("passes `{first}` and `{second}` both make `{resource}`")]
+    MadeTwice { resource: &'static str, first: &'static str, second: &'static str },
+    #[error("pass `{step}` needs `{resource}`, which no pass makes")]
+    NotMade { step: &'static str, resource: &'static str },
+    #[error("pass `{step}` draws for `{resource}`, which nothing that reaches the picture reads")]
+    Unconnected { step: &'static str, resource: &'static str },
+    #[error("pass `{step}` reads `{resource}`, which is not finished before it")]
+    Circular { step: &'static str, resource: &'static str },
+    #[error("no pass makes the picture `{0}`")]
+    NoPicture(&'static str),
+}
+
+impl Step {
+    /// What it draws on.
+    pub fn resource(&self) -> &'static str {
+        match &self.writes {
+            Write::New(target) => target.resource,
+            Write::Over(resource) => resource,
+        }
+    }
+}
+
+/// Resources in an order in which each comes after those that it is made from. `by_resource`: the steps that write each.
+fn ordered(by_resource: &BTreeMap<&'static str, Vec<&Step>>, picture: &'static str) -> Result<Vec<&'static str>, GraphError> {
+    #[derive(Clone, Copy, PartialEq)]
+    enum Mark {
+        Open,
+        Done,
+    }
+    fn visit(
+        resource: &'static str,
+        by_resource: &BTreeMap<&'static str, Vec<&Step>>,
+        marks: &mut BTreeMap<&'static str, Mark>,
+        order: &mut Vec<&'static str>,
+    ) -> Result<(), GraphError> {
+        marks.insert(resource, Mark::Open);
+        for step in &by_resource[resource] {
+            for read in &step.reads {
+                match marks.get(read.resource) {
+                    Some(Mark::Done) => {}
+                    Some(Mark::Open) => return Err(GraphError::Circular { step: step.name, resource: read.resource }),
+                    None => visit(read.resource, by_resource, marks, order)?,
+                }
+            }
+        }
+        marks.insert(resource, Mark::Done);
+        order.push(resource);
+        Ok(())
+    }
+    let mut order = Vec::new();
+    visit(picture, by_resource, &mut BTreeMap::new(), &mut order)?;
+    Ok(order)
+}
+
+/// The plan of the steps; `picture` is made last.
+///
+/// # Errors
+/// The step that breaks what always holds.
+pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError> {
+    let mut makers: BTreeMap<&'static str, (&Step, &Target)> = BTreeMap::new();
+    for step in steps {
+        if let Write::New(target) = &step.writes
+            && let Some((first, _)) = makers.insert(target.resource, (step, target))
+        {
+            return Err(GraphError::MadeTwice { resource: target.resource, first: first.name, second: step.name });
+        }
+    }
+    let mut by_resource: BTreeMap<&'static str, Vec<&Step>> = BTreeMap::new();
+    for step in steps {
+        let needs = step.reads.iter().map(|r| r.resource).chain([step.resource()]);
+        for resource in needs {
+            if !makers.contains_key(resource) {
+                return Err(GraphError::NotMade { step: step.name, resource });
+            }
+        }
+        by_resource.entry(step.resource()).or_default().push(step);
+    }
+    if !makers.contains_key(picture) {
+        return Err(GraphError::NoPicture(picture));
+    }
+    let order = ordered(&by_resource, picture)?;
+    // A circle that the picture does not reach is unconnected all the same.
+    if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
+        return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
+    }
+    let place = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
+    let passes = order.iter().map(|resource| {
+        let (_, target) = makers[resource];
+        let draws = by_resource[resource].iter().flat_map(|step| {
+            step.draws.iter().map(|draw| {
+                let mut draw = draw.clone();
+                let read = |r: &Read| TextureBinding { binding: r.binding, source: TextureSource::PassOutput(place(r.resource)) };
+                draw.textures.extend(step.reads.iter().map(read));
+                draw
+            })
+        });
+        Pass {
+            name: target.resource,
+            width: target.width,
+            height: target.height,
+            format: target.format,
+            samples: target.samples,
+            clear: target.clear,
+            depth: target.depth,
+            draws: draws.collect(),
+        }
+    });
+    Ok(Plan { passes: passes.collect() })
+}
+
+/// The steps for a reader, pass by pass in the order in which they are drawn.
+pub fn outline(steps: &[Step], plan: &Plan) -> String {
+    let mut text = String::new();
+    for (k, pass) in plan.passes.iter().enumerate() {
+        let depth = if pass.depth { ", depth" } else { "" };
+        text.push_str(&format!(
+            "pass {k} makes {}: {}x{}, {:?}, {} sample{}{depth}\n",
+            pass.name,
+            pass.width,
+            pass.height,
+            pass.format,
+            pass.samples,
+            if pass.samples == 1 { "" } else { "s" }
+        ));
+        for step in steps.iter().filter(|s| s.resource() == pass.name) {
+            let reads: Vec<&str> = step.reads.iter().map(|r| r.resource).collect();
+            let reads = if reads.is_empty() { String::new() } else { format!(", reads {}", reads.join(", ")) };
+            let labels: Vec<String> = step.draws.iter().map(|d| format!("{} ({})", d.label, d.module)).collect();
+            text.push_str(&format!("  {}: {} draws{reads}\n", step.name, step.draws.len()));
+            labels.iter().for_each(|l| text.push_str(&format!("    {l}\n")));
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn makes(name: &'static str, resource: &'static str, reads: &[&'static str]) -> Step {
+        let target = Target { resource, width: 4, height: 4, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
+        Step {
+            name,
+            reads: reads.iter().map(|resource| Read { resource, binding: 1 }).collect(),
+            writes: Write::New(target),
+            draws: vec![],
+        }
+    }
+
+    fn over(name: &'static str, resource: &'static str, reads: &[&'static str]) -> Step {
+        Step { writes: Write::Over(resource), ..makes(name, resource, reads) }
+    }
+
+    fn names(steps: &[Step]) -> Vec<&'static str> {
+        compile(steps, "picture").expect("a plan").passes.iter().map(|p| p.name).collect()
+    }
+
+    #[test]
+    fn what_is_read_is_made_first_however_it_was_declared() {
+        let steps = [makes("tone map", "picture", &["light", "glow"]), makes("blur", "glow", &["light"]), makes("bodies", "light", &[])];
+        assert_eq!(names(&steps), ["light", "glow", "picture"]);
+        let reversed: Vec<Step> = steps.iter().rev().cloned().collect();
+        assert_eq!(names(&reversed), ["light", "glow", "picture"]);
+        assert_eq!(
+            names(&[makes("bodies", "light", &[]), over("points", "light", &[]), makes("t", "picture", &["light"])]),
+            ["light", "picture"]
+        );
+    }
+
+    #[test]
+    fn each_mistake_names_its_pass() {
+        let why = |steps: &[Step]| compile(steps, "picture").expect_err("a mistake").to_string();
+        let end = || makes("tone map", "picture", &["light"]);
+        assert!(why(&[makes("a", "light", &[]), makes("b", "light", &[]), end()]).contains("`a` and `b` both make `light`"));
+        assert!(why(&[end()]).contains("`tone map` needs `light`"));
+        assert!(why(&[over("points", "stars", &[])]).contains("`points` needs `stars`"));
+        assert!(why(&[makes("a", "light", &[]), makes("lost", "mask", &[]), end()]).contains("`lost` draws for `mask`"));
+        assert!(why(&[makes("a", "light", &["mask"]), makes("m", "mask", &["light"]), end()]).contains("not finished before"));
+        assert!(why(&[makes("a", "light", &["light"]), end()]).contains("not finished before"));
+        assert!(why(&[makes("a", "light", &[])]).contains("no pass makes the picture"));
+        let ring = [makes("a", "light", &[]), end(), makes("m", "mask", &["other"]), makes("o", "other", &["mask"])];
+        assert!(why(&ring).contains("`m` draws for `mask`"));
+    }
+}
