@@ -202,3 +202,38 @@ fn what_the_gpu_cannot_draw_is_refused_and_the_next_frame_is_drawn() {
     assert!(matches!(&refused, GpuError::Draw { what, .. } if what.contains("not supplied")), "{refused}");
     gpu.render(&plan, session.library(), false).expect("the device is none the worse");
 }
+
+/// Resident memory of this process, bytes; `None` where the system does not tell.
+fn resident_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    Some(4096 * text.split_whitespace().nth(1)?.parse::<u64>().ok()?)
+}
+
+/// Takes minutes: `cargo test --test main ten_thousand -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes"]
+fn ten_thousand_frames_grow_no_memory() {
+    let Some(gpu) = gpu() else { return };
+    let (session, ..) = session(RendererWish::Software);
+    let (_, saturn) = views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table");
+    let effects = ["", "-ring-shadow", "-rings", "-body-shadow", "-albedo"];
+    let mut early = None;
+    for k in 0..10_000_u32 {
+        let mut request = orrery::scene::request::ViewRequest { width: 32, height: 32, ..saturn.clone() };
+        request.time = request.time.plus_seconds(60.0 * f64::from(k));
+        let effects = effects[k as usize % effects.len()];
+        request.effects = orrery::scene::effects::EffectOverrides::parse(effects).expect("effects");
+        let (_, plan) = session.plan(&request, FINENESS).expect("a plan");
+        gpu.render(&plan, session.library(), false).expect("drawn");
+        if k % 1000 == 999 {
+            let now = (gpu.held(), resident_bytes());
+            println!("{k}: {} bytes of textures, {} pipelines, {:?} bytes resident", now.0.0, now.0.1, now.1);
+            let (held, resident) = *early.get_or_insert(now);
+            assert_eq!(gpu.held().0, held.0, "textures grow");
+            assert!(gpu.held().1 <= held.1 + 4, "pipelines grow");
+            if let (Some(before), Some(now)) = (resident, now.1) {
+                assert!(now < before + 32_000_000, "{before} bytes after 1,000 frames, {now} after {k}");
+            }
+        }
+    }
+}
