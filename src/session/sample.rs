@@ -1,7 +1,8 @@
 //! One body under everything, for any planet's module: what a key costs, and what it does in f32 and f64.
 //!
-//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body from afar, a little above its equator,
-//! lit from the side. Maps are small and the same for every key, so that two keys' pictures differ by what the keys differ in.
+//! In: a module and the side of a square picture. Out: a plan that draws a slightly flattened body from afar, in the plane of its equator
+//! (a ring from 25 degrees above it), lit from the side. Maps are small and the same for every key, so that two keys' pictures differ by what
+//! the keys differ in.
 
 use super::SessionError;
 use crate::catalog::Ring;
@@ -12,7 +13,7 @@ use crate::render::plan::{
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_table::{NODES, SUNS};
-use crate::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, RingAmounts, RingTable, Shape};
+use crate::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, RingAmounts, RingTable, Shape, Surface};
 use crate::scene::eclipse::AIR_LAYERS;
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
@@ -112,15 +113,19 @@ fn air() -> AirAmounts {
 }
 
 fn amounts(key: &ShaderKey, half: f32) -> Amounts {
+    // Seen along its plane a ring would be a line. At 25 degrees, not 30: there a pixel of the tests' pictures is exactly two of the pieces
+    // that the ring's fragment cuts it into, and the last bit would decide between two and three.
+    let forward = if key.needs().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
+    let up = Vec3::new(forward.z, 0.0, -forward.x);
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
     let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.needs().lights));
     Amounts {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
-        anchor_origin: Vec3::new(0.0, -half, half),
+        anchor_origin: up * half - Vec3::Y * half,
         anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
-        anchor_dv: Vec3::new(0.0, 0.0, -2.0 * half),
-        ray_origin: Vec3::NEG_X,
-        depth_row: Vec4::new(-1.0, 0.0, 0.0, 1.0e3),
+        anchor_dv: up * (-2.0 * half),
+        ray_origin: forward,
+        depth_row: forward.extend(1.0e3),
         axis_ratios: axis_ratios(key),
         // The same view for a mesh: x towards the viewer into depth, y right, z up.
         clip_from_unit_sphere: Mat4::from_cols(
@@ -142,7 +147,7 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
         wave_slope_sq: 0.03,
         normal_strength: 1.0,
         clouds: CloudAmounts { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
-        camera_in_unit_sphere: Vec3::X * 1.0e3,
+        camera_in_unit_sphere: forward * -1.0e3,
         ring: ring(),
         ..Amounts::default()
     }
