@@ -4,8 +4,10 @@
 //!
 //! | what | mean | 99.9 % | greatest | why |
 //! |---|---|---|---|---|
-//! | golden views | 0.3 | 3 | 40 | texture filtering has 8 bits of weight on hardware and rounds otherwise; a limb pixel may choose another texel |
-//! | covering keys | 0.3 | 16 | - | the same along the edges of a mesh and on clouds of steep opacity: measured 13 on llvmpipe |
+//! | golden views | 0.3 | 3 | 12 | a sampler has 8 bits of weight on hardware and rounds otherwise; a limb pixel may choose another texel: measured 0.18, 2, 6 on llvmpipe |
+//! | covering keys | 0.3 | 3 | - | the same: measured 0.11, 1 |
+//!
+//! Both filter elongated footprints by the module's own taps (shaders/lib/filtered.wgsl), so that default quality is compared.
 
 use crate::golden::views;
 use orrery::image::{Difference, Picture};
@@ -21,11 +23,10 @@ use std::sync::{Arc, Mutex};
 
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
-const GREATEST_LEVELS: u8 = 40;
-const HARD_EDGES_LEVELS: u8 = 16;
+const GREATEST_LEVELS: u8 = 12;
 
-/// One tap: how elongated footprints are filtered is every driver's own affair.
-const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 1 };
+/// The default quality.
+const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
 
 fn gpu() -> Option<GpuRenderer> {
     match GpuRenderer::open(true) {
@@ -108,7 +109,7 @@ fn every_pair_of_key_values_is_the_software_renderers() {
         let shown = |f: &Frame| Picture { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
         let d = shown(&soft).difference(&shown(&drawn)).expect("one size");
         println!("{key}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
-        if d.mean > MEAN_LEVELS || d.p999 > HARD_EDGES_LEVELS {
+        if d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS {
             failures.push(format!("{key}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
         }
     }

@@ -26,6 +26,7 @@ mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
 mod shrinking;
+mod software_filtered;
 mod software_frame;
 mod software_lower;
 mod software_math;

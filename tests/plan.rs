@@ -85,7 +85,7 @@ fn every_possible_structure_is_filled_by_name() {
         let layers = vec![Vec4::ZERO; 32];
         let (places, air_edges) = (casters.clone(), layers.clone());
         let eclipse = EclipseAmounts { places, shapes: casters, air_edges, air_passes: layers, ..EclipseAmounts::default() };
-        match uniforms_of(&layout(&needs), &Amounts { eclipse, ..amounts(needs.lights) }) {
+        match uniforms_of(&layout(&needs), &Amounts { eclipse, ..amounts(needs.lights) }, 1) {
             Ok(bytes) if bytes.is_empty() => Some(format!("{key}: nothing to fill")),
             Ok(_) => None,
             Err(e) => Some(format!("{key}: {e}")),
@@ -111,7 +111,7 @@ fn values_land_at_their_fields() {
     let needs =
         all.iter().find(|n| n.lights == 2 && n.eclipse.casters == 0 && n.maps.night && n.maps.specular).expect("the Earth under the Moon");
     let layout = layout(needs);
-    let bytes = uniforms_of(&layout, &amounts(2)).expect("filled");
+    let bytes = uniforms_of(&layout, &amounts(2), 1).expect("filled");
     let offset = |name: &str| layout.field(name).expect("a field").offset;
     assert_eq!(number(&bytes, offset("rect_in_clip") + 8), 3.0);
     assert_eq!(number(&bytes, offset("albedo") + 4), 15.0);
@@ -124,5 +124,5 @@ fn values_land_at_their_fields() {
 fn a_wrong_number_of_lights_is_refused() {
     let all = possible_needs(&Catalog::embedded());
     let needs = all.iter().find(|n| n.lights == 2).expect("two lights");
-    assert!(matches!(uniforms_of(&layout(needs), &amounts(1)), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction"));
+    assert!(matches!(uniforms_of(&layout(needs), &amounts(1), 1), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction"));
 }

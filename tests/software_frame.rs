@@ -68,7 +68,7 @@ fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         ..Amounts::default()
     };
     let name = ModuleName::Planet(ShaderKey::for_draw(&needs));
-    let uniforms = uniforms_of(&LIBRARY.module(&name).expect("emitted").layout, &amounts).expect("every field is there");
+    let uniforms = uniforms_of(&LIBRARY.module(&name).expect("emitted").layout, &amounts, 8).expect("every field is there");
     draw("sphere", name, uniforms, Vertices::Count(6))
 }
 
@@ -187,7 +187,7 @@ fn threads_and_kernels_change_no_bit() {
     let map = Arc::new(Texture::from_rgba8(64, 32, noise(64 * 32), TexelFormat::Rgba8Srgb).expect("whole"));
     let mut body = sphere(Vec3::new(1.0, 0.3, 0.2), MapSet { albedo: true, ..MapSet::default() });
     body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(map) }];
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 8 };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     body.samplers = vec![SamplerBinding { binding: 8, state }];
     let plan = scene([150, 130], vec![body]);
     let one = render(&plan, with_threads(1));
@@ -244,7 +244,7 @@ fn times_of_the_passes() {
     for (what, maps, threads) in [("plain", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
         let mut body = sphere(Vec3::new(0.6, 0.2, 0.7), maps);
         if maps.albedo {
-            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 8 };
+            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
             body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::clone(&map)) }];
             body.samplers = vec![SamplerBinding { binding: 8, state }];
         }

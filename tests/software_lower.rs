@@ -442,6 +442,31 @@ impl<R: Real> TextureUnit<R> for Echo {
 }
 
 #[test]
+fn the_dead_are_left_out_unless_their_neighbours_need_them() {
+    let program = |rest: &str| {
+        compile(&format!(
+            "@group(0) @binding(1) var t: texture_2d<f32>; @group(0) @binding(8) var s: sampler;
+            @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ let q = p.x * p.x; if (p.y > -50.25) {{ discard; }} {rest} }}"
+        ))
+    };
+    let reads = |program: &Program| {
+        let mut executor = Executor::<f32>::with_class(program, KernelClass::detect()).expect("binds");
+        (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 1.0));
+        let alive = executor.run(&program.prepare_for::<f32>(&[], KernelClass::detect()), ALL, &Echo);
+        assert_eq!(alive, 0);
+        executor.work().texture_reads
+    };
+    assert_eq!(reads(&program("return textureSampleLevel(t, s, p, q);")), 0, "nobody asks");
+    assert_eq!(reads(&program("return textureSample(t, s, p);")), 1, "the sampler takes differences");
+    // Lanes beside dead ones: y falls by 0.5 a lane from 10, so that lanes 0 to 120 are dead.
+    let program = program("return vec4f(dpdx(q), 0.0, 0.0, 1.0);");
+    let (lanes, alive) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    assert_eq!(alive, ALL << 121);
+    let q = |i: usize| f64::from(lane_x(i)).powi(2);
+    assert_eq!(lanes[121][0], q(121) - q(120), "the dead lane 120 lends its value");
+}
+
+#[test]
 fn textures_get_their_arguments() {
     let head =
         "@group(0) @binding(1) var t: texture_2d<f32>; @group(0) @binding(2) var t2: texture_2d<f32>; @group(0) @binding(8) var s: sampler;

@@ -9,8 +9,7 @@ use orrery::render::software::sample::texels::Texels;
 use orrery::render::software::sample::{Bound, Textures};
 use std::sync::Arc;
 
-const REPEAT: SamplerState =
-    SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 1 };
+const REPEAT: SamplerState = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
 
 /// A noise texture with a mip chain of 2x2 means (the sizes here are powers of two).
 fn noise(width: u32, height: u32) -> Texture {
@@ -50,15 +49,23 @@ fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Text
     Textures::new(vec![Bound { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
 }
 
-/// Samples with gradients (du, dv) along x and y; one lane each.
+/// Samples with gradients (du, dv) along x and y; one lane each, by the plain sampler.
 fn sample<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2]) -> Vec<[f64; 4]> {
+    along::<R>(textures, uv, dx, dy, None)
+}
+
+/// The same; `most`: taps along the footprint.
+fn along<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2], most: Option<f64>) -> Vec<[f64; 4]> {
     let lanes = |f: &dyn Fn(usize) -> f64| (0..uv.len()).map(|k| R::from_f64(f(k))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| uv[k][0]), lanes(&|k| uv[k][1]));
     let (a, b, c, d) = (lanes(&|_| dx[0]), lanes(&|_| dx[1]), lanes(&|_| dy[0]), lanes(&|_| dy[1]));
     let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
     let [r, g, bl, al] = &mut out;
     let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d };
-    textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, bl, al]);
+    match most {
+        Some(most) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| most), u128::MAX, [r, g, bl, al]),
+        None => textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, bl, al]),
+    }
     (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
 }
 
@@ -120,7 +127,7 @@ fn another_level_is_told_apart() {
 }
 
 /// Stripes one texel wide along u, seen at a grazing angle: 16 texels of v a pixel, one of u.
-fn stripe_contrast(anisotropy: u8) -> (f64, f64) {
+fn stripe_contrast(taps: f64) -> (f64, f64) {
     let mut texture = noise(64, 64);
     for level in &mut texture.levels {
         let w = level.width;
@@ -136,16 +143,15 @@ fn stripe_contrast(anisotropy: u8) -> (f64, f64) {
         level.bytes = (0..(w * w) as usize).flat_map(|i| [texel(i); 4]).flat_map(f32::to_le_bytes).collect();
     }
     let uv: Vec<_> = (0..64).map(|k| [(f64::from(k) + 0.5) / 64.0, 0.5]).collect();
-    let state = SamplerState { anisotropy, ..REPEAT };
-    let got = sample::<f32>(&bind(&texture, state), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0]);
+    let got = along::<f32>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0], Some(taps));
     let mean = got.iter().map(|p| p[0]).sum::<f64>() / 64.0;
     (mean, got.iter().map(|p| (p[0] - mean).abs()).sum::<f64>() / 64.0)
 }
 
 #[test]
-fn anisotropy_keeps_a_grazing_grid_and_its_mean() {
-    let (mean_1, contrast_1) = stripe_contrast(1);
-    let (mean_16, contrast_16) = stripe_contrast(16);
+fn many_taps_keep_a_grazing_grid_and_its_mean() {
+    let (mean_1, contrast_1) = stripe_contrast(1.0);
+    let (mean_16, contrast_16) = stripe_contrast(16.0);
     assert!((mean_1 - 0.5).abs() < 1e-6 && (mean_16 - 0.5).abs() < 1e-6, "{mean_1} {mean_16}");
     assert!(contrast_1 < 1e-6, "isotropic filtering must blur the stripes away: {contrast_1}");
     assert!((contrast_16 - 0.5).abs() < 1e-3, "16 taps must keep them: {contrast_16}");
@@ -155,11 +161,10 @@ fn anisotropy_keeps_a_grazing_grid_and_its_mean() {
 fn the_footprint_turns_with_the_gradients() {
     // The same stripes at 45 degrees: major axis along (1, 1) in texels; what is left after filtering must not depend on the sign of the axis.
     let texture = noise(64, 64);
-    let state = SamplerState { anisotropy: 8, ..REPEAT };
     let uv = places(50).into_iter().map(|[u, v]| [u, 0.3 + 0.3 * v]).collect::<Vec<_>>();
     let (along, across) = ([5.0 / 64.0, 5.0 / 64.0], [0.7 / 64.0, -0.7 / 64.0]);
-    let a = sample::<f64>(&bind(&texture, state), &uv, along, across);
-    let b = sample::<f64>(&bind(&texture, state), &uv, across, along.map(|v| -v));
+    let a = self::along::<f64>(&bind(&texture, REPEAT), &uv, along, across, Some(8.0));
+    let b = self::along::<f64>(&bind(&texture, REPEAT), &uv, across, along.map(|v| -v), Some(8.0));
     for (p, q) in a.iter().zip(&b) {
         assert!(p.iter().zip(q).all(|(x, y)| (x - y).abs() < 1e-9));
     }
@@ -176,10 +181,10 @@ fn a_constant_texture_stays_constant_whatever_is_asked() {
     let odd = [f64::NAN, f64::INFINITY, -1e30, 1e30, 0.0, -0.0, 1.0, 1e-40];
     let uv: Vec<_> = odd.iter().flat_map(|u| odd.map(|v| [*u, v])).collect();
     for linear in [false, true] {
-        for anisotropy in [1, 16] {
-            let textures = bind(&texture, SamplerState { linear, anisotropy, ..REPEAT });
+        for most in [None, Some(1.0), Some(16.0), Some(f64::NAN), Some(1e9)] {
+            let textures = bind(&texture, SamplerState { linear, ..REPEAT });
             for gradient in odd {
-                for p in sample::<f32>(&textures, &uv, [gradient, 0.0], [0.3, gradient]) {
+                for p in along::<f32>(&textures, &uv, [gradient, 0.0], [0.3, gradient], most) {
                     // 188 in sRGB is 0.5028865 linear (IEC 61966-2-1).
                     assert!((p[0] - 0.502_886_5).abs() < 1e-6, "{p:?} at gradient {gradient}");
                     assert!(p[1] == 0.0 && (p[2] - 1.0).abs() < 1e-6 && (p[3] - 128.0 / 255.0).abs() < 1e-6, "{p:?}");
@@ -190,14 +195,15 @@ fn a_constant_texture_stays_constant_whatever_is_asked() {
 }
 
 /// 128 lanes whose levels, numbers of taps and places all differ.
-fn scattered<R: Real>(textures: &Textures<'_>, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
+fn scattered<R: Real>(textures: &Textures<'_>, most: f64, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
     let lanes = |f: &dyn Fn(f64) -> f64| (first..first + count).map(|k| R::from_f64(f(k as f64))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
     let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 9.0 - 8.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
     let (c, d) = (lanes(&|k| (k * 0.23).cos() * 0.03), lanes(&|k| f64::exp2(k * 0.53 % 7.0 - 7.0)));
     let mut out = [const { Vec::new() }; 4].map(|_: Vec<R>| vec![R::from_f64(7.0); count]);
     let [r, g, bl, al] = &mut out;
-    textures.sample_gradients(0, &u, &v, Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d }, active, [r, g, bl, al]);
+    let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &c, dv_dy: &d };
+    textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| most), active, [r, g, bl, al]);
     out
 }
 
@@ -205,19 +211,19 @@ fn bits<R: Real>(v: R) -> u64 {
     v.f64().to_bits()
 }
 
-fn neighbours_do_not_matter<R: Real>(texture: &Texture, state: SamplerState) {
+fn neighbours_do_not_matter<R: Real>(texture: &Texture, state: SamplerState, most: f64) {
     let textures = bind(texture, state);
-    let all = scattered::<R>(&textures, 0, 128, u128::MAX);
+    let all = scattered::<R>(&textures, most, 0, 128, u128::MAX);
     for class in KernelClass::available() {
-        let other = scattered::<R>(&bind_in(texture, state, class), 0, 128, u128::MAX);
+        let other = scattered::<R>(&bind_in(texture, state, class), most, 0, 128, u128::MAX);
         for k in 0..4 {
             assert!(all[k].iter().zip(&other[k]).all(|(a, b)| bits(*a) == bits(*b)), "{} differs in channel {k}", class.name());
         }
     }
     let mask = 0xdead_beef_0000_0001_8000_5555_1234_ffff_u128;
-    let some = scattered::<R>(&textures, 0, 128, mask);
+    let some = scattered::<R>(&textures, most, 0, 128, mask);
     for lane in 0..128 {
-        let alone = scattered::<R>(&textures, lane, 1, 1);
+        let alone = scattered::<R>(&textures, most, lane, 1, 1);
         for k in 0..4 {
             assert_eq!(bits(all[k][lane]), bits(alone[k][0]), "lane {lane} alone, channel {k}");
             if mask >> lane & 1 == 1 {
@@ -233,11 +239,11 @@ fn a_lane_depends_neither_on_its_neighbours_nor_on_the_instruction_set() {
     let float = noise(256, 128);
     let bytes: Vec<u8> = (0..256 * 128 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     let srgb = Texture::from_rgba8(256, 128, bytes, TexelFormat::Rgba8Srgb).expect("whole");
-    for (linear, anisotropy) in [(false, 1), (true, 1), (true, 8), (true, 16)] {
-        let state = SamplerState { linear, anisotropy, ..REPEAT };
-        neighbours_do_not_matter::<f32>(&srgb, state);
-        neighbours_do_not_matter::<f32>(&float, state);
-        neighbours_do_not_matter::<f64>(&srgb, state);
+    for (linear, most) in [(false, 1.0), (true, 1.0), (true, 8.0), (true, 16.0)] {
+        let state = SamplerState { linear, ..REPEAT };
+        neighbours_do_not_matter::<f32>(&srgb, state, most);
+        neighbours_do_not_matter::<f32>(&float, state, most);
+        neighbours_do_not_matter::<f64>(&srgb, state, most);
     }
 }
 

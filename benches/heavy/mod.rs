@@ -59,7 +59,7 @@ pub fn module(wgsl: &str) -> Only {
 
 pub fn plan(size: u32) -> Plan {
     let uniforms = UNIFORMS.map(|v| Vec4::from_array(v).to_array()).concat().iter().flat_map(|v| v.to_le_bytes()).collect();
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 1 };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let draw = PlanDraw {
         label: "heavy".into(),
         module: ModuleName::Simple("tone_map"),

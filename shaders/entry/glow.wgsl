@@ -1,4 +1,4 @@
-// The veil of light that an eye or a lens spreads around the Sun, added to the whole frame.
+// The veil of light that an eye or a lens spreads around the Sun, added to the frame.
 //
 // Coming in: the Sun's direction in camera axes and the strength of the veil. Going out: linear RGB radiance to be added. src/scene/glow.rs says
 // where the law and its numbers come from.

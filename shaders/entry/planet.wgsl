@@ -74,15 +74,6 @@ fn fragment_main(in: Varyings) -> Pixel {
   //: end
 //: end
 
-//: if maps.albedo
-    let albedo_texel = textureSampleGrad(albedo_map, map_sampler, place.uv, place.dx, place.dy);
-  //: if flags.alphatexture
-    coverage *= albedo_texel.a;
-  //: end
-//: end
-//: if surface.cloud
-    coverage *= cloud_opacity(textureSampleGrad(cloud_map, map_sampler, place.uv, place.dx, place.dy).r);
-//: end
 //: if lights.1|view.ring
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
     // The body's own equatorial radii.
@@ -109,6 +100,18 @@ fn fragment_main(in: Varyings) -> Pixel {
         discard;
     }
 //: end
+//: if maps.albedo
+    let albedo_texel = filtered_map(albedo_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps);
+  //: if flags.alphatexture
+    coverage *= albedo_texel.a;
+  //: end
+//: end
+//: if surface.cloud
+    coverage *= cloud_opacity(filtered_map(cloud_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps).r);
+//: end
+//: if flags.alphatexture|surface.cloud
+    if coverage <= 0.0 { discard; }
+//: end
 
 //: if view.shaded|view.albedo
   //: if surface.emissive|lights.1|view.albedo
@@ -126,7 +129,7 @@ fn fragment_main(in: Varyings) -> Pixel {
     var normal = seen.normal;
     var cos_emission = seen.cos_emission;
   //: if maps.normal
-    let slope = textureSampleGrad(normal_map, map_sampler, place.uv, place.dx, place.dy).xyz;
+    let slope = filtered_map(normal_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps).xyz;
     let tilted = tilted_normal(frame, slope, draw.normal_strength, seen.normal);
     normal = seen_normal(tilted, seen.towards_camera, seen.cos_emission);
     cos_emission = max(dot(normal, seen.towards_camera), 0.0);
@@ -169,7 +172,7 @@ fn fragment_main(in: Varyings) -> Pixel {
     facet.smooth_normal = seen.normal;
       //: end
       //: if maps.specular
-    facet.water = textureSampleGrad(specular_map, map_sampler, place.uv, place.dx, place.dy).r;
+    facet.water = filtered_map(specular_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps).r;
       //: end
     radiance += reflected(facet, draw.light_direction[0].xyz, sunlight);
     //: end
@@ -180,7 +183,7 @@ fn fragment_main(in: Varyings) -> Pixel {
     radiance += reflected(facet, draw.light_direction[2].xyz, draw.light_irradiance[2].rgb);
     //: end
     //: if maps.night
-    let lamps = textureSampleGrad(night_map, map_sampler, place.uv, place.dx, place.dy).rgb;
+    let lamps = filtered_map(night_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps).rgb;
       //: if lights.1
     radiance += lamps * draw.night_radiance * lamps_lit(dot(seen.normal, draw.light_direction[0].xyz));
       //: else

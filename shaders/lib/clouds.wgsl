@@ -25,7 +25,7 @@ fn sunlight_through_clouds(position: vec3f, towards_sun: vec3f, dx: vec2f, dy: v
     let c = dot(position, position) - draw.cloud_radius * draw.cloud_radius;
     let s = (sqrt(max(b * b - a * c, 0.0)) - b) / a;
     let uv = map_uv(position + s * along, draw.map_latitude_stretch);
-    let opacity = cloud_opacity(textureSampleGrad(cloud_map, map_sampler, uv, dx, dy).r);
+    let opacity = cloud_opacity(filtered_map(cloud_map, map_sampler, uv, dx, dy, draw.map_taps).r);
     return 1.0 - opacity * draw.cloud_albedo;
 }
 //: end

@@ -120,6 +120,10 @@ struct Draw {
     map_latitude_stretch: f32,
   //: end
 //: end
+//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud
+    // Taps along a footprint at most: lib/filtered.wgsl.
+    map_taps: f32,
+//: end
 //: if surface.ring|ring-shadow.point-sun|ring-shadow.penumbra
     // Radii in the ring's table, and the innermost and the outermost of them.
     ring_nodes: f32,
@@ -226,22 +230,4 @@ struct Draw {
 }
 
 @group(0) @binding(0) var<uniform> draw: Draw;
-//: if maps.albedo
-@group(0) @binding(1) var albedo_map: texture_2d<f32>;
-//: end
-//: if maps.normal
-@group(0) @binding(2) var normal_map: texture_2d<f32>;
-//: end
-//: if maps.specular
-@group(0) @binding(3) var specular_map: texture_2d<f32>;
-//: end
-//: if maps.night
-@group(0) @binding(4) var night_map: texture_2d<f32>;
-//: end
-//: if maps.cloud-shadow|surface.cloud
-@group(0) @binding(7) var cloud_map: texture_2d<f32>;
-//: end
-//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud
-// Repeats in u, clamps in v.
-@group(0) @binding(8) var map_sampler: sampler;
-//: end
+//: use lib/maps.wgsl

@@ -101,7 +101,7 @@ fn answer(prober: &Prober<'_>, probe: &'static str, needs: &Needs, amounts: &Amo
     }
     let module = ModuleId::Probe(probe, ShaderKey::for_draw(needs));
     let built = prober.library().get(&module).map_err(|e| e.to_string())?;
-    let uniforms = uniforms_of(&built.layout, amounts).map_err(|e| e.to_string())?;
+    let uniforms = uniforms_of(&built.layout, amounts, 1).map_err(|e| e.to_string())?;
     let texture =
         |table: &Arc<RingTable>| TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) };
     let textures = amounts.ring.table.iter().map(texture).collect();

@@ -161,5 +161,5 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64,
     };
     // The light's direction is the question's.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
-    uniforms_of(&built.layout, &Amounts { air, lights, ..Amounts::default() }).map_err(|e| e.to_string())
+    uniforms_of(&built.layout, &Amounts { air, lights, ..Amounts::default() }, 1).map_err(|e| e.to_string())
 }

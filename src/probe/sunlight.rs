@@ -137,7 +137,7 @@ pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, amounts: EclipseAmounts, p
     let module = ModuleId::Probe("probe_sunlight", key);
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module).map_err(|e| e.to_string())?;
-    let uniforms = uniforms_of(&built.layout, &Amounts { lights, eclipse: amounts, ..Amounts::default() }).map_err(|e| e.to_string())?;
+    let uniforms = uniforms_of(&built.layout, &Amounts { lights, eclipse: amounts, ..Amounts::default() }, 1).map_err(|e| e.to_string())?;
     let numbers = |p: &DVec3| -> Numbers { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let questions: Vec<_> = points.iter().map(numbers).collect();
     let answers = Lanes { uniforms, ..Lanes::plain(module, 1) }.answers(prober.renderer, prober.library(), &questions)?;

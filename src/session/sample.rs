@@ -209,8 +209,8 @@ pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> 
     let id = ModuleId::Planet(*key);
     let module = library.get(&id).map_err(|e| failed(e.to_string()))?;
     let amounts = amounts(key, half);
-    let uniforms = uniforms_of(&module.layout, &amounts).map_err(|e| failed(format!("{id}: {e}")))?;
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 8 };
+    let uniforms = uniforms_of(&module.layout, &amounts, 8).map_err(|e| failed(format!("{id}: {e}")))?;
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
         let image = match &amounts.ring.table {

@@ -47,6 +47,7 @@ pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDifference> {
 pub struct IrCost {
     /// Expressions that compute, by kind.
     pub operations: BTreeMap<String, u32>,
+    /// By the entry points, calls followed.
     pub texture_reads: u32,
     pub branches: u32,
     pub functions: u32,
@@ -77,10 +78,34 @@ fn count_block(block: &naga::Block, branches: &mut u32) {
     }
 }
 
+/// Places where a function or who it calls reads a texture, each call counted; a loop counts once. `of_earlier`: those of the functions before it.
+fn texture_reads(function: &naga::Function, of_earlier: &[u32]) -> u32 {
+    fn calls(block: &naga::Block, of_earlier: &[u32]) -> u32 {
+        let of = |b: &naga::Block| calls(b, of_earlier);
+        let each = block.iter().map(|statement| match statement {
+            Statement::Call { function, .. } => of_earlier.get(function.index()).copied().unwrap_or(0),
+            Statement::Block(inner) => of(inner),
+            Statement::If { accept, reject, .. } => of(accept) + of(reject),
+            Statement::Switch { cases, .. } => cases.iter().map(|c| of(&c.body)).sum(),
+            Statement::Loop { body, continuing, .. } => of(body) + of(continuing),
+            _ => 0,
+        });
+        each.sum()
+    }
+    let own = function.expressions.iter().filter(|(_, e)| matches!(e, Expression::ImageSample { .. } | Expression::ImageLoad { .. }));
+    own.count() as u32 + calls(&function.body, of_earlier)
+}
+
 /// Counts what a module's IR holds.
 pub fn ir_cost(m: &ShaderModule) -> IrCost {
     let mut cost = IrCost { uniform_bytes: m.layout.uniform_size, lines: m.wgsl.lines().count() as u32, ..IrCost::default() };
     let functions = m.module.functions.iter().map(|(_, f)| f).chain(m.module.entry_points.iter().map(|e| &e.function));
+    let mut reads_of: Vec<u32> = Vec::new();
+    for (_, function) in m.module.functions.iter() {
+        // Callees come before their callers.
+        reads_of.push(texture_reads(function, &reads_of));
+    }
+    cost.texture_reads = m.module.entry_points.iter().map(|e| texture_reads(&e.function, &reads_of)).sum();
     for function in functions {
         cost.functions += 1;
         count_block(&function.body, &mut cost.branches);
@@ -91,10 +116,6 @@ pub fn ir_cost(m: &ShaderModule) -> IrCost {
                 Expression::Math { fun, .. } => format!("{fun:?}").to_lowercase(),
                 Expression::Select { .. } => "select".into(),
                 Expression::Derivative { .. } => "derivative".into(),
-                Expression::ImageSample { .. } | Expression::ImageLoad { .. } => {
-                    cost.texture_reads += 1;
-                    continue;
-                }
                 _ => continue,
             };
             *cost.operations.entry(kind).or_default() += 1;

@@ -102,8 +102,7 @@ impl Pipelines {
         Ok(made)
     }
 
-    /// `anisotropy`: the most that the driver does well.
-    pub fn sampler(&mut self, device: &Device, state: SamplerState, anisotropy: u8) -> Sampler {
+    pub fn sampler(&mut self, device: &Device, state: SamplerState) -> Sampler {
         let made = self.samplers.entry(state).or_insert_with(|| {
             let address = |mode: AddressMode| match mode {
                 AddressMode::Repeat => wgpu::AddressMode::Repeat,
@@ -120,7 +119,6 @@ impl Pipelines {
                 mag_filter: filter,
                 min_filter: filter,
                 mipmap_filter,
-                anisotropy_clamp: if state.linear { u16::from(state.anisotropy.clamp(1, 16).min(anisotropy)) } else { 1 },
                 ..SamplerDescriptor::default()
             })
         });

@@ -4,7 +4,7 @@
 //! that is lost stays lost, and says so to every later call.
 
 use super::GpuError;
-use super::adapters::{AdapterFacts, AdapterKind, Opened, open};
+use super::adapters::{AdapterFacts, Opened, open};
 use super::pipelines::{DEPTH_FORMAT, Pipeline, PipelineKey, Pipelines};
 use super::readback::{Readback, mapped};
 use super::uploads::Uploads;
@@ -130,12 +130,6 @@ impl GpuRenderer {
 
     pub fn facts(&self) -> &AdapterFacts {
         &self.facts
-    }
-
-    /// Taps of anisotropic filtering at most. llvmpipe (Mesa 22.3) sets bright and dark dots where the mip level changes along an elongated
-    /// footprint, up to 129 of 255 levels off; with one tap it is within 4 of the software renderer.
-    fn anisotropy(&self) -> u8 {
-        if self.facts.kind == AdapterKind::Software { 1 } else { 16 }
     }
 
     /// Gives the device back: every later frame fails as if the driver had lost it, which is how the way back is tested.
@@ -404,7 +398,7 @@ impl GpuRenderer {
         let mut samplers = Vec::new();
         for sampler in &pipeline.layout.samplers {
             let given = draw.samplers.iter().find(|s| s.binding == sampler.binding).ok_or_else(|| missing(sampler.binding))?;
-            samplers.push((sampler.binding, state.pipelines.sampler(&self.device, given.state, self.anisotropy())));
+            samplers.push((sampler.binding, state.pipelines.sampler(&self.device, given.state)));
         }
         let mut entries = Vec::new();
         if pipeline.layout.uniform_size > 0 {

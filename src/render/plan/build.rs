@@ -44,7 +44,7 @@ pub trait Supplies {
 pub struct Fineness {
     /// 1 or 4.
     pub samples: u8,
-    /// 1..=16.
+    /// Taps along a footprint on a map, 1..=16.
     pub anisotropy: u8,
 }
 
@@ -111,8 +111,8 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
     ])
 }
 
-/// Writes each field that the layout has, by name; fails on a name that the amounts do not have.
-pub fn uniforms_of(layout: &Layout, amounts: &Amounts) -> Result<Vec<u8>, LayoutError> {
+/// Writes each field that the layout has, by name; fails on a name that the amounts do not have. `map_taps`: taps on a map at most.
+pub fn uniforms_of(layout: &Layout, amounts: &Amounts, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let directions: Vec<Vec4> = amounts.lights.iter().map(|l: &Light| l.direction_in_body.extend(0.0)).collect();
     let irradiances: Vec<Vec4> = amounts.lights.iter().map(|l| l.irradiance.extend(0.0)).collect();
     let mut w = layout.writer();
@@ -125,6 +125,7 @@ pub fn uniforms_of(layout: &Layout, amounts: &Amounts) -> Result<Vec<u8>, Layout
                 w.vec4_array(name, &air_nodes::nodes(&amounts.air, samples))?;
             }
             name @ "air_many_nodes" => w.vec4_array(name, &air_nodes::many(&amounts.air, rows / air_nodes::POWERS))?,
+            name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
             name => put(&mut w, name, amounts, &directions, &irradiances)?,
         }
     }
@@ -216,7 +217,8 @@ fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
 fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fineness: Fineness) -> Result<PlanDraw, PlanError> {
     let module = ModuleName::Planet(ShaderKey::for_draw(&draw.needs));
     let layout = supplies.layout(&module)?;
-    let uniforms = uniforms_of(&layout, &draw.amounts).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    let uniforms = uniforms_of(&layout, &draw.amounts, fineness.anisotropy)
+        .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     // The canonical key may read fewer maps than the draw needs (a depth view reads none).
     let mut textures = Vec::new();
     for (binding, file) in draw.map_files.bindings() {
@@ -229,8 +231,7 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
     {
         textures.push(TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) });
     }
-    let state =
-        SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: fineness.anisotropy };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let samplers =
         layout.samplers.iter().filter(|s| s.binding == MAP_SAMPLER_BINDING).map(|s| SamplerBinding { binding: s.binding, state }).collect();
     Ok(PlanDraw {
@@ -297,7 +298,7 @@ fn glow_draw(scene: &Scene, glow: &Glow, supplies: &impl Supplies) -> Result<Pla
         blend: Blend::Add,
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
-        scissor: [0, 0, scene.camera.width, scene.camera.height],
+        scissor: scissor(glow.rect_in_clip, scene.camera.width, scene.camera.height),
     })
 }
 

@@ -24,8 +24,6 @@ pub struct SamplerState {
     pub address_v: AddressMode,
     /// Trilinear when true, nearest when false.
     pub linear: bool,
-    /// 1..=16.
-    pub anisotropy: u8,
 }
 
 /// What a texture binding reads.

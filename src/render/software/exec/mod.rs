@@ -23,6 +23,13 @@ pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
     #[allow(clippy::too_many_arguments)]
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
+    /// The same with up to `most` taps along the footprint, as shaders/lib/filtered.wgsl sums them; a unit that does not know better takes one.
+    /// `place`: u and v.
+    #[allow(clippy::too_many_arguments)]
+    fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {
+        let _ = most;
+        self.sample_gradients(texture, place[0], place[1], g, active, out);
+    }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
     /// One texel; integers bit-cast ([`Real::int`]); outside the level: zeros.
@@ -188,7 +195,7 @@ enum Step<R> {
         what: TextureOp,
         texture: usize,
         dst: [u32; 4],
-        args: [u32; 6],
+        args: [u32; 7],
         mask: Mask,
     },
     TextureSize {
@@ -463,7 +470,7 @@ impl<R: Real> Executor<R> {
         true
     }
 
-    fn texture(&mut self, what: TextureOp, texture: usize, dst: [u32; 4], args: [u32; 6], mask: Mask, textures: &dyn TextureUnit<R>) {
+    fn texture(&mut self, what: TextureOp, texture: usize, dst: [u32; 4], args: [u32; 7], mask: Mask, textures: &dyn TextureUnit<R>) {
         let active = match mask {
             Mask::Slot(s) => self.mask(s),
             Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
@@ -479,6 +486,10 @@ impl<R: Real> Executor<R> {
                 TextureOp::Gradients => {
                     let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
                     textures.sample_gradients(texture, arg(0), arg(1), gradients, active, out);
+                }
+                TextureOp::Filtered => {
+                    let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
+                    textures.sample_filtered(texture, [arg(0), arg(1)], gradients, arg(6), active, out);
                 }
                 TextureOp::Level => textures.sample_level(texture, arg(0), arg(1), arg(2), active, out),
                 TextureOp::Load => textures.load(texture, arg(0), arg(1), arg(2), active, out),
@@ -592,7 +603,7 @@ impl<R: Real> Binder<R> {
                 self.step(Step::Gather { dst: u32::from(*dst), kind: *kind, offset: *offset, index, stride: *stride, count: *count });
             }
             Instr::Texture { what, texture, dst, args, mask } => {
-                let mut slots = [0u32; 6];
+                let mut slots = [0u32; 7];
                 for (s, o) in slots.iter_mut().zip(args) {
                     *s = self.lanes(o, &mut used)?;
                 }

@@ -394,6 +394,20 @@ impl<'m> Lowerer<'m> {
         }
     }
 
+    /// The call of shaders/lib/filtered.wgsl's `filtered_map` as one operation; `None` for any other function.
+    pub fn filtered_map(&mut self, callee: &naga::Function, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
+        let (Some("filtered_map"), &[image, sampler, uv, dx, dy, most]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
+        let texture = self.texture_use(image, Some(sampler))?;
+        let mut args = Vec::new();
+        for part in [uv, dx, dy, most] {
+            args.extend(self.words_of(part)?);
+        }
+        if args.len() != 7 {
+            return Err(self.refuse("filtered_map takes a texture, a sampler, three vec2f and a number".into()));
+        }
+        Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.path).to_vec()))
+    }
+
     fn sample(
         &mut self,
         image: Handle<Expression>,

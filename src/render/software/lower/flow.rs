@@ -26,7 +26,7 @@ pub struct Frame<'m> {
     returned: usize,
     result: usize,
     /// Flag words (broken, continued) of the loops that are open in this function.
-    loops: Vec<(usize, usize)>,
+    pub loops: Vec<(usize, usize)>,
 }
 
 /// The loop whose body is being lowered, for leaving it by a real jump.
@@ -68,7 +68,7 @@ struct Change {
 }
 
 /// Environment word of "this lane has discarded".
-const KILLED: usize = 0;
+pub const KILLED: usize = 0;
 
 impl<'m> Lowerer<'m> {
     pub fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: Builder, active: Val) -> Result<Self> {
@@ -213,8 +213,10 @@ impl<'m> Lowerer<'m> {
     fn statements(&mut self, statements: &[(&'m Statement, Span)]) -> Result<()> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;
+            let killed = self.env[KILLED];
             self.statement(statement)?;
-            if !matches!(
+            let rest = &statements[i + 1..];
+            let may_leave = matches!(
                 statement,
                 Statement::If { .. }
                     | Statement::Switch { .. }
@@ -223,16 +225,19 @@ impl<'m> Lowerer<'m> {
                     | Statement::Break
                     | Statement::Continue
                     | Statement::Return { .. }
-            ) {
-                continue;
-            }
-            let left = self.left();
+            );
+            let left = if may_leave { self.left() } else { self.builder.bool(false) };
             match self.builder.known_bool(left) {
                 Some(true) => return Ok(()),
-                Some(false) => continue,
+                Some(false) => {
+                    if self.env[KILLED] != killed && self.skips_the_dead(rest) {
+                        let alive = self.builder.not(self.env[KILLED]);
+                        return self.conditional(alive, |this| this.statements(rest));
+                    }
+                    continue;
+                }
                 None => {}
             }
-            let rest = &statements[i + 1..];
             if rest.is_empty() {
                 return Ok(());
             }
@@ -396,11 +401,17 @@ impl<'m> Lowerer<'m> {
                 self.store(&place, &words)
             }
             Statement::Call { function, arguments, result } => {
+                let callee = &self.module.functions[*function];
+                if let (Some(filtered), Some(r)) = (self.filtered_map(callee, arguments)?, result) {
+                    let value = Value::Words(filtered);
+                    self.watch_value(*r, &value)?;
+                    self.frame_mut().values.insert(*r, value);
+                    return Ok(());
+                }
                 let mut values = Vec::new();
                 for a in arguments {
                     values.push(self.value_of(*a)?);
                 }
-                let callee = &self.module.functions[*function];
                 let info = &self.info[*function];
                 let here = self.span;
                 self.watch_enter(callee.name.as_deref(), statement);

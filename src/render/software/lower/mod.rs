@@ -7,6 +7,7 @@
 
 mod builder;
 mod chains;
+mod discard;
 mod expr;
 mod finish;
 mod flow;

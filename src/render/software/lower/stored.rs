@@ -8,6 +8,7 @@ const LOWERING_SOURCES: &[&[u8]] = &[
     include_bytes!("../tape.rs"),
     include_bytes!("mod.rs"),
     include_bytes!("builder.rs"),
+    include_bytes!("discard.rs"),
     include_bytes!("expr.rs"),
     include_bytes!("finish.rs"),
     include_bytes!("flow.rs"),

@@ -1,4 +1,4 @@
-//! Filtering a batch: nearest, bilinear, trilinear, anisotropic.
+//! Filtering a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
 //! In: a batch's coordinates and footprints, whole arrays of [`MOST`] lanes. Out: four linear values a lane, for the active lanes.
 //! Lanes are first put in order of (mip level, number of taps), by counting: then each level's lanes are one run, those that take a further tap are the
@@ -42,19 +42,20 @@ impl<R: Real> Wanted<R> {
         Self { u: z, v: z, level: z, taps: [R::ONE; MOST], step_u: z, step_v: z }
     }
 
-    /// Fills levels and taps from the gradients du/dx, dv/dx, du/dy, dv/dy.
+    /// Fills levels and taps from the gradients du/dx, dv/dx, du/dy, dv/dy. `most`: taps at most, of a plain sampler none.
     #[inline(always)]
-    pub fn footprints(&mut self, size: [u32; 2], g: &[[R; MOST]; 4], anisotropy: u8) {
+    pub fn footprints(&mut self, size: [u32; 2], g: &[[R; MOST]; 4], most: Option<&[R; MOST]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
-        let most = R::from_u32(u32::from(anisotropy).min(MOST_TAPS as u32));
-        if anisotropy <= 1 {
+        let Some(most) = most else {
             for i in 0..MOST {
                 self.level[i] = Footprint::isotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]).level;
             }
             return;
-        }
+        };
+        let limit = R::from_u32(MOST_TAPS as u32);
         for i in 0..MOST {
-            let f = Footprint::anisotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], most);
+            let most = if most[i] < limit { most[i] } else { limit };
+            let f = Footprint::elongated(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], most);
             (self.level[i], self.taps[i], self.step_u[i], self.step_v[i]) = (f.level, f.taps, f.step[0], f.step[1]);
         }
     }

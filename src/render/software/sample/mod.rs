@@ -35,8 +35,7 @@ pub struct Textures<'a> {
     class: KernelClass,
 }
 
-const PLAIN: SamplerState =
-    SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true, anisotropy: 1 };
+const PLAIN: SamplerState = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
 
 /// A batch's coordinates and how their levels are to be found.
 #[derive(Clone, Copy)]
@@ -51,6 +50,8 @@ struct Request<'a, R> {
 enum Levels<'a, R> {
     Given(&'a [R]),
     Of(Gradients<'a, R>),
+    /// With several taps, at most these.
+    Along(Gradients<'a, R>, &'a [R]),
 }
 
 #[inline(always)]
@@ -74,9 +75,10 @@ fn batch<R: Real, D: Decode>(
     wanted.v = padded(request.v);
     match request.levels {
         Levels::Given(level) => wanted.level = padded(level),
-        Levels::Of(g) => {
+        Levels::Of(g) | Levels::Along(g, _) => {
             let size = [levels[0].width, levels[0].height];
-            wanted.footprints(size, &[padded(g.du_dx), padded(g.dv_dx), padded(g.du_dy), padded(g.dv_dy)], state.anisotropy);
+            let most = if let Levels::Along(_, most) = request.levels { Some(padded(most)) } else { None };
+            wanted.footprints(size, &[padded(g.du_dx), padded(g.dv_dx), padded(g.du_dy), padded(g.dv_dy)], most.as_ref());
         }
     }
     sample(decode, levels, &wanted, state, request.active, out);
@@ -207,6 +209,10 @@ fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 
 impl<R: Real> TextureUnit<R> for Textures<'_> {
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], g: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]) {
         self.sample(texture, Request { u, v, levels: Levels::Of(g), active }, out);
+    }
+
+    fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {
+        self.sample(texture, Request { u: place[0], v: place[1], levels: Levels::Along(g, most), active }, out);
     }
 
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {

@@ -1,0 +1,40 @@
+//! What may be left out once lanes have discarded.
+//!
+//! A lane that discarded only lends its values to the differences between neighbouring pixels. Where the rest of a function takes none, that rest is
+//! lowered for the living lanes alone: their textures are not read, and a batch in which none lives skips it.
+
+use super::builder::Val;
+use super::flow::{KILLED, Lowerer};
+use naga::valid::UniformityRequirements;
+use naga::{Block, Expression, SampleLevel, Span, Statement};
+
+impl<'m> Lowerer<'m> {
+    /// Whether `rest` may run for the living lanes alone. Not inside loops: dead lanes would never leave them.
+    pub fn skips_the_dead(&self, rest: &[(&'m Statement, Span)]) -> bool {
+        matches!(self.env[KILLED], Val::Lane(_))
+            && !rest.is_empty()
+            && self.frames.iter().all(|f| f.loops.is_empty())
+            && !rest.iter().any(|(s, _)| self.takes_differences(s))
+    }
+
+    fn takes_differences(&self, statement: &Statement) -> bool {
+        let of_block = |block: &Block| block.iter().any(|s| self.takes_differences(s));
+        match statement {
+            Statement::Emit(range) => range.clone().any(|handle| {
+                matches!(
+                    self.frame().function.expressions[handle],
+                    Expression::Derivative { .. } | Expression::ImageSample { level: SampleLevel::Auto | SampleLevel::Bias(_), .. }
+                )
+            }),
+            Statement::Call { function, .. } => {
+                let differences = UniformityRequirements::DERIVATIVE | UniformityRequirements::IMPLICIT_LEVEL;
+                self.info[*function].uniformity.requirements.intersects(differences)
+            }
+            Statement::Block(block) => of_block(block),
+            Statement::If { accept, reject, .. } => of_block(accept) || of_block(reject),
+            Statement::Switch { cases, .. } => cases.iter().any(|c| of_block(&c.body)),
+            Statement::Loop { body, continuing, .. } => of_block(body) || of_block(continuing),
+            _ => false,
+        }
+    }
+}
