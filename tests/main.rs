@@ -19,6 +19,7 @@ mod permutations;
 mod plan;
 mod probe;
 mod relief;
+mod ring_shine;
 mod rings;
 mod satellites;
 mod scene;

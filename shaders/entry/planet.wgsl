@@ -35,6 +35,9 @@
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
 //: use lib/sunlight.wgsl
 //: end
+//: if ring-shine
+//: use lib/ring/shine.wgsl
+//: end
 //: if maps.night
 //: use lib/night_lights.wgsl
 //: end
@@ -175,6 +178,9 @@ fn fragment_main(in: Varyings) -> Pixel {
     facet.water = filtered_map(specular_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps).r;
       //: end
     radiance += reflected(facet, draw.light_direction[0].xyz, sunlight);
+      //: if ring-shine
+    radiance += albedo * ring_shine(seen.position) * draw.light_irradiance[0].rgb;
+      //: end
     //: end
     //: if lights.2
     radiance += reflected(facet, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
@@ -216,6 +222,9 @@ fn fragment_main(in: Varyings) -> Pixel {
 //: if view.sunlight
   //: if lights.1
     radiance += irradiance_on(normal, seen.normal, draw.light_direction[0].xyz, sunlight);
+    //: if ring-shine
+    radiance += ring_shine(seen.position) * draw.light_irradiance[0].rgb;
+    //: end
   //: end
   //: if lights.2
     radiance += irradiance_on(normal, seen.normal, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);

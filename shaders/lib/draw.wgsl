@@ -133,6 +133,10 @@ struct Draw {
     // Half a pixel at the body's distance, equatorial radii.
     ring_blur: f32,
 //: end
+//: if ring-shine
+    // Unit vector of the Sun in the ring's plane (xy), one over the height that sees no ring (z), factor on the ring's light (w).
+    ring_shine: vec4f,
+//: end
 //: if surface.ring
   //: if view.shaded
     //: if lights.1

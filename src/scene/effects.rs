@@ -21,6 +21,7 @@ pub enum Effect {
     Eclipse,
     Rings,
     RingShadow,
+    RingShine,
     BodyShadow,
     Atmosphere,
     PlanetShine,
@@ -30,7 +31,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Ellipsoid,
         Self::Albedo,
         Self::Normal,
@@ -41,6 +42,7 @@ impl Effect {
         Self::Eclipse,
         Self::Rings,
         Self::RingShadow,
+        Self::RingShine,
         Self::BodyShadow,
         Self::Atmosphere,
         Self::PlanetShine,
@@ -60,6 +62,7 @@ impl Effect {
             Self::Eclipse => "eclipse",
             Self::Rings => "rings",
             Self::RingShadow => "ring-shadow",
+            Self::RingShine => "ring-shine",
             Self::BodyShadow => "body-shadow",
             Self::Atmosphere => "atmosphere",
             Self::PlanetShine => "planet-shine",
@@ -204,6 +207,8 @@ pub struct Chosen {
     /// Of the sunlight on its rings.
     pub ring_eclipse: Eclipse,
     pub ring_shadow: RingShadow,
+    /// The rings light the globe.
+    pub ring_shine: bool,
     pub body_shadow: BodyShadow,
     /// How the air is summed; `None` without it.
     pub air: AirTier,
@@ -249,6 +254,7 @@ impl Chosen {
             } else {
                 RingShadow::None
             },
+            ring_shine: available.rings && self.ring_shine && !available.emissive && !self.shine_is_left_out(air.tier),
             shape: if ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
             air,
             view,
@@ -262,7 +268,7 @@ impl Chosen {
     pub fn cloud_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Shaded | PixelView::Cost);
         let ground = self.needs(body, view);
-        shown.then_some(Needs { surface: Surface::Cloud, maps: MapSet::default(), ..ground })
+        shown.then_some(Needs { surface: Surface::Cloud, maps: MapSet::default(), ring_shine: false, ..ground })
     }
 
     /// The structure of the ring's draws; `None` where the body has none.
@@ -277,7 +283,7 @@ impl Chosen {
     pub fn sky_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
         let shown = matches!(view, PixelView::Shaded | PixelView::Cost | PixelView::OpticalDepth);
         let ground = self.needs(body, view);
-        let sky = Needs { surface: Surface::Sky, maps: MapSet::default(), lights: 1, ..ground };
+        let sky = Needs { surface: Surface::Sky, maps: MapSet::default(), ring_shine: false, lights: 1, ..ground };
         (shown && ground.air.tier != AirTier::None).then_some(sky)
     }
 }
@@ -324,9 +330,19 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
                             let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
                             for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
                                 let air = AirTier::None;
-                                let chosen =
-                                    Chosen { ellipsoid, maps, shine, eclipse, ring_eclipse: eclipse, ring_shadow, body_shadow, air };
+                                let chosen = Chosen {
+                                    ellipsoid,
+                                    maps,
+                                    shine,
+                                    eclipse,
+                                    ring_eclipse: eclipse,
+                                    ring_shadow,
+                                    body_shadow,
+                                    air,
+                                    ..Chosen::default()
+                                };
                                 all.insert(chosen.needs(body, view));
+                                all.insert(Chosen { ring_shine: true, ..chosen }.needs(body, view));
                                 all.extend(chosen.cloud_needs(body, view));
                                 all.extend(chosen.ring_needs(body, view));
                             }
@@ -334,6 +350,7 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
                                 for ring_shadow in RingShadow::ALL {
                                     let chosen = Chosen { ellipsoid, maps, shine, eclipse, air, ring_shadow, ..Chosen::default() };
                                     all.insert(chosen.needs(body, view));
+                                    all.insert(Chosen { ring_shine: true, ..chosen }.needs(body, view));
                                     all.extend(chosen.cloud_needs(body, view));
                                     all.extend(chosen.sky_needs(body, view));
                                 }

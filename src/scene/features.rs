@@ -156,6 +156,10 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         ledger.note(Effect::PlanetShine.name(), false, "left out under air in an eclipse".into());
         shine.clear();
     }
+    if chosen.ring_shine && chosen.shine_is_left_out(chosen.air) {
+        ledger.note(Effect::RingShine.name(), false, "left out under air in an eclipse".into());
+        chosen.ring_shine = false;
+    }
     let needs = chosen.needs(body, frame.request.pixel_view);
     let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     let map_files = MapFiles {
@@ -217,7 +221,17 @@ fn ring_parts(
     if ledger.effect(Effect::RingShadow, bound.on, bound.reason) {
         chosen.ring_shadow = model;
     }
-    let for_globe = if chosen.ring_shadow == RingShadow::None { RingAmounts::default() } else { view.amounts(&all, sun) };
+    let wanted = frame.request.effects.asked(Effect::RingShine);
+    let (bound, shine) = view.ring_shine(&all, sun_radius_km, wanted);
+    let mut for_globe = if chosen.ring_shadow == RingShadow::None { RingAmounts::default() } else { view.amounts(&all, sun) };
+    if ledger.effect(Effect::RingShine, bound.on, bound.reason)
+        && let Some(shine) = shine
+    {
+        let undo = photometry::phase_correction(p.body, p.alpha, p.distance_km / p.body.radii_km.x);
+        for_globe.shine_frame = view.shine_frame(&shine, undo);
+        for_globe.shine = Some(shine);
+        chosen.ring_shine = true;
+    }
     if !drawn || seen.rings.is_empty() {
         ledger.note(Effect::BodyShadow.name(), false, "no ring is drawn".into());
         return (for_globe, Vec::new());

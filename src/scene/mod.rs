@@ -19,6 +19,7 @@ mod needs;
 mod phase_laws;
 pub mod photometry;
 pub mod request;
+pub mod ring_shine;
 mod ring_table;
 pub mod rings;
 pub mod silhouette;

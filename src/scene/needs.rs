@@ -202,6 +202,8 @@ pub struct Needs {
     pub lights: u8,
     pub eclipse: Eclipse,
     pub ring_shadow: RingShadow,
+    /// The ring lights the globe.
+    pub ring_shine: bool,
     pub body_shadow: BodyShadow,
     pub air: Air,
     pub shape: Shape,
@@ -218,6 +220,7 @@ impl Needs {
         lights: 0,
         eclipse: Eclipse { casters: 0, model: EclipseModel::None },
         ring_shadow: RingShadow::None,
+        ring_shine: false,
         body_shadow: BodyShadow::None,
         air: Air { tier: AirTier::None, mie: false, absorption: false },
         shape: Shape::Sphere,

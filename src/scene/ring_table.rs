@@ -24,15 +24,15 @@ pub struct RingTable {
 
 /// A stretch of radius of one optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Step {
-    from: f64,
-    to: f64,
-    tau: f64,
-    albedo: [f64; 3],
+pub(super) struct Step {
+    pub from: f64,
+    pub to: f64,
+    pub tau: f64,
+    pub albedo: [f64; 3],
 }
 
 /// Cuts overlapping rings into stretches, each with the last ring that holds it.
-fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<Step> {
+pub(super) fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<Step> {
     let mut edges: Vec<f64> = rings.clone().flat_map(|r| [r.inner_km, r.outer_km]).collect();
     edges.sort_by(f64::total_cmp);
     edges.dedup();

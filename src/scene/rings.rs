@@ -7,10 +7,11 @@ use super::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use super::draw::Amounts;
 use super::eclipse::limb_law;
 use super::effects::VISIBLE_CHANGE;
+use super::ring_shine::{Lit, RingShine};
 use super::ring_table::RingTable;
 use super::silhouette::Outline;
 use crate::catalog::{Body, Ring};
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::{Arc, OnceLock};
 
 pub use super::needs::{BodyShadow, RingShadow};
@@ -26,7 +27,7 @@ const DUST_ASYMMETRY: f64 = 0.7;
 /// Thickness of the spheroid that stands for the ring where its outline is sought, over its radius.
 const THIN: f64 = 1e-6;
 /// Cosines below this count as it; shaders/lib/ring/profile.wgsl has the same bound.
-const LEAST_COSINE: f64 = 1.0 / 4096.0;
+pub(super) const LEAST_COSINE: f64 = 1.0 / 4096.0;
 
 /// Uniforms of shaders/lib/ring.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,6 +48,10 @@ pub struct RingAmounts {
     pub shadow_axes: Vec3,
     pub sun_limb_u1: Vec3,
     pub sun_limb_u2: Vec3,
+    /// What the ring sends onto the globe.
+    pub shine: Option<Arc<RingShine>>,
+    /// Unit vector of the Sun in the ring's plane (xy), one over the height that sees no ring (z), factor on the light (w).
+    pub shine_frame: Vec4,
 }
 
 impl RingAmounts {
@@ -71,6 +76,21 @@ fn phase_function(alpha: f64, dust: f64) -> f64 {
     let g = DUST_ASYMMETRY;
     let forward = (1.0 - g * g) / (1.0 + g * g + 2.0 * g * alpha.cos()).powf(1.5);
     bodies * (1.0 - dust) + forward * dust
+}
+
+/// Part of the rings' light that dust scatters, by what each ring covers.
+fn dust(rings: &[&Ring]) -> f64 {
+    let covers = |r: &&Ring| (r.outer_km - r.inner_km) * -(-r.tau_normal).exp_m1();
+    let whole: f64 = rings.iter().map(covers).sum();
+    rings.iter().map(|r| covers(r) * r.dust).sum::<f64>() / whole.max(1e-30)
+}
+
+/// The same with the opposition's peak, by the cosine of the phase angle: what the ring's fragments compute.
+pub(super) fn phase_with_peak(cos_alpha: f64, dust: f64) -> f64 {
+    let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
+    let [height, width] = OPPOSITION;
+    let peak = 1.0 + height / (1.0 + (0.5 * alpha).tan() / width);
+    phase_function(alpha, 0.0) * peak * (1.0 - dust) + phase_function(alpha, 1.0) * dust
 }
 
 /// What of a body's rings a frame can see.
@@ -200,14 +220,42 @@ impl<'a> View<'a> {
         Amounts::of_rays(&self.camera.view_rays(&round, rect, AnchorForm::Auto))
     }
 
+    /// Whether the rings light the globe, as part of white: `brightness` is white's, and the globe's albedo turns it back.
+    /// The table is made only where the rings' bound allows that it counts, or where it is asked for.
+    pub fn ring_shine(&self, rings: &[&Ring], sun_radius_km: f64, asked: Option<bool>) -> (Bound, Option<Arc<RingShine>>) {
+        let lit = Lit {
+            rings,
+            radius_km: self.body.radii_km.x,
+            polar: self.body.radii_km.z / self.body.radii_km.x,
+            sine: self.sun.z,
+            sun_tangent: self.sun_tangent(sun_radius_km),
+            dust: dust(rings),
+        };
+        let of_white = self.brightness * self.body.geometric_albedo.max(0.01);
+        let at_most = lit.at_most() * of_white;
+        if asked == Some(false) || asked.is_none() && at_most <= VISIBLE_CHANGE {
+            let reason = format!("they light it by less than {at_most:.2e} of white against {VISIBLE_CHANGE:.2e}");
+            return (Bound { on: false, reason }, None);
+        }
+        let shine = lit.shine();
+        let part = shine.as_ref().map_or(0.0, |s| s.brightest) * of_white;
+        let reason = format!("they light it by up to {part:.2e} of white against {VISIBLE_CHANGE:.2e}");
+        (Bound { on: part > VISIBLE_CHANGE, reason }, shine)
+    }
+
+    /// Uniforms of the light on the globe. `undo`: what the albedo has been multiplied by for the Sun's phase, which this light does not share.
+    pub fn shine_frame(&self, shine: &RingShine, undo: f64) -> Vec4 {
+        let level = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let [x, y, z, w] = [level.x, level.y, 1.0 / shine.reach, 1.0 / undo.max(1e-6)].map(camera::narrow_scalar);
+        Vec4::new(x, y, z, w)
+    }
+
     /// The amounts of both draws; `half` is set by each.
     pub fn amounts(&self, rings: &[&Ring], sun: Option<&Body>) -> RingAmounts {
         let radius_km = self.body.radii_km.x;
         let Some(table) = RingTable::of(rings.iter().copied(), radius_km) else { return RingAmounts::default() };
         let (u1, u2) = sun.map(limb_law).unwrap_or_default();
-        let covers = |r: &&Ring| (r.outer_km - r.inner_km) * -(-r.tau_normal).exp_m1();
-        let whole: f64 = rings.iter().map(covers).sum();
-        let dust = rings.iter().map(|r| covers(r) * r.dust).sum::<f64>() / whole.max(1e-30);
+        let dust = dust(rings);
         let narrow = camera::narrow_scalar;
         RingAmounts {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
@@ -220,6 +268,7 @@ impl<'a> View<'a> {
             shadow_axes: camera::narrow(self.body.radii_km / radius_km),
             sun_limb_u1: camera::narrow(u1),
             sun_limb_u2: camera::narrow(u2),
+            ..RingAmounts::default()
         }
     }
 }

@@ -8,13 +8,14 @@ use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::Texture;
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, RING_PROFILE_BINDING, SamplerBinding,
-    SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, uniforms_of,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, RING_PROFILE_BINDING, RING_SHINE_BINDING, SamplerBinding,
+    SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, ring_shine, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, RingAmounts, RingTable, Shape, Surface};
 use crate::scene::eclipse::AIR_LAYERS;
+use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -87,7 +88,19 @@ fn ring() -> RingAmounts {
         shadow_axes: Vec3::new(1.0, 1.0, 0.95),
         sun_limb_u1: Vec3::splat(0.4),
         sun_limb_u2: Vec3::splat(0.2),
+        shine: None,
+        shine_frame: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
     }
+}
+
+/// Light from a ring that is strongest at night, more so on the Sun's side.
+fn shine() -> RingShine {
+    let texel = |n: usize| {
+        let (row, column) = (n / COLUMNS, n % COLUMNS);
+        let level = column as f32 / COLUMNS as f32 * if row < ROWS { 0.5 } else { 0.2 };
+        [level, 0.9 * level, 0.7 * level, 0.0]
+    };
+    RingShine { texels: (0..2 * ROWS * COLUMNS).flat_map(texel).collect(), reach: 0.9, brightest: 0.5 }
 }
 
 /// Air that is a tenth as high as the body is wide, blue, hazy below and with an absorbing layer, so that each part shows.
@@ -215,6 +228,7 @@ pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> 
     for t in &module.layout.textures {
         let image = match &amounts.ring.table {
             Some(table) if t.binding == RING_PROFILE_BINDING => ring_profile(table),
+            _ if t.binding == RING_SHINE_BINDING => ring_shine(&shine()),
             _ => Arc::new(map(t.binding)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });

@@ -59,6 +59,7 @@ fragments![
     "lib/ring/photometry.wgsl",
     "lib/ring/profile.wgsl",
     "lib/ring/shadow.wgsl",
+    "lib/ring/shine.wgsl",
     "lib/ring/surface.wgsl",
     "lib/sunlight.wgsl",
     "lib/view_ray.wgsl",

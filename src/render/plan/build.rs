@@ -13,6 +13,7 @@ use crate::scene::Scene;
 use crate::scene::air_nodes;
 use crate::scene::draw::{Amounts, Draw, Light, Part, PixelView, Point, RingTable};
 use crate::scene::glow::Glow;
+use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
@@ -52,6 +53,8 @@ pub struct Fineness {
 const MAP_SAMPLER_BINDING: u32 = 8;
 /// The binding of the ring's table.
 pub const RING_PROFILE_BINDING: u32 = 5;
+/// The binding of the table of light that the ring sends onto its globe.
+pub const RING_SHINE_BINDING: u32 = 6;
 /// The binding of the tone map's input.
 const HDR_BINDING: u32 = 1;
 
@@ -188,6 +191,7 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "ring_blur" => w.f32(name, a.ring.blur),
         "ring_phase" => w.vec4(name, a.ring.phase),
         "ring_opposition" => w.vec2(name, a.ring.opposition),
+        "ring_shine" => w.vec4(name, a.ring.shine_frame),
         "ring_half" => w.f32(name, a.ring.half),
         "sun_tangent" => w.f32(name, a.ring.sun_tangent),
         "shadow_axes" => w.vec3(name, a.ring.shadow_axes),
@@ -202,6 +206,13 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
 pub fn ring_profile(table: &RingTable) -> SharedTexture {
     let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
     let level = Level { width: table.width, height: table.height, bytes };
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
+}
+
+/// Light from the ring as a texture of one level: it is read by texel.
+pub fn ring_shine(table: &RingShine) -> SharedTexture {
+    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
@@ -230,6 +241,11 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         && let Some(table) = &draw.amounts.ring.table
     {
         textures.push(TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) });
+    }
+    if layout.textures.iter().any(|t| t.binding == RING_SHINE_BINDING)
+        && let Some(table) = &draw.amounts.ring.shine
+    {
+        textures.push(TextureBinding { binding: RING_SHINE_BINDING, source: TextureSource::Image(ring_shine(table)) });
     }
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let samplers =

@@ -2,7 +2,9 @@
 
 mod build;
 pub mod graph;
-pub use build::{Fineness, PlanError, RING_PROFILE_BINDING, Supplies, map_format, modules, plan, ring_profile, steps, uniforms_of};
+pub use build::{
+    Fineness, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, modules, plan, ring_profile, ring_shine, steps, uniforms_of,
+};
 
 use crate::image::SharedTexture;
 pub use crate::shader::ModuleId as ModuleName;

@@ -141,6 +141,12 @@ pub static RULES: &[Rule] = &[
         because: "a ring's shadow needs sunlight and something else than the ring",
     },
     Rule {
+        of: "ringshine",
+        least: "",
+        applies: |n| no_ground(n) || !shows_sunlight(n),
+        because: "a ring lights ground only, and in views that show the light",
+    },
+    Rule {
         of: "body-shadow",
         least: "",
         applies: |n| n.surface != Surface::Ring || !shows_sunlight(n),
@@ -239,6 +245,7 @@ mod tests {
             lights: 2,
             eclipse: Eclipse { casters: 4, model: EclipseModel::Refracted },
             ring_shadow: RingShadow::Penumbra,
+            ring_shine: true,
             air: Air { tier: AirTier::Table, mie: true, absorption: true },
             shape: Shape::Ellipsoid,
             flags: Flags { alpha_texture: true, ..Flags::default() },

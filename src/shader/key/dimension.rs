@@ -11,6 +11,7 @@ pub enum Part {
     Lights,
     Eclipse,
     RingShadow,
+    RingShine,
     BodyShadow,
     Air,
     Shape,
@@ -27,6 +28,7 @@ impl Part {
             Self::Lights => "lights",
             Self::Eclipse => "eclipse",
             Self::RingShadow => "ring shadow",
+            Self::RingShine => "ring shine",
             Self::BodyShadow => "body shadow",
             Self::Air => "atmosphere",
             Self::Shape => "shape",
@@ -142,6 +144,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         get: |n| index_of(&RingShadow::ALL, &n.ring_shadow),
         set: |n, v| n.ring_shadow = RingShadow::ALL[v],
     },
+    switch!("ringshine", Part::RingShine, "ring-shine", ring_shine),
     Dimension {
         name: "body-shadow",
         part: Part::BodyShadow,
