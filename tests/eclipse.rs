@@ -438,6 +438,9 @@ impl Supplies for Layouts {
     fn map(&self, file: &str, _: TexelFormat) -> Result<SharedTexture, PlanError> {
         Err(PlanError::Map { file: file.into(), why: "this test draws without maps".into() })
     }
+    fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
+        self.map(file, TexelFormat::Rgba8Srgb)
+    }
 }
 
 #[test]

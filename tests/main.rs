@@ -15,6 +15,7 @@ mod gpu;
 mod layering;
 mod library;
 mod orientation;
+mod overlays;
 mod permutations;
 mod plan;
 mod probe;

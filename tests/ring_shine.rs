@@ -32,7 +32,7 @@ fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene
         width: SIDE,
         height: SIDE,
         pixel_view,
-        effects: EffectOverrides::parse(&format!("-planet-shine,-rings,-atmosphere,-eclipse,{effects}")).expect("effects"),
+        effects: EffectOverrides::parse(&format!("+ring-shine,-planet-shine,-rings,-atmosphere,-eclipse,{effects}")).expect("effects"),
         exposure: ExposureRequest::Stops(0.0),
         ..ViewRequest::of(SATURN, Instant::parse(time).expect("a time"))
     };
@@ -129,13 +129,14 @@ fn worst(time: &str, without: Without) -> (f64, f64) {
         }
         let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let Some(hit) = scene.camera.surface_under_pixel(placement, middle) else { continue };
-        let normal = (hit / placement.radii_km / placement.radii_km).normalize();
+        let normal = (hit / placement.radii_km).normalize();
         // By day the Sun's own light is there.
         if normal.dot(sun) > 0.0 || hdr[k][3] < 1.0 {
             continue;
         }
         let polar = placement.radii_km.z / unit_km;
-        let expected = summed(&profile, (to - from) / COUNT as f64, polar, hit / unit_km, sun, without);
+        let place = hit * placement.radii_km / unit_km;
+        let expected = summed(&profile, (to - from) / COUNT as f64, polar, place, sun, without);
         for c in 0..3 {
             let found = f64::from(hdr[k][c] / light.irradiance.x);
             off = off.max((found - expected[c]).abs() / brightest);
@@ -169,8 +170,7 @@ fn the_equator_and_the_poles_get_none_and_switched_off_there_is_night() {
     let (mut glowing, mut poles) = (0, 0);
     for k in 0..lit.len() {
         let middle = DVec2::new(f64::from(k as u32 % SIDE) + 0.5, f64::from(k as u32 / SIDE) + 0.5);
-        let Some(hit) = scene.camera.surface_under_pixel(placement, middle) else { continue };
-        let unit = hit / placement.radii_km;
+        let Some(unit) = scene.camera.surface_under_pixel(placement, middle) else { continue };
         if (unit / placement.radii_km).normalize().dot(sun) > -0.02 || lit[k][3] < 1.0 {
             continue;
         }

@@ -95,6 +95,29 @@ fn a_narrow_ringlet_keeps_its_place_in_the_table() {
     }
 }
 
+/// A pixel's stretch of the plane is summed in pieces of a sixteenth of a radius, in as many as it takes: where one more begins nothing jumps.
+#[test]
+fn a_pixel_that_takes_one_piece_more_looks_the_same() {
+    use orrery::session::sample_plan;
+    const SIDE: u32 = 40;
+    let key = "ring.sun1.bodyshadow-sphere.sphere".parse().expect("a key");
+    let drawn = |half: f64| {
+        let plan = sample_plan(SESSION.library(), &key, SIDE, half as f32).expect("a plan");
+        SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
+    };
+    let change = |a: f64, b: f64| {
+        let (a, b) = (drawn(a), drawn(b));
+        a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+    };
+    for pieces in [1.0, 2.0, 3.0, 5.0] {
+        // The sample ring is seen from 25 degrees over its plane.
+        let half = pieces / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
+        let jump = change(half * (1.0 - 1e-5), half * (1.0 + 1e-5));
+        assert!(jump < 1e-3, "{pieces} pieces: {jump}");
+        assert!(change(half, half * 1.02) > 5e-3, "another picture");
+    }
+}
+
 #[test]
 fn wrong_questions_get_one_line() {
     let prober_error = |q: Value| {

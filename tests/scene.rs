@@ -2,7 +2,7 @@
 
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
-use orrery::scene::request::{CameraFile, Position, ViewRequest};
+use orrery::scene::request::{Axes, CameraFile, Look, Position, ViewRequest};
 use orrery::scene::{Appearance, Scene};
 use orrery::time::Instant;
 
@@ -121,6 +121,32 @@ fn a_viewer_on_the_ground_stands_on_it() {
         let height = (c.length_squared() - 1.0) / (2.0 * (c / place.radii_km).length());
         assert!((height / height_km - 1.0).abs() < 0.05, "{height} km against {height_km}");
     }
+}
+
+/// On the Moon's ground with the Earth 45 degrees up: the ground under the frame is neither drawn nor what the exposure is made for.
+#[test]
+fn ground_below_the_frame_is_not_there() {
+    let (catalog, ephemeris) = sky();
+    let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-12T20:00:00Z"));
+    request.position = Position::Ground { body: NaifId::MOON, latitude_deg: 45.0, longitude_deg: 0.0, height_km: 0.002 };
+    let mut seen = |fov_deg: f64, target: Option<NaifId>| {
+        // Looked at by direction: without a target the exposure is made for what fills the frame.
+        let towards_earth = Scene::build(&catalog, &ephemeris, &ViewRequest { target: Some(NaifId::EARTH), ..request.clone() });
+        let direction = towards_earth.expect("a scene").body(NaifId::EARTH).expect("the Earth").placement.centre_km.normalize();
+        request.fov_deg = Some(fov_deg);
+        request.look = Look::Along { direction, axes: Axes::Icrf };
+        Scene::build(&catalog, &ephemeris, &ViewRequest { target, ..request.clone() }).expect("a scene")
+    };
+    let narrow = seen(20.0, None);
+    assert_eq!(narrow.body(NaifId::MOON).expect("the Moon").appearance, Appearance::NotShown);
+    assert!(
+        narrow.draws.iter().all(|d| d.body != NaifId::MOON) && narrow.exposure.reason.starts_with("Earth"),
+        "{}",
+        narrow.exposure.reason
+    );
+    let wide = seen(120.0, None);
+    assert_eq!(wide.body(NaifId::MOON).expect("the Moon").appearance, Appearance::Disc);
+    assert!(wide.exposure.reason.starts_with("Moon"), "{}", wide.exposure.reason);
 }
 
 #[test]

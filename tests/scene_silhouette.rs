@@ -185,6 +185,36 @@ fn what_is_outside_has_no_box_and_what_surrounds_takes_the_frame() {
     assert!((rect.top - bounds.top - PADDING_PX / 250.0).abs() < 1e-12);
 }
 
+/// From near the ground, looking anywhere: a body beside the frame shows in no pixel, and one that is not shows in some, or in a neighbour of the frame's.
+#[test]
+fn a_horizon_outside_of_the_frame_is_beside_it() {
+    let (mut beside, mut open) = (0, 0);
+    for distance_km in [6378.15, 6400.0, 6800.0, 9000.0] {
+        for fov_deg in [10.0, 45.0, 100.0] {
+            for k in 0..60 {
+                let off_axis = std::f64::consts::PI * (f64::from(k) + 0.5) / 60.0;
+                let (camera, place) = set_up(EARTH, distance_km, off_axis, fov_deg, 90, 60);
+                let shown = |margin: i32| {
+                    let step = |n: i32, size: i32| (-margin..=size + margin).map(move |i| f64::from(i) * f64::from(n) / f64::from(size));
+                    step(90, 90).any(|x| step(60, 60).any(|y| camera.surface_under_pixel(&place, DVec2::new(x, y)).is_some()))
+                };
+                match Outline::of(&camera, &place) {
+                    Outline::Beside => {
+                        assert!(!shown(0), "{distance_km} km, {fov_deg} degrees, {off_axis} off: a pixel shows the body");
+                        beside += 1;
+                    }
+                    Outline::Open => {
+                        assert!(shown(3), "{distance_km} km, {fov_deg} degrees, {off_axis} off: nothing of it in the frame");
+                        open += 1;
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+    assert!(beside > 100 && open > 100, "{beside} {open}");
+}
+
 #[test]
 fn a_place_on_the_ground_goes_to_a_pixel_and_back() {
     for (distance, fov) in [(7000.0, 90.0), (20_000.0, 40.0), (384_400.0, 2.2), (AU_KM, 0.006), (100.0 * AU_KM, 6e-5)] {

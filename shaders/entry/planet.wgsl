@@ -17,6 +17,9 @@
 //: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud|view.uv
 //: use lib/map_place.wgsl
 //: end
+//: if overlays.1
+//: use lib/overlay.wgsl
+//: end
 //: if maps.cloud-shadow|surface.cloud
 //: use lib/clouds.wgsl
 //: end
@@ -34,9 +37,6 @@
 //: end
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
 //: use lib/sunlight.wgsl
-//: end
-//: if ring-shine
-//: use lib/ring/shine.wgsl
 //: end
 //: if maps.night
 //: use lib/night_lights.wgsl
@@ -64,6 +64,9 @@ fn fragment_main(in: Varyings) -> Pixel {
   //: else
     let place = map_place(seen.position, draw.map_latitude_stretch);
   //: end
+//: end
+//: if overlays.1
+    let images = overlay_places(seen.position);
 //: end
 //: if maps.normal
   //: if shape.mesh
@@ -115,7 +118,6 @@ fn fragment_main(in: Varyings) -> Pixel {
 //: if flags.alphatexture|surface.cloud
     if coverage <= 0.0 { discard; }
 //: end
-
 //: if view.shaded|view.albedo
   //: if surface.emissive|lights.1|view.albedo
     var albedo = draw.albedo;
@@ -125,9 +127,11 @@ fn fragment_main(in: Varyings) -> Pixel {
     //: if flags.vertexcolour
     albedo *= in.colour;
     //: end
+    //: if overlays.1
+    albedo = overlaid(albedo, images);
+    //: end
   //: end
 //: end
-
 //: if surface.emissive|lights.1|view.normal
     var normal = seen.normal;
     var cos_emission = seen.cos_emission;
@@ -178,15 +182,9 @@ fn fragment_main(in: Varyings) -> Pixel {
     facet.water = filtered_map(specular_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps).r;
       //: end
     radiance += reflected(facet, draw.light_direction[0].xyz, sunlight);
-      //: if ring-shine
-    radiance += albedo * ring_shine(seen.position) * draw.light_irradiance[0].rgb;
-      //: end
     //: end
-    //: if lights.2
-    radiance += reflected(facet, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
-    //: end
-    //: if lights.3
-    radiance += reflected(facet, draw.light_direction[2].xyz, draw.light_irradiance[2].rgb);
+    //: if lights.2|ring-shine
+    radiance += reflected_besides(facet, seen.position);
     //: end
     //: if maps.night
     let lamps = filtered_map(night_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps).rgb;
@@ -222,18 +220,11 @@ fn fragment_main(in: Varyings) -> Pixel {
 //: if view.sunlight
   //: if lights.1
     radiance += irradiance_on(normal, seen.normal, draw.light_direction[0].xyz, sunlight);
-    //: if ring-shine
-    radiance += ring_shine(seen.position) * draw.light_irradiance[0].rgb;
-    //: end
   //: end
-  //: if lights.2
-    radiance += irradiance_on(normal, seen.normal, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
-  //: end
-  //: if lights.3
-    radiance += irradiance_on(normal, seen.normal, draw.light_direction[2].xyz, draw.light_irradiance[2].rgb);
+  //: if lights.2|ring-shine
+    radiance += irradiance_besides(normal, seen.normal, seen.position);
   //: end
 //: end
-
 //: if view.ring
     // Part of the Sun's light that the ring leaves.
   //: if ring-shadow.point-sun|ring-shadow.penumbra

@@ -120,7 +120,7 @@ struct Draw {
     map_latitude_stretch: f32,
   //: end
 //: end
-//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud
+//: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud|overlays.1
     // Taps along a footprint at most: lib/filtered.wgsl.
     map_taps: f32,
 //: end
@@ -160,6 +160,14 @@ struct Draw {
     shadow_axes: vec3f,
     sun_limb_u1: vec3f,
     sun_limb_u2: vec3f,
+//: end
+//: if overlays.1
+    // lib/overlay.wgsl says what each row is.
+  //: if overlays.2
+    overlay: array<vec4f, 12>,
+  //: else
+    overlay: array<vec4f, 6>,
+  //: end
 //: end
 //: if maps.normal
     normal_strength: f32,

@@ -30,7 +30,9 @@ fn footprint(size: vec2f, dx: vec2f, dy: vec2f, most: f32) -> Footprint {
     let taps = clamp(floor(sqrt(major_sq / kept_sq) + 0.99), 1.0, max(most, 1.0));
     // The eigenvector of the major axis, by whichever row is better conditioned.
     let axis = select(vec2f(b, major_sq - a), vec2f(major_sq - c, b), half_difference > 0.0);
-    let step = axis * (sqrt(major_sq / max(dot(axis, axis), 1.0e-30)) / taps) / size;
+    // The outermost taps, as wide as the minor axis, end with the major one: a second tap begins where the first is, and nothing jumps there.
+    let spread = sqrt(major_sq) - sqrt(kept_sq);
+    let step = axis * (spread * inverseSqrt(max(dot(axis, axis), 1.0e-30)) / max(taps - 1.0, 1.0)) / size;
     return Footprint(0.5 * log2(kept_sq), taps, select(vec2f(0.0), step, taps > 1.0));
 }
 

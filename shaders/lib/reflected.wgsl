@@ -1,4 +1,6 @@
-// Light that one facet sends to the viewer from one light.
+// Light that one facet sends to the viewer: from one light, and from all but the Sun.
+//
+// `position`: unit-sphere frame.
 
 //: if view.shaded
   //: if surface.lambert|surface.cloud|surface.ring
@@ -34,6 +36,10 @@ struct Facet {
     water: f32,
   //: end
 }
+//: end
+
+//: if ring-shine
+//: use lib/ring/shine.wgsl
 //: end
 
 //: if maps.normal
@@ -83,4 +89,39 @@ fn reflected(facet: Facet, towards_light: vec3f, irradiance: vec3f) -> vec3f {
     return arriving * facet.albedo * share;
   //: end
 }
+//: end
+
+//: if lights.2|ring-shine
+  //: if view.shaded
+// Of other bodies, and of the ring.
+fn reflected_besides(facet: Facet, position: vec3f) -> vec3f {
+    var sum = vec3f(0.0);
+    //: if lights.2
+    sum += reflected(facet, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
+    //: end
+    //: if lights.3
+    sum += reflected(facet, draw.light_direction[2].xyz, draw.light_irradiance[2].rgb);
+    //: end
+    //: if ring-shine
+    sum += facet.albedo * ring_shine(position) * draw.light_irradiance[0].rgb;
+    //: end
+    return sum;
+}
+  //: end
+  //: if view.sunlight
+// The same as irradiance.
+fn irradiance_besides(normal: vec3f, smooth_normal: vec3f, position: vec3f) -> vec3f {
+    var sum = vec3f(0.0);
+    //: if lights.2
+    sum += irradiance_on(normal, smooth_normal, draw.light_direction[1].xyz, draw.light_irradiance[1].rgb);
+    //: end
+    //: if lights.3
+    sum += irradiance_on(normal, smooth_normal, draw.light_direction[2].xyz, draw.light_irradiance[2].rgb);
+    //: end
+    //: if ring-shine
+    sum += ring_shine(position) * draw.light_irradiance[0].rgb;
+    //: end
+    return sum;
+}
+  //: end
 //: end

@@ -6,6 +6,7 @@
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
+mod overlay;
 mod read;
 mod table;
 
@@ -170,6 +171,31 @@ pub struct Species {
     pub asymmetry: Option<f64>,
 }
 
+/// Images that one body may have.
+pub const OVERLAYS_AT_MOST: u8 = 2;
+
+/// Where an overlay's image lies. Latitudes are planetographic, longitudes east; north is up in the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Even in longitude and latitude.
+    Equirectangular { west_deg: f64, east_deg: f64, south_deg: f64, north_deg: f64 },
+    /// Seen from far above a place, straight down.
+    Orthographic { latitude_deg: f64, longitude_deg: f64, width_km: f64, height_km: f64 },
+}
+
+/// An image laid over a body's ground by its alpha.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    pub name: String,
+    /// File name inside `--textures` or textures/.
+    pub file: String,
+    /// Linear factor per channel from the image's colour to albedo.
+    pub gain: [f64; 3],
+    /// On its alpha.
+    pub opacity: f64,
+    pub projection: Projection,
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
     pub top_km: f64,
@@ -198,6 +224,8 @@ pub struct Body {
     pub colour: Vec3,
     pub photometry: Photometry,
     pub maps: Maps,
+    /// The first lies under the second.
+    pub overlays: Vec<Overlay>,
     pub clouds: Option<Clouds>,
     pub motion: Motion,
     pub rotation: Rotation,

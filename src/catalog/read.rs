@@ -3,9 +3,11 @@
 //! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
 //! replaces that field; photometry, motion, rotation, clouds, atmosphere and the set of rings are replaced whole, maps one by one.
 
+use super::overlay;
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
-    Atmosphere, Body, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Photometry, Ring, Rotation, Species,
+    Atmosphere, Body, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry, Ring,
+    Rotation, Species,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -35,7 +37,7 @@ fn finite(v: &f64) -> bool {
     v.is_finite()
 }
 
-fn each(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
+pub(super) fn each(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
     move |v| v.iter().all(|x| x.is_finite() && check(*x))
 }
 
@@ -52,7 +54,7 @@ fn need_word<T: Copy>(section: &mut Section, field: &'static str, words: &[(&str
     words.iter().find(|(w, _)| *w == found.value).map(|(_, t)| *t)
 }
 
-fn number(section: &mut Section, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
+pub(super) fn number(section: &mut Section, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
     section.need::<f64>(field, allowed, |v| v.is_finite() && ok(*v)).map(|l| l.value)
 }
 
@@ -312,6 +314,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Vec<Body>, CatalogError> {
     let mut drafts = BTreeMap::new();
     let mut rings: Vec<(Located<String>, Vec<Ring>)> = Vec::new();
     let mut atmospheres = Vec::new();
+    let mut overlays = Vec::new();
     for (file, text) in files {
         let source = Source::new(file, text, &problems);
         let mut root = source.root();
@@ -326,10 +329,11 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Vec<Body>, CatalogError> {
             }
         }
         rings.extend(of_file);
+        overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
         root.finish();
     }
-    let bodies = assemble(drafts, rings, atmospheres, &problems);
+    let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     problems.into_result()?;
     Ok(bodies)
 }
@@ -339,6 +343,7 @@ fn assemble(
     drafts: BTreeMap<i32, Draft>,
     rings: Vec<(Located<String>, Vec<Ring>)>,
     atmospheres: Vec<(Located<String>, Atmosphere)>,
+    overlays: Vec<(Located<String>, Overlay)>,
     problems: &Problems,
 ) -> Vec<Body> {
     let mut ids: BTreeMap<String, i32> = BTreeMap::new();
@@ -424,6 +429,7 @@ fn assemble(
             colour: Vec3::from_array(c.map(|x| (x / luminance) as f32)),
             photometry,
             maps: d.maps,
+            overlays: Vec::new(),
             clouds: d.clouds,
             motion,
             rotation,
@@ -440,6 +446,13 @@ fn assemble(
     for (of, air) in atmospheres {
         if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.atmosphere = Some(air);
+        }
+    }
+    for (of, new) in overlays {
+        if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
+            && let Err(wrong) = overlay::lay(&mut b.overlays, new)
+        {
+            problems.add(&of.place, format!("{}: {wrong}", b.name));
         }
     }
     bodies

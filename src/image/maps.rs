@@ -20,12 +20,13 @@ pub enum MapOrigin {
 pub struct MapStore {
     folder: Option<PathBuf>,
     decoded: Mutex<HashMap<(String, TexelFormat), SharedTexture>>,
+    premultiplied: Mutex<HashMap<String, SharedTexture>>,
 }
 
 impl MapStore {
     /// Maps of `folder` come before the embedded ones of the same name.
     pub fn new(folder: Option<PathBuf>) -> Self {
-        Self { folder, decoded: Mutex::default() }
+        Self { folder, ..Self::default() }
     }
 
     /// Names and sizes in bytes of the maps inside the program.
@@ -49,6 +50,15 @@ impl MapStore {
         }
         let texture = Arc::new(self.read(name, format)?);
         Ok(self.decoded.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(texture).clone())
+    }
+
+    /// A colour image whose texels are multiplied by their alpha, in linear light.
+    pub fn premultiplied(&self, name: &str) -> Result<SharedTexture, ImageError> {
+        if let Some(found) = self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).get(name) {
+            return Ok(found.clone());
+        }
+        let texture = Arc::new(self.read(name, TexelFormat::Rgba8Srgb)?.premultiplied());
+        Ok(self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).entry(name.to_owned()).or_insert(texture).clone())
     }
 
     /// Several maps at once, decoded by all threads; answers in the order asked.

@@ -66,6 +66,17 @@ fn halve(width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 4] +
     (w, h, out)
 }
 
+/// Multiplies colours by alpha in linear light. What is opaque keeps its bytes.
+pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
+    let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
+    for texel in rgba.chunks_exact_mut(4) {
+        let alpha = UNORM[usize::from(texel[3])];
+        for c in &mut texel[..3] {
+            *c = encode(colour[usize::from(*c)] * alpha, srgb);
+        }
+    }
+}
+
 /// All levels of an 8-bit image.
 pub(super) fn chain(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Vec<Level> {
     let srgb = format == TexelFormat::Rgba8Srgb;
@@ -119,6 +130,17 @@ mod tests {
         // IEC 61966-2-1: linear one half is 187.5 of 255; the mean of the encoded bytes would be 127.
         assert_eq!(levels[1].bytes, [188, 188, 188, 255]);
         assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm)[1].bytes, [128, 128, 128, 255]);
+    }
+
+    #[test]
+    fn premultiplied_colours_are_those_of_linear_light() {
+        let mut texels = [[255, 255, 255, 128], [200, 10, 99, 255], [255, 0, 0, 0]].concat();
+        premultiply(&mut texels, TexelFormat::Rgba8Srgb);
+        // IEC 61966-2-1: linear 128/255 is 188.4 of 255.
+        assert_eq!(texels, [[188, 188, 188, 128], [200, 10, 99, 255], [0, 0, 0, 0]].concat());
+        let mut plain = vec![200, 100, 50, 51];
+        premultiply(&mut plain, TexelFormat::Rgba8Unorm);
+        assert_eq!(plain, [40, 20, 10, 51]);
     }
 
     #[test]

@@ -76,6 +76,18 @@ impl Texture {
         Self::from_rgba8(width, height, rgba.into_raw(), format)
     }
 
+    /// The texture with its colours multiplied by their alpha in linear light, before its mip chain is made anew: where it is clear it has no colour that
+    /// filtering could carry. 8-bit formats only.
+    #[must_use]
+    pub fn premultiplied(self) -> Self {
+        let Some(first) = self.levels.into_iter().next().filter(|_| self.format != TexelFormat::Rgba32Float) else {
+            return Self { format: self.format, levels: Vec::new() };
+        };
+        let mut bytes = first.bytes;
+        mips::premultiply(&mut bytes, self.format);
+        Self { format: self.format, levels: mips::chain(first.width, first.height, bytes, self.format) }
+    }
+
     /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.
     pub fn mean_over_sphere(&self) -> [f64; 3] {
         let Some(level) = self.levels.first().filter(|_| self.format != TexelFormat::Rgba32Float) else { return [0.0; 3] };

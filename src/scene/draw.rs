@@ -3,6 +3,7 @@
 use super::camera::ViewRays;
 pub use super::eclipse::EclipseAmounts;
 pub use super::needs::*;
+pub use super::overlays::OverlayAmounts;
 pub use super::ring_table::RingTable;
 pub use super::rings::RingAmounts;
 use crate::catalog::NaifId;
@@ -59,6 +60,8 @@ pub struct Amounts {
     pub wave_slope_sq: f32,
     /// Normal map strength.
     pub normal_strength: f32,
+    /// Images over the ground, the lowest first.
+    pub overlays: Vec<OverlayAmounts>,
     pub clouds: CloudAmounts,
     pub eclipse: EclipseAmounts,
     pub ring: RingAmounts,
@@ -143,6 +146,8 @@ pub struct MapFiles {
     pub specular: Option<String>,
     pub night: Option<String>,
     pub cloud: Option<String>,
+    /// In the order of the overlays' amounts.
+    pub overlays: Vec<String>,
 }
 
 impl Amounts {
@@ -165,11 +170,13 @@ impl Amounts {
 }
 
 impl MapFiles {
-    /// Each file with the texture binding it is read from (1 albedo, 2 normal, 3 specular, 4 night, 7 cloud).
+    /// Each file with the texture binding it is read from (1 albedo, 2 normal, 3 specular, 4 night, 7 cloud, 9 and 10 overlays).
     pub fn bindings(&self) -> impl Iterator<Item = (u32, &str)> {
+        let overlays = (9..).zip(self.overlays.iter().map(String::as_str));
         [(1, &self.albedo), (2, &self.normal), (3, &self.specular), (4, &self.night), (7, &self.cloud)]
             .into_iter()
             .filter_map(|(binding, file)| file.as_deref().map(|f| (binding, f)))
+            .chain(overlays)
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::SceneError;
 use super::draw::{AirTier, BodyShadow, Eclipse, EclipseModel, MapSet, Needs, PixelView, RingShadow, Shape, Surface};
-use crate::catalog::{Body, Catalog, Photometry};
+use crate::catalog::{Body, Catalog, OVERLAYS_AT_MOST, Photometry};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A feature that can be switched.
@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub enum Effect {
     Ellipsoid,
     Albedo,
+    Overlays,
     Normal,
     Specular,
     Night,
@@ -31,9 +32,10 @@ pub enum Effect {
 }
 
 impl Effect {
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Ellipsoid,
         Self::Albedo,
+        Self::Overlays,
         Self::Normal,
         Self::Specular,
         Self::Night,
@@ -54,6 +56,7 @@ impl Effect {
         match self {
             Self::Ellipsoid => "ellipsoid",
             Self::Albedo => "albedo",
+            Self::Overlays => "overlays",
             Self::Normal => "normal",
             Self::Specular => "specular",
             Self::Night => "night",
@@ -201,6 +204,8 @@ pub fn flattening(body: &Body) -> f64 {
 pub struct Chosen {
     pub ellipsoid: bool,
     pub maps: MapSet,
+    /// Images over the ground.
+    pub overlays: u8,
     /// Lights besides the Sun, strongest first.
     pub shine: u8,
     pub eclipse: Eclipse,
@@ -218,6 +223,12 @@ impl Chosen {
     /// Under air in an eclipse the Sun alone lights: what stands before the Sun turns its night side to the body, and the keys are a third.
     pub fn shine_is_left_out(self, air: AirTier) -> bool {
         air != AirTier::None && self.eclipse.casters > 0
+    }
+
+    /// Whether the rings light the globe. Moons give a thousandth of it (less beside rings that the Sun hardly lights): with both the keys of ringed bodies would be twice as many.
+    fn lit_by_rings(self, body: &Body, air: AirTier) -> bool {
+        let available = Available::of(body);
+        self.ring_shine && available.rings && !available.emissive && !self.shine_is_left_out(air)
     }
 
     /// The structure of the draw. What the body does not have is left out, so no choice can ask for it.
@@ -242,7 +253,8 @@ impl Chosen {
                 night: self.maps.night && available.maps.night,
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
-            lights: match (available.emissive, self.shine_is_left_out(air.tier)) {
+            overlays: self.overlays.min(body.overlays.len().min(usize::from(OVERLAYS_AT_MOST)) as u8),
+            lights: match (available.emissive, self.shine_is_left_out(air.tier) || self.lit_by_rings(body, air.tier)) {
                 (true, _) => 0,
                 (false, true) => 1,
                 (false, false) => (1 + self.shine).min(LIGHTS_AT_MOST),
@@ -254,7 +266,7 @@ impl Chosen {
             } else {
                 RingShadow::None
             },
-            ring_shine: available.rings && self.ring_shine && !available.emissive && !self.shine_is_left_out(air.tier),
+            ring_shine: self.lit_by_rings(body, air.tier),
             shape: if ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
             air,
             view,
@@ -268,7 +280,7 @@ impl Chosen {
     pub fn cloud_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Shaded | PixelView::Cost);
         let ground = self.needs(body, view);
-        shown.then_some(Needs { surface: Surface::Cloud, maps: MapSet::default(), ring_shine: false, ..ground })
+        shown.then_some(Needs { surface: Surface::Cloud, maps: MapSet::default(), overlays: 0, ring_shine: false, ..ground })
     }
 
     /// The structure of the ring's draws; `None` where the body has none.
@@ -283,7 +295,7 @@ impl Chosen {
     pub fn sky_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
         let shown = matches!(view, PixelView::Shaded | PixelView::Cost | PixelView::OpticalDepth);
         let ground = self.needs(body, view);
-        let sky = Needs { surface: Surface::Sky, maps: MapSet::default(), ring_shine: false, lights: 1, ..ground };
+        let sky = Needs { surface: Surface::Sky, maps: MapSet::default(), overlays: 0, ring_shine: false, lights: 1, ..ground };
         (shown && ground.air.tier != AirTier::None).then_some(sky)
     }
 }
@@ -314,6 +326,12 @@ fn possible_maps(body: &Body) -> Vec<MapSet> {
     (0..32).map(set).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
+/// A choice's globe with and without the ring's light, under each number of overlays.
+fn ground_needs(chosen: Chosen, body: &Body, view: PixelView) -> impl Iterator<Item = Needs> {
+    let overlays = 0..=body.overlays.len().min(usize::from(OVERLAYS_AT_MOST)) as u8;
+    overlays.flat_map(move |overlays| [false, true].map(|ring_shine| Chosen { overlays, ring_shine, ..chosen }.needs(body, view)))
+}
+
 /// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
 pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
     let both = [false, true];
@@ -341,16 +359,14 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
                                     air,
                                     ..Chosen::default()
                                 };
-                                all.insert(chosen.needs(body, view));
-                                all.insert(Chosen { ring_shine: true, ..chosen }.needs(body, view));
+                                all.extend(ground_needs(chosen, body, view));
                                 all.extend(chosen.cloud_needs(body, view));
                                 all.extend(chosen.ring_needs(body, view));
                             }
                             for air in super::air::possible_tiers(body) {
                                 for ring_shadow in RingShadow::ALL {
                                     let chosen = Chosen { ellipsoid, maps, shine, eclipse, air, ring_shadow, ..Chosen::default() };
-                                    all.insert(chosen.needs(body, view));
-                                    all.insert(Chosen { ring_shine: true, ..chosen }.needs(body, view));
+                                    all.extend(ground_needs(chosen, body, view));
                                     all.extend(chosen.cloud_needs(body, view));
                                     all.extend(chosen.sky_needs(body, view));
                                 }

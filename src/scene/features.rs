@@ -6,11 +6,12 @@ use super::draw::{EclipseAmounts, EclipseModel, RingAmounts, RingShadow};
 use super::eclipse::{self, Extent, Receiver, Wanted};
 use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
 use super::lights::{self, LightOn, Reflector};
+use super::overlays;
 use super::request::{Quality, ViewRequest};
 use super::rings;
 use super::silhouette::Outline;
 use super::{Appearance, Exposure, Placed, of_white, photometry};
-use crate::catalog::{Body, Map, MapLatitude, NaifId, Photometry};
+use crate::catalog::{Body, Map, MapLatitude, NaifId, Overlay, Photometry};
 use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3};
 
@@ -98,7 +99,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     let mut ledger = Ledger { request: frame.request, decisions: Vec::new() };
     let diameter_px = match p.outline {
         Outline::Ellipse { area_px, .. } => 2.0 * (area_px / std::f64::consts::PI).sqrt(),
-        Outline::Open => 2.0 * body.radii_km.x / p.distance_km / camera.pixel_tangent(),
+        Outline::Open | Outline::Beside => 2.0 * body.radii_km.x / p.distance_km / camera.pixel_tangent(),
         Outline::Behind => 0.0,
     };
     let not_shown = |mut ledger: Ledger<'_>, reason: &str| {
@@ -145,6 +146,8 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     }
 
     let (mut chosen, mut shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
+    let laid = laid_over(&mut ledger, body, diameter_px);
+    chosen.overlays = laid.len() as u8;
     let (ring, ring_draws) = ring_view.map(|view| ring_parts(frame, p, &view, &mut ledger, &mut chosen, share)).unwrap_or_default();
     let (sky, veil) = sky_draw(frame, p, &mut ledger, &mut chosen, diameter_px);
     if chosen.air != AirTier::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.casters > 0 {
@@ -160,6 +163,10 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         ledger.note(Effect::RingShine.name(), false, "left out under air in an eclipse".into());
         chosen.ring_shine = false;
     }
+    if chosen.ring_shine && !shine.is_empty() {
+        ledger.note(Effect::PlanetShine.name(), false, "left out where the rings light the globe: they give far more".into());
+        shine.clear();
+    }
     let needs = chosen.needs(body, frame.request.pixel_view);
     let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     let map_files = MapFiles {
@@ -168,10 +175,13 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         specular: files(needs.maps.specular, &body.maps.specular),
         night: files(needs.maps.night, &body.maps.night),
         cloud: body.clouds.as_ref().filter(|_| needs.maps.cloud_shadow).map(|c| c.map.file.clone()),
+        overlays: laid.iter().map(|o| o.file.clone()).collect(),
     };
     let globe = rect.map(|rect| {
         let amounts = Amounts { ring: ring.clone(), ..amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share) };
-        let amounts = Amounts { albedo: amounts.albedo * camera::narrow(tint), ..amounts };
+        let factor = tone(p) * share * tint;
+        let overlays = laid.iter().map(|o| overlays::amounts(body, o, factor)).collect();
+        let amounts = Amounts { albedo: amounts.albedo * camera::narrow(tint), overlays, ..amounts };
         Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files }
     });
     let mut draws: Vec<_> = globe.into_iter().chain(sky).chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
@@ -185,6 +195,39 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     draws.extend(ring_draws);
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
     (Seen { appearance, diameter_px, decisions: ledger.decisions }, draws, point)
+}
+
+/// The images that are laid over the ground.
+fn laid_over<'b>(ledger: &mut Ledger<'_>, body: &'b Body, diameter_px: f64) -> Vec<&'b Overlay> {
+    let name = Effect::Overlays.name();
+    if body.overlays.is_empty() {
+        ledger.note(name, false, "the catalog names none".into());
+    }
+    let counts = |overlay: &&Overlay| {
+        if ledger.request.missing_maps.contains(&overlay.file) {
+            return ledger.note(name, false, format!("{} could not be read: drawn without it", overlay.file));
+        }
+        let (on, reason) = overlays::bound(body, overlay, ground_deg_per_px(diameter_px));
+        ledger.effect(Effect::Overlays, on, reason)
+    };
+    body.overlays.iter().filter(counts).collect()
+}
+
+fn ground_deg_per_px(diameter_px: f64) -> f64 {
+    (360.0 / std::f64::consts::PI) / diameter_px.max(1e-9)
+}
+
+/// Brightness of a disc at this phase over that of its model; of the Sun its radiance.
+fn brightness(p: &Placed<'_>) -> f64 {
+    match p.body.photometry {
+        Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
+        _ => photometry::phase_correction(p.body, p.alpha, p.distance_km / p.body.radii_km.x),
+    }
+}
+
+/// The same, and what makes the model's albedo the catalog's.
+fn tone(p: &Placed<'_>) -> DVec3 {
+    photometry::normalisation(p.body) * brightness(p)
 }
 
 /// What is to be known of a body's rings before anything is decided.
@@ -227,8 +270,7 @@ fn ring_parts(
     if ledger.effect(Effect::RingShine, bound.on, bound.reason)
         && let Some(shine) = shine
     {
-        let undo = photometry::phase_correction(p.body, p.alpha, p.distance_km / p.body.radii_km.x);
-        for_globe.shine_frame = view.shine_frame(&shine, undo);
+        for_globe.shine_frame = view.shine_frame(&shine, brightness(p));
         for_globe.shine = Some(shine);
         chosen.ring_shine = true;
     }
@@ -367,7 +409,7 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
         ledger.note("lights", false, "it glows by itself".into());
         return (chosen, Vec::new(), EclipseAmounts::default());
     }
-    let ground_per_px = (360.0 / std::f64::consts::PI) / diameter_px.max(1e-9);
+    let ground_per_px = ground_deg_per_px(diameter_px);
     chosen.maps.normal = ledger.map(Effect::Normal, body.maps.normal.as_ref(), || {
         (ground_per_px < RELIEF_DEG_PER_PX, format!("a pixel spans {ground_per_px:.2} degrees of ground against {RELIEF_DEG_PER_PX}"))
     });
@@ -503,14 +545,9 @@ fn amounts(
 ) -> Amounts {
     let (camera, body) = (frame.camera, p.body);
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
-    let normalisation = photometry::normalisation(body);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
     let emissive = matches!(body.photometry, Photometry::Emissive { .. });
-    let brightness = if emissive {
-        photometry::sun_disc_radiance()
-    } else {
-        photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x)
-    };
+    let brightness = brightness(p);
     let reflectance = match (maps.albedo, emissive) {
         (true, _) => gain(&body.maps.albedo),
         (false, true) => body.colour.as_dvec3(),
@@ -542,7 +579,7 @@ fn amounts(
     };
     let mut amounts = Amounts {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
-        albedo: camera::narrow(reflectance * normalisation * brightness * share),
+        albedo: camera::narrow(reflectance * tone(p) * share),
         lights,
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_u1: camera::narrow(u1),

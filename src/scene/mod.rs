@@ -16,6 +16,7 @@ pub mod glow;
 pub mod legend;
 mod lights;
 mod needs;
+pub mod overlays;
 mod phase_laws;
 pub mod photometry;
 pub mod request;
@@ -343,7 +344,7 @@ fn exposure(
     let area = |p: &Placed<'_>| match p.outline {
         Outline::Ellipse { area_px, .. } => area_px,
         Outline::Open => f64::from(camera.width) * f64::from(camera.height),
-        Outline::Behind => 0.0,
+        Outline::Behind | Outline::Beside => 0.0,
     };
     let largest = || {
         let not_sun = placed.iter().filter(in_frame).filter(|p| p.body.id != NaifId::SUN).max_by(|a, b| area(a).total_cmp(&area(b)));

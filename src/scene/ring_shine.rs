@@ -75,10 +75,10 @@ fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
     if same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }
-    let apart = tau * (y - x);
-    // exp(-tau x) - exp(-tau y) over y - x, whose limit at y = x is tau exp(-tau x).
-    let over = if apart.abs() < 1e-6 { tau * (-tau * x).exp() } else { (-tau * x).exp() * -(-apart).exp_m1() / (y - x) };
-    x * over
+    // exp(-tau x) - exp(-tau y) over y - x, the same with x and y exchanged; its limit at y = x is tau exp(-tau x).
+    let (less, apart) = (x.min(y), (y - x).abs());
+    let over = if tau * apart < 1e-6 { tau } else { -(-tau * apart).exp_m1() / apart };
+    x * (-tau * less).exp() * over
 }
 
 /// A stretch of rings taken as one radius.
@@ -341,7 +341,9 @@ mod tests {
         for (inner, outer, tau, sine) in [(1.1, 1.2, 5.0, 0.4), (1.2, 2.3, 0.5, 0.1), (1.9, 1.91, 0.05, 0.9), (1.3, 1.4, 1e-5, 0.5)] {
             let rings = [&ring(inner, outer, tau)];
             let lit = lit(&rings, sine);
-            let found = lit.table().expect("a table").brightest;
+            let table = lit.table().expect("a table");
+            assert!(table.texels.iter().all(|v| v.is_finite() && *v >= 0.0));
+            let found = table.brightest;
             assert!(found > 0.0 && found < lit.at_most(), "{found} and {}", lit.at_most());
         }
     }

@@ -5,7 +5,7 @@
 //! of [`Outline::of`]; nothing large cancels, so a kilometre-sized moon at 100 au keeps its shape.
 
 use super::camera::{Camera, ClipRect, Placement};
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, DVec3};
 
 /// What of the picture a body's outline takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,13 +15,45 @@ pub enum Outline {
         bounds: ClipRect,
         area_px: f64,
     },
-    /// The tangent cone reaches behind the camera: the outline is open, any pixel may show the body.
+    /// The tangent cone reaches behind the camera and into the frame: the outline is open, any pixel may show the body.
     Open,
+    /// The same, but no view ray of the frame is in the cone: the horizon is outside of the picture.
+    Beside,
     Behind,
 }
 
 /// Pixels added on each side of a bounding box: the limb's soft edge takes half a pixel, and a quad reaches one further.
 pub const PADDING_PX: f64 = 1.5;
+
+/// Whether a view ray of the padded frame meets the body, or would behind the camera. In the unit-sphere frame the tangent cone is round: the frame's
+/// ray nearest to its axis decides, and that is the axis itself or on the frame's edge.
+fn meets_frame(camera: &Camera, place: &Placement) -> bool {
+    // So flat, as a ring's disc, that its cone has no digits left: the whole frame is safe.
+    if place.radii_km.min_element() < 1e-3 * place.radii_km.max_element() {
+        return true;
+    }
+    let c = place.camera_in_unit_sphere();
+    let distance = c.length();
+    let axis = -c / distance;
+    let reach = DVec2::ONE + PADDING_PX / camera.half_size();
+    if camera.clip(place.centre_km).is_some_and(|p| p.abs().cmple(reach).all()) {
+        return true;
+    }
+    let ray = |x: f64, y: f64| place.direction_in_unit_sphere(camera.ray(DVec2::new(x, y) * reach));
+    let corners = [ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)];
+    let nearest = (0..4).map(|k| nearest_cosine(axis, corners[k], corners[(k + 1) % 4])).fold(-1.0, f64::max);
+    nearest >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
+}
+
+/// The greatest cosine between a unit vector and the vectors from one to another.
+fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let step = to - from;
+    let (a, b) = (axis.dot(from), axis.dot(step));
+    let stationary = (b * from.length_squared() - a * from.dot(step)) / (a * step.length_squared() - b * from.dot(step));
+    let cosine = |t: f64| axis.dot((from + step * t).normalize());
+    let inside = if (0.0..=1.0).contains(&stationary) { cosine(stationary) } else { -1.0 };
+    inside.max(cosine(0.0)).max(cosine(1.0))
+}
 
 impl Outline {
     /// `camera` must be outside the body.
@@ -35,7 +67,7 @@ impl Outline {
         let determinant = block[0] * block[2] - block[1] * block[1];
         let scale = block[0].abs().max(block[2].abs());
         if block[0] <= 0.0 || block[2] <= 0.0 || determinant <= 1e-12 * scale * scale {
-            return Self::Open;
+            return if meets_frame(camera, place) { Self::Open } else { Self::Beside };
         }
         if depth_km <= 0.0 {
             return Self::Behind;
@@ -59,7 +91,7 @@ impl Outline {
     /// The padded box trimmed to the viewport; `None` where nothing of the body can be in the picture.
     pub fn rect(&self, camera: &Camera) -> Option<ClipRect> {
         match *self {
-            Self::Behind => None,
+            Self::Behind | Self::Beside => None,
             Self::Open => Some(ClipRect::VIEWPORT),
             Self::Ellipse { bounds, .. } => {
                 let pad = DVec2::splat(PADDING_PX) / camera.half_size();

@@ -224,7 +224,9 @@ impl Session {
                     if !new {
                         return Err(PlanError::Map { file, why }.into());
                     }
-                    (self.say)(&format!("{why}; drawn in its mean colour"));
+                    let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
+                    let instead = if overlay { "without it" } else { "in its mean colour" };
+                    (self.say)(&format!("{why}; drawn {instead}"));
                 }
                 Err(e) => return Err(e.into()),
             }
@@ -242,8 +244,13 @@ impl Session {
     fn fetch(&self, scene: &Scene) -> Result<(), SessionError> {
         let modules = plan::modules(scene);
         self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-        let wanted: Vec<(&str, TexelFormat)> =
-            scene.draws.iter().flat_map(|d| d.map_files.bindings()).map(|(binding, file)| (file, plan::map_format(binding))).collect();
+        let wanted: Vec<(&str, TexelFormat)> = scene
+            .draws
+            .iter()
+            .flat_map(|d| d.map_files.bindings())
+            .filter(|(b, _)| !plan::OVERLAY_BINDINGS.contains(b))
+            .map(|(binding, file)| (file, plan::map_format(binding)))
+            .collect();
         self.measured(Stage::Maps, || self.maps.get_all(&wanted));
         Ok(())
     }
@@ -273,5 +280,8 @@ impl Supplies for Session {
     }
     fn map(&self, file: &str, format: TexelFormat) -> Result<SharedTexture, PlanError> {
         self.maps.get(file, format).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    }
+    fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
+        self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
 }

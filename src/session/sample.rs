@@ -8,12 +8,15 @@ use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::Texture;
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, RING_PROFILE_BINDING, RING_SHINE_BINDING, SamplerBinding,
-    SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, ring_shine, uniforms_of,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, RING_PROFILE_BINDING,
+    RING_SHINE_BINDING, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, ring_shine,
+    uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_table::{NODES, SUNS};
-use crate::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, RingAmounts, RingTable, Shape, Surface};
+use crate::scene::draw::{
+    AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, OverlayAmounts, RingAmounts, RingTable, Shape, Surface,
+};
 use crate::scene::eclipse::AIR_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine};
 use crate::shader::key::ShaderKey;
@@ -126,8 +129,7 @@ fn air() -> AirAmounts {
 }
 
 fn amounts(key: &ShaderKey, half: f32) -> Amounts {
-    // Seen along its plane a ring would be a line. At 25 degrees, not 30: there a pixel of the tests' pictures is exactly two of the pieces
-    // that the ring's fragment cuts it into, and the last bit would decide between two and three.
+    // Seen along its plane a ring would be a line.
     let forward = if key.needs().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
@@ -161,9 +163,33 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
         normal_strength: 1.0,
         clouds: CloudAmounts { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
         camera_in_unit_sphere: forward * -1.0e3,
+        overlays: overlays(key),
         ring: ring(),
         ..Amounts::default()
     }
+}
+
+/// A band on the side that is seen, and a round image within it.
+fn overlays(key: &ShaderKey) -> Vec<OverlayAmounts> {
+    let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
+    let light = row(0.5, 0.6, 0.7, 0.8);
+    let band = [
+        row(1.0, 0.0, 0.0, 1.0),
+        row(0.0, 1.0, 0.0, 1.0),
+        row(0.0, 0.0, 1.0, 1.0),
+        row(0.6, 1.1, 0.2, 0.0),
+        row(0.0, 1.0, 0.0, 1.0),
+        light,
+    ];
+    let round = [
+        row(0.0, 1.0, 0.0, 1.0),
+        row(0.0, 0.0, 1.0, 1.0),
+        row(1.0, 0.0, 0.0, 1.0),
+        row(1.2, 1.3, 0.1, 1.0),
+        row(0.0, 1.0, 0.0, 1.0),
+        light,
+    ];
+    [band, round].into_iter().map(|rows| OverlayAmounts { rows, around: false }).take(usize::from(key.needs().overlays)).collect()
 }
 
 /// Smooth in u and v, so that filtering and not aliasing is seen; as a normal map it leans by some degrees.

@@ -48,6 +48,7 @@ fragments![
     "lib/maps.wgsl",
     "lib/mesh.wgsl",
     "lib/night_lights.wgsl",
+    "lib/overlay.wgsl",
     "lib/photometry/lambert.wgsl",
     "lib/photometry/lommel_seeliger.wgsl",
     "lib/photometry/lunar_lambert.wgsl",

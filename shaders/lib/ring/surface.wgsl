@@ -82,8 +82,8 @@ fn fragment_main(in: Varyings) -> Pixel {
     }
 
     let cos_emission = max(abs(along.z), LEAST_COSINE);
-    let pieces = clamp(ceil((to_here - from_here) * 16.0), 1.0, 8.0);
-    let share = inside / pieces;
+    // Pieces of a sixteenth of a radius; the last one is what is left, so that nothing jumps where it begins.
+    let pieces = clamp((to_here - from_here) * 16.0, 1.0, 8.0);
     let stride = (to_here - from_here) / pieces;
     var opacity = vec4f(0.0);
     var light = vec3f(0.0);
@@ -92,7 +92,9 @@ fn fragment_main(in: Varyings) -> Pixel {
     let side = select(-1.0, 1.0, sun.z * along.z < 0.0);
 //: end
     for (var k = 0.0; k < pieces; k += 1.0) {
-        let stretch = piece(f, from_here + k * stride, from_here + (k + 1.0) * stride);
+        let ends = min(from_here + stride * vec2f(k, k + 1.0), vec2f(to_here));
+        let share = (ends.y - ends.x) / f.length;
+        let stretch = piece(f, ends.x, ends.y);
         opacity += share * ring_opacity(stretch, 1.0 / cos_emission);
 //: if lights.1
   //: if view.shaded

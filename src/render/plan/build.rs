@@ -38,6 +38,8 @@ pub trait Supplies {
     fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError>;
     /// A map by its file name, as colour or as plain numbers.
     fn map(&self, file: &str, format: TexelFormat) -> Result<SharedTexture, PlanError>;
+    /// A colour image premultiplied by its alpha.
+    fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
 }
 
 /// How finely the frame is drawn.
@@ -55,6 +57,9 @@ const MAP_SAMPLER_BINDING: u32 = 8;
 pub const RING_PROFILE_BINDING: u32 = 5;
 /// The binding of the table of light that the ring sends onto its globe.
 pub const RING_SHINE_BINDING: u32 = 6;
+/// The bindings of the images over the ground, and of their samplers.
+pub const OVERLAY_BINDINGS: [u32; 2] = [9, 10];
+const OVERLAY_SAMPLER_BINDINGS: [u32; 2] = [11, 12];
 /// The binding of the tone map's input.
 const HDR_BINDING: u32 = 1;
 
@@ -158,6 +163,7 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "night_radiance" => w.vec3(name, a.night_radiance),
         "specular_strength" => w.f32(name, a.specular_strength),
         "wave_slope_sq" => w.f32(name, a.wave_slope_sq),
+        "overlay" => w.vec4_array(name, &a.overlays.iter().flat_map(|o| o.rows).collect::<Vec<_>>()),
         "normal_strength" => w.f32(name, a.normal_strength),
         "cloud_clear" => w.f32(name, a.clouds.clear),
         "cloud_full" => w.f32(name, a.clouds.full),
@@ -234,7 +240,9 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
     let mut textures = Vec::new();
     for (binding, file) in draw.map_files.bindings() {
         if layout.textures.iter().any(|t| t.binding == binding) {
-            textures.push(TextureBinding { binding, source: TextureSource::Image(supplies.map(file, map_format(binding))?) });
+            let image =
+                if OVERLAY_BINDINGS.contains(&binding) { supplies.overlay(file)? } else { supplies.map(file, map_format(binding))? };
+            textures.push(TextureBinding { binding, source: TextureSource::Image(image) });
         }
     }
     if layout.textures.iter().any(|t| t.binding == RING_PROFILE_BINDING)
@@ -248,8 +256,16 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         textures.push(TextureBinding { binding: RING_SHINE_BINDING, source: TextureSource::Image(ring_shine(table)) });
     }
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let of_binding = |binding: u32| {
+        let overlay = OVERLAY_SAMPLER_BINDINGS.iter().position(|b| *b == binding).and_then(|n| draw.amounts.overlays.get(n));
+        match overlay {
+            Some(o) if !o.around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..state }),
+            Some(_) => Some(state),
+            None => (binding == MAP_SAMPLER_BINDING).then_some(state),
+        }
+    };
     let samplers =
-        layout.samplers.iter().filter(|s| s.binding == MAP_SAMPLER_BINDING).map(|s| SamplerBinding { binding: s.binding, state }).collect();
+        layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: of_binding(s.binding)? })).collect();
     Ok(PlanDraw {
         label: draw.name.clone(),
         module,

@@ -3,7 +3,8 @@
 mod build;
 pub mod graph;
 pub use build::{
-    Fineness, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, modules, plan, ring_profile, ring_shine, steps, uniforms_of,
+    Fineness, OVERLAY_BINDINGS, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, modules, plan, ring_profile,
+    ring_shine, steps, uniforms_of,
 };
 
 use crate::image::SharedTexture;

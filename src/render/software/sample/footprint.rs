@@ -1,7 +1,7 @@
 //! From texture coordinates and their gradients to what each lane of a batch reads: a mip level and a row of taps.
 //!
 //! A pixel's footprint is the ellipse that its unit circle becomes in texels. Its axes are the singular values of the gradient matrix; up to
-//! `most` trilinear taps are spread evenly along the major axis, and the mip level is log2 of the minor one (or of the major over
+//! `most` trilinear taps are spread evenly along the major axis, from end to end, and the mip level is log2 of the minor one (or of the major over
 //! `most`, whichever is greater): the formula of shaders/lib/filtered.wgsl. A plain sampler's level is log2 of the longer
 //! gradient. Everything is branch-free, so that a loop over lanes becomes vector code. Gradients that are not finite give some level and
 //! some taps.
@@ -65,8 +65,10 @@ impl<R: Real> Footprint<R> {
         let wide = difference > R::ZERO;
         let x = if wide { major_sq - c } else { b };
         let y = if wide { b } else { major_sq - a };
-        let scale = (major_sq / (x * x + y * y)).sqrt() / taps;
         let many = taps > R::ONE;
+        // The outermost taps, as wide as the minor axis, end with the major one: a second tap begins where the first is.
+        let spread = major_sq.sqrt() - kept_sq.sqrt();
+        let scale = spread / ((x * x + y * y).sqrt() * if many { taps - R::ONE } else { R::ONE });
         let step_u = if many { x * scale / size[0] } else { R::ZERO };
         let step_v = if many { y * scale / size[1] } else { R::ZERO };
         Self { level: half_log2(kept_sq), taps, step: [step_u, step_v] }

@@ -1,0 +1,67 @@
+//! Reading `[[overlay]]`: images laid over a body's ground.
+
+use super::read::{each, number};
+use super::table::{Located, Section};
+use super::{OVERLAYS_AT_MOST, Overlay, Projection};
+
+fn projection(s: &mut Section) -> Option<Projection> {
+    const KINDS: [&str; 2] = ["equirectangular", "orthographic"];
+    let kind = s.need("projection", "one of \"equirectangular\", \"orthographic\"", |k: &String| KINDS.contains(&k.as_str()))?;
+    if kind.value == KINDS[0] {
+        let west_deg = number(s, "west_deg", "degrees east from -360 to 360", |x| x.abs() <= 360.0);
+        let east_deg = number(s, "east_deg", "degrees above west_deg, by 360 at most", |x| {
+            west_deg.is_none_or(|w| x > w && x - w <= 360.0) && x.abs() <= 720.0
+        });
+        let south_deg = number(s, "south_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+        let north_deg = number(s, "north_deg", "degrees above south_deg, at most 90", |x| x <= 90.0 && south_deg.is_none_or(|w| x > w));
+        return Some(Projection::Equirectangular {
+            west_deg: west_deg?,
+            east_deg: east_deg?,
+            south_deg: south_deg?,
+            north_deg: north_deg?,
+        });
+    }
+    let latitude_deg = number(s, "latitude_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+    let longitude_deg = number(s, "longitude_deg", "degrees east from -360 to 360", |x| x.abs() <= 360.0);
+    let width_km = number(s, "width_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
+    let height_km = number(s, "height_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
+    Some(Projection::Orthographic {
+        latitude_deg: latitude_deg?,
+        longitude_deg: longitude_deg?,
+        width_km: width_km?,
+        height_km: height_km?,
+    })
+}
+
+/// The body's name and the overlay.
+pub(super) fn overlay(mut s: Section) -> Option<(Located<String>, Overlay)> {
+    let of = s.need("body", "the name of a body", |_: &String| true);
+    let name = s.need("name", "a name", |n: &String| !n.trim().is_empty());
+    let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
+    let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
+    let opacity = s.take("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    let _ = s.take::<String>("source", "a string", |_| true);
+    let projection = projection(&mut s);
+    s.finish();
+    let overlay = Overlay {
+        name: name?.value,
+        file: file?.value,
+        gain: gain.map_or([1.0; 3], |g| g.value),
+        opacity: opacity.map_or(1.0, |o| o.value),
+        projection: projection?,
+    };
+    Some((of?, overlay))
+}
+
+/// Puts an overlay over those that are there: one of the same name is replaced. What is wrong, if it cannot be.
+pub(super) fn lay(over: &mut Vec<Overlay>, new: Overlay) -> Result<(), String> {
+    if let Some(same) = over.iter_mut().find(|o| o.name == new.name) {
+        *same = new;
+    } else if over.len() < usize::from(OVERLAYS_AT_MOST) {
+        over.push(new);
+    } else {
+        let names: Vec<_> = over.iter().map(|o| format!("\"{}\"", o.name)).collect();
+        return Err(format!("overlay \"{}\" is one too many: a body takes {OVERLAYS_AT_MOST}, here {}", new.name, names.join(" and ")));
+    }
+    Ok(())
+}
