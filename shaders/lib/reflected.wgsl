@@ -92,6 +92,7 @@ fn reflected(facet: Facet, towards_light: vec3f, irradiance: vec3f) -> vec3f {
 //: end
 
 //: if lights.2|ring-shine
+//: use lib/draw.wgsl
   //: if view.shaded
 // Of other bodies, and of the ring.
 fn reflected_besides(facet: Facet, position: vec3f) -> vec3f {

@@ -75,9 +75,12 @@ fn vertical_depth(air: &Atmosphere) -> DVec3 {
     air.species.iter().map(|s| extinction(s) * s.scale_height_km).sum()
 }
 
+/// Optical depth straight up, of the clearest channel, from which on air shows over the disc: Mars' dust of 0.5 does, the giants' clear gas does not.
+const LEAST_VEIL: f64 = 0.3;
+
 /// Whether its own light goes on where the disc's ends, past the terminator: then it is drawn over a map that holds it, too.
 pub(super) fn is_opaque(air: &Atmosphere) -> bool {
-    vertical_depth(air).max_element() > 1.0
+    vertical_depth(air).min_element() > LEAST_VEIL
 }
 
 /// The shell that holds the air: the ground's ellipsoid made larger by one factor.

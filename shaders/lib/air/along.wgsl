@@ -38,7 +38,7 @@ fn air_along(air: Air, path: AirPath, towards_sun: vec3f, scale: vec2f, cos_scat
             sums = air_marched(air, path, shadow, sun_along, sun_nearest, scale);
         }
 //: if air.table
-        sums.many = many_marched(air, path, sun_along, sun_nearest, scale);
+        sums.many = many_marched(air, foreground(path, sums.depth), sun_along, sun_nearest, scale);
 //: end
     }
     light.depth = sums.depth;

@@ -116,12 +116,24 @@ fn kept_in(cell: vec3f) -> vec3f {
     return select(1.0 - 0.5 * cell, (1.0 - exp(-cell)) / max(cell, vec3f(1.0e-3)), cell > vec3f(1.0e-3));
 }
 
+// Of a path through thick air and up again, what can be seen: behind eight optical depths the far side is drawn in, so that the samples stay where the
+// light comes from, and the limb of an opaque body is as bright as the ground beside it. `depth`: of the whole path.
+fn foreground(path: AirPath, depth: vec3f) -> AirPath {
+    var seen = path;
+    if path.from_s < 0.0 && path.to_s > 0.0 {
+        let near_side = min(depth.x, min(depth.y, depth.z)) * (path.from_s / (path.from_s - path.to_s));
+        seen.to_s = path.to_s * clamp(2.0 - near_side / 8.0, 0.0, 1.0);
+        seen.to_excess = path.low + seen.to_s * seen.to_s;
+    }
+    return seen;
+}
+
 // `shadow`: where the planet hides the Sun.
 fn air_marched(air: Air, whole: AirPath, shadow: vec2f, sun_along: f32, sun_nearest: f32, scale: vec2f) -> AirSums {
     var sums: AirSums;
     sums.depth = scale.x * depth_along(air, whole);
     // What is dark at an end is left out; a shadow in the middle stays, and each cell counts by its lit part.
-    var path = whole;
+    var path = foreground(whole, sums.depth);
     var behind = vec3f(0.0);
     if shadow.y > shadow.x {
         if shadow.x <= path.from_s && shadow.y > path.from_s {
