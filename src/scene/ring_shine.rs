@@ -20,11 +20,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Heights of one side and hour angles; shaders/lib/ring/shine.wgsl has the same.
 pub const ROWS: usize = 25;
-pub const COLUMNS: usize = 49;
+pub const COLUMNS: usize = 33;
 /// Annuli of about even weight that stand for the rings, and places on the longest arc of each.
-const ANNULI: usize = 48;
+const ANNULI: usize = 32;
 /// Points of Gauss and Legendre on an arc.
-const ARC: usize = 16;
+const ARC: usize = 12;
 /// Slopes 2^(k/8) at which an annulus' light is tabled, as in the rings' own table.
 const SLOPES: usize = 97;
 const PER_OCTAVE: f64 = 8.0;

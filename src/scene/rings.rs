@@ -70,12 +70,19 @@ fn phase_factor() -> f64 {
     })
 }
 
+fn bodies(alpha: f64) -> f64 {
+    phase_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT)
+}
+
+fn forward(alpha: f64) -> f64 {
+    let g = DUST_ASYMMETRY;
+    let away = 1.0 + g * g + 2.0 * g * alpha.cos();
+    (1.0 - g * g) / (away * away.sqrt())
+}
+
 /// Phase function of a ring's particles: 1 in the mean over all directions, without the opposition's peak.
 fn phase_function(alpha: f64, dust: f64) -> f64 {
-    let bodies = phase_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT);
-    let g = DUST_ASYMMETRY;
-    let forward = (1.0 - g * g) / (1.0 + g * g + 2.0 * g * alpha.cos()).powf(1.5);
-    bodies * (1.0 - dust) + forward * dust
+    bodies(alpha) * (1.0 - dust) + forward(alpha) * dust
 }
 
 /// Part of the rings' light that dust scatters, by what each ring covers.
@@ -90,7 +97,7 @@ pub(super) fn phase_with_peak(cos_alpha: f64, dust: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;
     let peak = 1.0 + height / (1.0 + (0.5 * alpha).tan() / width);
-    phase_function(alpha, 0.0) * peak * (1.0 - dust) + phase_function(alpha, 1.0) * dust
+    bodies(alpha) * peak * (1.0 - dust) + if dust > 0.0 { forward(alpha) * dust } else { 0.0 }
 }
 
 /// What of a body's rings a frame can see.

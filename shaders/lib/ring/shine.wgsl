@@ -9,7 +9,7 @@
 @group(0) @binding(6) var ring_shine_table: texture_2d<f32>;
 
 const SHINE_ROWS: f32 = 25.0;
-const SHINE_COLUMNS: f32 = 49.0;
+const SHINE_COLUMNS: f32 = 33.0;
 
 // Irradiance of level ground per unit of sunlight. `position`: unit-sphere frame.
 fn ring_shine(position: vec3f) -> vec3f {
