@@ -1,4 +1,4 @@
-//! Air in the shadow of rings and of other bodies: what stands in the shadow does not shine, what stands in the Sun keeps every bit.
+//! Air in the shadow of rings and of other bodies: what stands in the shadow does not shine, what stands in the Sun keeps every bit. And the limb in thick haze.
 
 use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, Ring};
@@ -120,4 +120,40 @@ fn eight_samples_do_for_an_eclipse() {
     // At the limb, where a whole ray of twilight is eight samples; tests/air.rs allows them 21 %.
     assert!(apart(&eclipsed, &finer) < 0.06 * brightest, "{} of {brightest}", apart(&eclipsed, &finer));
     assert!(apart(&eclipsed, &none) > 0.2 * brightest, "the shadow shows");
+}
+
+/// Through Titan's haze the ground's edge does not show: along a row across the limb light bends gently. Without air it is a step.
+#[test]
+fn no_line_stands_at_the_limb_of_a_hazy_moon() {
+    const TITAN: NaifId = NaifId(606);
+    const LIMB_SIDE: u32 = 301;
+    let bend = |towards: NaifId, effects: &str| {
+        let position = Position::Over { towards: Some(towards), distance_radii: Some(3.0) };
+        let asked = ViewRequest {
+            width: LIMB_SIDE,
+            height: LIMB_SIDE,
+            ..request(TITAN, "2017-05-17T00:00:00Z", position, &format!("-points,{effects}"))
+        };
+        let scene = SESSION.scene(&asked).expect("a scene");
+        let hdr = pixels(&scene);
+        let placement = scene.body(TITAN).expect("Titan").placement;
+        let row = LIMB_SIDE / 2;
+        let on_disc = |x: u32| scene.camera.surface_under_pixel(&placement, DVec2::new(f64::from(x) + 0.5, f64::from(row) + 0.5)).is_some();
+        let light = |x: u32| f64::from(hdr[(row * LIMB_SIDE + x) as usize][1]);
+        let limbs: Vec<u32> = (1..LIMB_SIDE).filter(|x| on_disc(*x) != on_disc(x - 1)).collect();
+        assert_eq!(limbs.len(), 2, "{limbs:?}");
+        let at = |limb: u32| {
+            let level = light(limb).max(light(limb - 1));
+            let second = |x: u32| (light(x + 1) - 2.0 * light(x) + light(x - 1)).abs() / level;
+            if level > 1e-6 { (limb - 1..limb + 2).map(second).fold(0.0, f64::max) } else { 0.0 }
+        };
+        limbs.into_iter().map(at).fold(0.0, f64::max)
+    };
+    // Full, and from Saturn's side, which the Sun lights from aside.
+    for towards in [NaifId::SUN, SATURN] {
+        let (hazy, bare) = (bend(towards, ""), bend(towards, "-atmosphere"));
+        // The haze itself bends by 0.05 a pixel; too few samples behind the limb, or a map that does not fade, make 0.14 of it.
+        assert!(hazy < 0.08, "{hazy} from {towards:?}");
+        assert!(bare > 0.2, "{bare} from {towards:?}");
+    }
 }
