@@ -15,6 +15,7 @@ mod golden;
 mod gpu;
 mod layering;
 mod library;
+mod orbits;
 mod orientation;
 mod overlays;
 mod permutations;

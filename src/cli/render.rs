@@ -186,7 +186,7 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
 fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
-    for (word, value) in [("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects)] {
+    for (word, value) in [("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)] {
         if let Some(value) = value {
             view.push_str(&format!(", {word} {value}"));
         }

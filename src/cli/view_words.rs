@@ -6,7 +6,7 @@ use super::CliError;
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Position, ViewRequest, up_by_name};
+use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ViewRequest, up_by_name};
 use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
 use std::path::PathBuf;
@@ -51,6 +51,9 @@ pub struct ViewWords {
     /// atmosphere, planet-shine, points, glow
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
     pub effects: Option<String>,
+    /// Lines over the bodies: +orbits
+    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
+    pub layers: Option<String>,
     /// What each pixel shows: shaded, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the file's metadata say what
     /// its colours mean
     #[arg(long, value_name = "WHAT", default_value = "shaded")]
@@ -124,6 +127,9 @@ impl ViewWords {
         }
         if let Some(effects) = &self.effects {
             request.effects = EffectOverrides::parse(effects).map_err(|e| CliError(e.to_string()))?;
+        }
+        if let Some(layers) = &self.layers {
+            request.layers = Layers::parse(layers).map_err(|e| CliError(e.to_string()))?;
         }
         request.pixel_view = pixel_view(&self.pixels)?;
         request.check().map_err(|e| CliError(e.to_string()))?;

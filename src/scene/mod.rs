@@ -16,6 +16,7 @@ pub mod glow;
 pub mod legend;
 mod lights;
 mod needs;
+pub mod orbits;
 pub mod overlays;
 mod phase_laws;
 pub mod photometry;
@@ -140,6 +141,8 @@ pub struct Scene {
     /// Far to near.
     pub draws: Vec<Draw>,
     pub points: Vec<Point>,
+    /// Over the bodies, hidden by what is nearer.
+    pub lines: Vec<orbits::LinePiece>,
     /// Over everything.
     pub glow: Option<glow::Glow>,
 }
@@ -198,12 +201,19 @@ impl Scene {
         let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air };
         let mut draws: Vec<(f64, Draw)> = Vec::new();
         let mut points = Vec::new();
+        let mut lines = Vec::new();
+        let drawn_lines = request.layers.orbits && request.pixel_view == PixelView::Shaded;
         let mut next = placed.iter();
         for slot in bodies.iter_mut().filter(|b| b.is_none()) {
             let Some(p) = next.next() else { break };
             let hidden_inside = viewer.inside == Some(p.body.id);
             let (seen, parts, point) = features::decide(&frame, p, hidden_inside);
-            *slot = Some(in_view(p, seen, &parts));
+            let mut found = in_view(p, seen, &parts);
+            if let Some((pieces, decision)) = orbits::line(camera, ephemeris, p).filter(|_| drawn_lines) {
+                lines.extend(pieces);
+                found.decisions.push(decision);
+            }
+            *slot = Some(found);
             draws.extend(parts.into_iter().map(|d| (p.distance_km, d)));
             points.extend(point);
         }
@@ -219,6 +229,7 @@ impl Scene {
             bodies,
             draws: draws.into_iter().map(|(_, d)| d).collect(),
             points,
+            lines,
             glow,
         })
     }

@@ -74,6 +74,32 @@ pub enum ExposureRequest {
     Stops(f64),
 }
 
+/// What is drawn over the bodies to explain them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Layers {
+    /// The lines on which bodies move about their parents.
+    pub orbits: bool,
+}
+
+impl Layers {
+    /// Reads `+orbits,-labels`. Labels belong to the window; a picture has none to switch on.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let mut layers = Self::default();
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            let wrong = |why: &str| Err(SceneError::Request(format!("layer `{part}`: {why}")));
+            match (part.strip_prefix('+'), part.strip_prefix('-')) {
+                (Some("orbits"), _) => layers.orbits = true,
+                (_, Some("orbits")) => layers.orbits = false,
+                (_, Some("labels")) => {}
+                (Some("labels"), _) => return wrong("labels are the window's; pictures have none"),
+                (None, None) => return wrong("write + or - before its name"),
+                _ => return wrong("there are orbits and labels"),
+            }
+        }
+        Ok(layers)
+    }
+}
+
 /// Trade of speed for accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
@@ -98,6 +124,7 @@ pub struct ViewRequest {
     pub height: u32,
     pub exposure: ExposureRequest,
     pub effects: EffectOverrides,
+    pub layers: Layers,
     pub quality: Quality,
     pub pixel_view: PixelView,
     /// Map files that could not be read: bodies go without, and say so.
@@ -125,6 +152,7 @@ impl ViewRequest {
             height: 1024,
             exposure: ExposureRequest::Auto,
             effects: EffectOverrides::default(),
+            layers: Layers::default(),
             quality: Quality::default(),
             pixel_view: PixelView::Shaded,
             missing_maps: BTreeSet::new(),

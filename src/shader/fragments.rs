@@ -11,6 +11,7 @@ macro_rules! fragments {
 
 fragments![
     "entry/glow.wgsl",
+    "entry/line.wgsl",
     "entry/planet.wgsl",
     "entry/point.wgsl",
     "entry/probe_disc_overlap.wgsl",
@@ -67,7 +68,7 @@ fragments![
 ];
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
-pub const SIMPLE_MODULES: [&str; 3] = ["glow", "point", "tone_map"];
+pub const SIMPLE_MODULES: [&str; 4] = ["glow", "line", "point", "tone_map"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];

@@ -13,6 +13,7 @@ use crate::scene::Scene;
 use crate::scene::air_nodes;
 use crate::scene::draw::{Amounts, Draw, Light, Part, PixelView, Point, RingTable};
 use crate::scene::glow::Glow;
+use crate::scene::orbits::{self, LinePiece};
 use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
@@ -80,6 +81,9 @@ pub fn modules(scene: &Scene) -> Vec<ModuleName> {
     if !scene.points.is_empty() {
         all.push(ModuleName::Simple("point"));
     }
+    if !scene.lines.is_empty() {
+        all.push(ModuleName::Simple("line"));
+    }
     if scene.glow.is_some() {
         all.push(ModuleName::Simple("glow"));
     }
@@ -99,7 +103,7 @@ pub fn plan(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Resu
 }
 
 /// The steps of one frame. Bodies with their shells and rings go far to near, because soft limbs are blended over what lies behind them; then
-/// points and the glow, then the tone map.
+/// lines, points and the glow, then the tone map.
 pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let black = [0.0, 0.0, 0.0, 1.0];
@@ -107,12 +111,14 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
         Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
     let picture = Target { resource: PICTURE, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
     let bodies = scene.draws.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
+    let lines = if scene.lines.is_empty() { Vec::new() } else { vec![line_draw(scene, supplies)?] };
     let points = if scene.points.is_empty() { Vec::new() } else { vec![point_draw(scene, supplies)?] };
     let glow = scene.glow.iter().map(|glow| glow_draw(scene, glow, supplies)).collect::<Result<_, _>>()?;
     let hdr = Read { resource: LIGHT, binding: HDR_BINDING };
     Ok(vec![
         Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] },
         Step { name: "bodies", reads: vec![], writes: Write::Over(LIGHT), draws: bodies },
+        Step { name: "lines", reads: vec![], writes: Write::Over(LIGHT), draws: lines },
         Step { name: "points", reads: vec![], writes: Write::Over(LIGHT), draws: points },
         Step { name: "glow", reads: vec![], writes: Write::Over(LIGHT), draws: glow },
         Step { name: "tone map", reads: vec![hdr], writes: Write::New(picture), draws: vec![tone_map_draw(scene, supplies)?] },
@@ -304,6 +310,41 @@ fn point_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanE
         vertices: Vertices::Count(6),
         instances: Instances { count: u32::try_from(scene.points.len()).unwrap_or(u32::MAX), attributes },
         blend: Blend::Add,
+        cull: Cull::None,
+        depth: DepthState { test: true, write: false },
+        scissor: [0, 0, scene.camera.width, scene.camera.height],
+    })
+}
+
+fn line_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
+    let module = ModuleName::Simple("line");
+    let layout = supplies.layout(&module)?;
+    let named = |source| PlanError::Layout { module: ModuleName::Simple("line").to_string(), source };
+    let mut w = layout.writer();
+    w.vec2("pixel_size", scene.camera.clip_per_pixel()).map_err(named)?;
+    w.f32("half_width_px", orbits::HALF_WIDTH_PX).map_err(named)?;
+    w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32()).map_err(named)?;
+    let of = |components: u32, values: fn(&LinePiece) -> Vec<f32>| Attribute {
+        components,
+        values: Arc::new(scene.lines.iter().flat_map(values).collect()),
+    };
+    let attributes = vec![
+        of(3, |p| p.ends[0].to_array().to_vec()),
+        of(3, |p| p.ends[1].to_array().to_vec()),
+        of(2, |p| p.across[0].to_array().to_vec()),
+        of(2, |p| p.across[1].to_array().to_vec()),
+        of(2, |p| p.strength.to_vec()),
+        of(3, |p| p.colour.to_array().to_vec()),
+    ];
+    Ok(PlanDraw {
+        label: "orbits".into(),
+        module,
+        uniforms: w.finish().map_err(named)?,
+        textures: Vec::new(),
+        samplers: Vec::new(),
+        vertices: Vertices::Count(6),
+        instances: Instances { count: u32::try_from(scene.lines.len()).unwrap_or(u32::MAX), attributes },
+        blend: Blend::PremultipliedOver,
         cull: Cull::None,
         depth: DepthState { test: true, write: false },
         scissor: [0, 0, scene.camera.width, scene.camera.height],

@@ -86,6 +86,21 @@ pub struct TileShader<'a> {
     pub samples: u8,
 }
 
+/// The samples of the pixels of a quad, by which of its four lanes live.
+const SAMPLES_OF: [u16; 16] = {
+    let mut samples = [0; 16];
+    let mut living = 0;
+    while living < 16 {
+        let mut corner = 0;
+        while corner < 4 {
+            samples[living] |= if living >> corner & 1 == 1 { 0xf << (4 * corner) } else { 0 };
+            corner += 1;
+        }
+        living += 1;
+    }
+    samples
+};
+
 /// Components of a colour that a program does not write: red, green and blue, and alpha.
 static ABSENT: [[f32; LANES]; 2] = [[0.0; LANES], [1.0; LANES]];
 
@@ -306,16 +321,20 @@ impl TileShader<'_> {
     fn late<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();
+        let full = super::raster::coverage::full_coverage(self.samples);
         for (q, quad) in quads.iter_mut().enumerate() {
-            let living = (alive >> (q * 4)) as u16 & 0xf;
-            for corner in (0..4).filter(|corner| living >> corner & 1 == 0) {
-                quad.coverage &= !(0xf << (4 * corner));
-            }
+            quad.coverage &= SAMPLES_OF[(alive >> (q * 4)) as usize & 0xf];
             if !uses_depth || quad.coverage == 0 {
                 continue;
             }
             match &depth {
                 Some(values) => {
+                    if quad.coverage == full {
+                        let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0));
+                        if self.target.all_pass_depth(usize::from(quad.place) * 4, &new, state.test, state.write) {
+                            continue;
+                        }
+                    }
                     let mut passed = 0;
                     for corner in 0..4 {
                         let covered = quad.coverage >> (4 * corner) & 0xf;

@@ -65,6 +65,25 @@ impl TileTarget {
         passed
     }
 
+    /// The same for whole pixels in a row, every sample of them covered: true where all samples passed, and then they are written if asked;
+    /// where one does not, nothing is done.
+    #[inline(always)]
+    pub fn all_pass_depth(&mut self, pixel: usize, new: &[f32; 4], test: bool, write: bool) -> bool {
+        let Some(stored) = self.depth.get_mut(pixel..pixel + 4) else { return false };
+        let mut all = true;
+        for (stored, new) in stored.iter().zip(new) {
+            for s in stored {
+                all &= (!test & !new.is_nan()) | (*new > *s);
+            }
+        }
+        if all & write {
+            for (stored, new) in stored.iter_mut().zip(new) {
+                *stored = [*new; 4];
+            }
+        }
+        all
+    }
+
     /// Blends `source` into the samples of `covered`.
     #[inline(always)]
     pub fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
@@ -202,6 +221,26 @@ mod tests {
         assert_eq!(t.test_depth(3, 0b1111, [0.5; 4], true, true), 0b1111);
         assert_eq!(t.test_depth(3, 0b1111, [0.25, 0.75, 0.5, 0.6], true, true), 0b1010);
         assert_eq!(t.test_depth(3, 0b0001, [0.1; 4], false, false), 0b0001);
+    }
+
+    #[test]
+    fn a_quad_passes_as_its_pixels_do() {
+        let values = [0.1, 0.4, 0.6, 0.9, f32::NAN];
+        for case in 0..5_usize.pow(4) {
+            let new: [f32; 4] = std::array::from_fn(|k| values[case / 5_usize.pow(k as u32) % 5]);
+            for (test, write) in [(true, true), (true, false), (false, true)] {
+                let mut start = TileTarget::new(4);
+                start.clear([0.0; 4], true);
+                start.test_depth(8, 0b1111, [0.5, 0.0, 0.5, 0.0], true, true);
+                start.test_depth(10, 0b1111, [0.3; 4], true, true);
+                let (mut one, mut four) = (start.clone(), start.clone());
+                let at_once = one.all_pass_depth(8, &new, test, write);
+                let passed: Vec<u16> = (0..4).map(|k| four.test_depth(8 + k, 0b1111, [new[k]; 4], test, write)).collect();
+                let tame = new.iter().all(|v| !v.is_nan());
+                assert_eq!(at_once, tame && passed.iter().all(|p| *p == 0b1111), "{new:?}");
+                assert_eq!(one.depth, if at_once { four.depth } else { start.depth }, "{new:?}");
+            }
+        }
     }
 
     #[test]
