@@ -1,6 +1,7 @@
 //! The air against single-scattering integrals computed elsewhere (tests/data/rayleigh_reference_public.json, adaptive quadrature), in
 //! shadows, and with nothing in it.
 
+use crate::shared::SESSION;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::probe::Prober;
@@ -13,12 +14,6 @@ use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequ
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use serde_json::{Value, json};
-use std::sync::LazyLock;
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-air-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()

@@ -1,18 +1,13 @@
 //! Clouds through the real renderer: a closed deck hides the ground, its shadow falls away from the Sun, and switched off it leaves no trace.
 
+use crate::shared::SESSION;
 use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::render::plan::Fineness;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
-use orrery::session::{Drawn, Session, Sources};
+use orrery::session::Drawn;
 use orrery::time::Instant;
-use std::sync::LazyLock;
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-clouds-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
 

@@ -1,5 +1,6 @@
 //! Eclipses as the emitted modules see them, against tables made outside this program (tests/data/README.md) and against geometry.
 
+use crate::shared::SESSION;
 use glam::{DVec3, Vec4};
 use orrery::catalog::{NaifId, Photometry};
 use orrery::image::{SharedTexture, TexelFormat};
@@ -25,7 +26,6 @@ fn open(name: &str, catalogs: Option<std::path::PathBuf>) -> Session {
     Session::open(&Sources { cache: Some(cache), catalogs, ..Sources::default() }, |_| {}).expect("opens")
 }
 
-static SESSION: LazyLock<Session> = LazyLock::new(|| open("plain", None));
 static SINGLE: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F32));
 static DOUBLE: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F64));
 

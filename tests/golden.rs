@@ -12,7 +12,7 @@ use orrery::render::plan::Fineness;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, SoftwareRenderer};
 use orrery::scene::request::{Position, ViewRequest};
-use orrery::session::{Session, Sources, standard_scenes};
+use orrery::session::{Session, standard_scenes};
 use orrery::time::Instant;
 use std::path::{Path, PathBuf};
 
@@ -78,18 +78,14 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
 
 /// A session with a cache of its own, and the renderer whose bits are the same everywhere.
 struct Studio {
-    session: Session,
+    session: &'static Session,
     renderer: SoftwareRenderer,
-    _cache: tempfile::TempDir,
 }
 
 impl Studio {
     fn open() -> Self {
-        let cache = tempfile::tempdir().expect("a folder");
-        let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
-        let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
         let options = Options { kernels: KernelClass::Portable, ..Options::default() };
-        Self { session, renderer: SoftwareRenderer::new(options).expect("starts"), _cache: cache }
+        Self { session: &crate::shared::SESSION, renderer: SoftwareRenderer::new(options).expect("starts") }
     }
 
     fn draw(&self, request: &ViewRequest) -> Picture {

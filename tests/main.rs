@@ -29,6 +29,7 @@ mod scene;
 mod scene_magnitude;
 mod scene_silhouette;
 mod shader_keys;
+mod shared;
 mod shrinking;
 mod software_filtered;
 mod software_frame;

@@ -1,17 +1,11 @@
 //! Orbit lines in pictures: asked for, hidden by what is nearer, over what is farther. Where the lines run is tested beside src/scene/orbits.rs.
 
+use crate::shared::SESSION;
 use glam::DVec2;
 use orrery::catalog::NaifId;
 use orrery::render::plan::Fineness;
 use orrery::scene::request::{Layers, Position, ViewRequest};
-use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use std::sync::LazyLock;
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = tempfile::tempdir().expect("a folder").keep();
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 const JUPITER: NaifId = NaifId(599);
 

@@ -183,10 +183,8 @@ fn every_pair_of_values_looks_as_recorded() {
 #[test]
 fn standard_scenes_in_f32_are_those_in_f64() {
     use orrery::render::plan::{Fineness, ModuleName};
-    use orrery::session::{Session, Sources, standard_scenes};
-    let cache = tempfile::tempdir().expect("a folder");
-    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
-    let session = Session::open(&sources, |_| {}).expect("opens");
+    use orrery::session::standard_scenes;
+    let session = &*crate::shared::SESSION;
     let renderers = [Precision::F32, Precision::F64]
         .map(|p| SoftwareRenderer::new(Options { precision: p, ..Options::default() }).expect("a renderer"));
     let mut failures = Vec::new();

@@ -1,16 +1,10 @@
 //! Questions that emitted modules answer: the lanes carry every digit, and a wrong question gets one line.
 
+use crate::shared::SESSION;
 use orrery::probe::Prober;
 use orrery::probe::lanes::Lanes;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
-use orrery::session::{Session, Sources};
 use orrery::shader::fragments::probe_samples;
-use std::sync::LazyLock;
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-probe-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 fn renderer(precision: Precision) -> SoftwareRenderer {
     SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")

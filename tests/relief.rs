@@ -4,7 +4,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::Fineness;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
-use orrery::session::{Session, Sources};
+use orrery::session::Session;
 use orrery::time::Instant;
 
 /// The least light of a pixel with relief over the same without, where the smooth Moon is lit.
@@ -28,15 +28,13 @@ fn darkest(session: &Session, from: NaifId, time: &str) -> f64 {
 
 #[test]
 fn a_full_moon_has_no_black_dots_on_its_limb() {
-    let cache = tempfile::tempdir().expect("a folder");
-    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
-    let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
+    let session = &*crate::shared::SESSION;
     // Seen from the Sun's side no slope that is seen lies in the dark; at the horizon half of the light has set.
     for time in ["2024-04-23T23:00:00Z", "2024-06-22T01:00:00Z"] {
-        let least = darkest(&session, NaifId::SUN, time);
+        let least = darkest(session, NaifId::SUN, time);
         println!("{time}: {least:.3}");
         assert!(least > 0.4, "{time}: {least} of the smooth Moon's light");
     }
     // At first quarter slopes along the terminator lie in the dark, and this measure sees them.
-    assert!(darkest(&session, NaifId::EARTH, "2024-04-15T19:00:00Z") < 0.1);
+    assert!(darkest(session, NaifId::EARTH, "2024-04-15T19:00:00Z") < 0.1);
 }

@@ -1,5 +1,6 @@
 //! Rings against tables made outside this program, against geometry, and in whole frames.
 
+use crate::shared::SESSION;
 use orrery::catalog::NaifId;
 use orrery::probe::Prober;
 use orrery::render::plan::Fineness;
@@ -8,7 +9,6 @@ use orrery::scene::Scene;
 use orrery::scene::draw::{BodyShadow, Part, RingShadow};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
-use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
@@ -17,11 +17,6 @@ const SATURN: NaifId = NaifId(699);
 const URANUS: NaifId = NaifId(799);
 const TITAN: NaifId = NaifId(606);
 const PLAIN: Fineness = Fineness { samples: 1, anisotropy: 1 };
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-rings-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 fn ask(precision: Precision, question: &Value, answer: &str) -> f64 {
     static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {

@@ -5,7 +5,7 @@ use orrery::render::plan::Fineness;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::scene::{Appearance, Scene};
-use orrery::session::{Session, Sources};
+use orrery::session::Session;
 use orrery::time::Instant;
 
 /// Part of the point's light by which a small disc may be off: a pixel stands for the part of the disc that it covers by one place on it.
@@ -45,9 +45,7 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
 
 #[test]
 fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
-    let cache = tempfile::tempdir().expect("a folder");
-    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
-    let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
+    let session = &*crate::shared::SESSION;
     let (full_day, half_day) = ("2024-04-08T18:17:16Z", "2023-06-04T11:00:00Z");
     // Venus is drawn by Lambert's law and Mercury by Lommel and Seeliger's. In June 2023 Venus stood at its greatest elongation.
     let subjects = [
@@ -57,12 +55,12 @@ fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
     ];
     // With an even side the body sits on a pixel's corner, with an odd one in a pixel's middle.
     for (subject, side) in subjects.iter().flat_map(|s| [(s, 64), (s, 65)]) {
-        let (point, _, appearance) = light(&session, subject, side, 0.5, "");
+        let (point, _, appearance) = light(session, subject, side, 0.5, "");
         assert_eq!(appearance, Appearance::Point);
         let mut seen = Vec::new();
         let mut last = f64::INFINITY;
         for step in 0..=34 {
-            let (intrinsic, diameter_px, appearance) = light(&session, subject, side, 4.7 - 0.1 * f64::from(step), "");
+            let (intrinsic, diameter_px, appearance) = light(session, subject, side, 4.7 - 0.1 * f64::from(step), "");
             let part = intrinsic / point;
             println!("{:?} side {side}: {diameter_px:.2} px, {appearance:?}: {part:.4} of the point's light", subject.body);
             assert!((part - 1.0).abs() < SHARE, "{:?} {diameter_px} px: {part} of the point's light", subject.body);
@@ -74,7 +72,7 @@ fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
         }
         seen.dedup();
         // A disc without its point loses light between the pixels: this test can fail.
-        let alone = (4..=12).map(|k| light(&session, subject, side, 0.1 * f64::from(k), "-points").0 / point);
+        let alone = (4..=12).map(|k| light(session, subject, side, 0.1 * f64::from(k), "-points").0 / point);
         assert!(alone.map(|part| (part - 1.0).abs()).fold(0.0, f64::max) > SHARE);
         assert_eq!(seen, [Appearance::Disc, Appearance::DiscAndPoint, Appearance::Point], "side {side}");
     }

@@ -1,19 +1,14 @@
 //! Effects switched by hand on rendered scenes: each changes only what it may, and an effect that has nothing to do changes nothing.
 
+use crate::shared::SESSION;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, Fineness};
 use orrery::scene::Scene;
 use orrery::scene::draw::{Air, Eclipse, Part};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
-use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use std::sync::{Arc, LazyLock};
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-toggles-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
+use std::sync::Arc;
 
 const SIDE: u32 = 96;
 const ECLIPSE_DAY: &str = "2024-04-08T18:17:16Z";

@@ -1,19 +1,13 @@
 //! Inspection views: each shows what its legend says, by numbers known from the scene, and the file says what its colours mean.
 
+use crate::shared::SESSION;
 use orrery::catalog::NaifId;
 use orrery::render::plan::Fineness;
 use orrery::scene::draw::PixelView;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Position, ViewRequest};
 use orrery::scene::{Scene, SubPoint};
-use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use std::sync::LazyLock;
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-views-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 /// Odd, so that the middle pixel's middle is the picture's.
 const SIDE: u32 = 97;

@@ -70,7 +70,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality.of_request());
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?.counting_cpu();
+    let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?.counting_cpu();
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {

@@ -124,6 +124,11 @@ impl Quality {
 }
 
 impl Common {
+    /// The same for a verb that draws frames.
+    pub fn sources_to_draw(&self) -> Sources {
+        Sources { draws: true, ..self.sources() }
+    }
+
     /// The files and folders that the user named.
     pub fn sources(&self) -> Sources {
         Sources {
@@ -138,6 +143,7 @@ impl Common {
                 RendererChoice::Gpu => RendererWish::Gpu,
                 RendererChoice::Software => RendererWish::Software,
             },
+            draws: false,
         }
     }
 }

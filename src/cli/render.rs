@@ -119,7 +119,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     if output == Output::Stream && stride > 1 {
         return Err(CliError("--shard needs files: frames of one stream come in order from one run".into()));
     }
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+    let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let request = ViewRequest { quality: common.quality.of_request(), ..args.view.request(session.catalog())? };
     let fineness = common.quality.fineness();

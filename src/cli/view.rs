@@ -57,7 +57,7 @@ mod windowed {
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let time = instant(&args.time)?;
-        let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+        let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
         let catalog = session.catalog();
         let named = catalog.find_place(&args.target).and_then(|id| catalog.body(id));
         let target = named.ok_or_else(|| CliError(format!("--target {}: no body has this name", args.target)))?;

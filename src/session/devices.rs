@@ -97,6 +97,12 @@ impl Devices {
         self.draw(plan, library, false)
     }
 
+    /// Begins to open the GPU that was wished for, so that the first frame waits less.
+    pub fn begin(&self) {
+        #[cfg(feature = "gpu")]
+        self.gpu.begin();
+    }
+
     /// Gives the device back, as a driver that resets does: for tests of the way back.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
@@ -112,12 +118,15 @@ mod gpu {
     use crate::shader::ShaderModule;
     use std::collections::HashMap;
     use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+    use std::thread::JoinHandle;
 
     type Say = dyn Fn(&str) + Send + Sync;
 
     enum State {
         /// Not tried yet.
         Unopened,
+        /// A thread opens the device while the session is made.
+        Opening(JoinHandle<Result<GpuRenderer, GpuError>>),
         Open(Arc<GpuRenderer>),
         /// A thread opens the device, or makes what a plan needs.
         Busy,
@@ -154,10 +163,32 @@ mod gpu {
         State::Closed
     }
 
+    fn joined(thread: JoinHandle<Result<GpuRenderer, GpuError>>) -> Result<GpuRenderer, GpuError> {
+        thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))
+    }
+
+    impl Drop for Gpu {
+        /// No driver is still loading when the process ends.
+        fn drop(&mut self) {
+            if let State::Opening(thread) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
+                let _ = thread.join();
+            }
+        }
+    }
+
     impl Gpu {
         pub fn new(wish: RendererWish) -> Self {
             let state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
             Self { wish, state: Arc::new(Mutex::new(state)), said: Mutex::default() }
+        }
+
+        /// Opens the device beside whatever else is done before the first frame.
+        pub fn begin(&self) {
+            let mut state = locked(&self.state);
+            if matches!(*state, State::Unopened) {
+                let software = self.wish == RendererWish::Gpu;
+                *state = State::Opening(std::thread::spawn(move || GpuRenderer::open(software)));
+            }
         }
 
         pub fn destroy(&self) {
@@ -169,14 +200,21 @@ mod gpu {
         /// `None`: software shall draw it.
         pub fn draw(&self, plan: &Plan, library: &Library, keep_hdr: bool, say: &Say) -> Result<Option<(Frame, DrawnBy)>, String> {
             let mut state = locked(&self.state);
-            if matches!(*state, State::Unopened) {
-                *state = match GpuRenderer::open(self.wish == RendererWish::Gpu) {
-                    Ok(renderer) => State::Open(Arc::new(renderer)),
-                    Err(e) if self.wish == RendererWish::Gpu => {
-                        return Err(format!("{e}; leave --renderer out, or say --renderer software"));
-                    }
-                    Err(e) => closed(&e, say),
-                };
+            let opened = match std::mem::replace(&mut *state, State::Unopened) {
+                State::Unopened => Some(GpuRenderer::open(self.wish == RendererWish::Gpu)),
+                State::Opening(thread) => Some(joined(thread)),
+                other => {
+                    *state = other;
+                    None
+                }
+            };
+            match opened {
+                Some(Ok(renderer)) => *state = State::Open(Arc::new(renderer)),
+                Some(Err(e)) if self.wish == RendererWish::Gpu => {
+                    return Err(format!("{e}; leave --renderer out, or say --renderer software"));
+                }
+                Some(Err(e)) => *state = closed(&e, say),
+                None => {}
             }
             let State::Open(renderer) = &*state else { return Ok(None) };
             match renderer.render(plan, library, keep_hdr) {
@@ -200,6 +238,14 @@ mod gpu {
         /// `None`: software shall draw it, now or for good. Never waits for a driver.
         pub fn draw_if_ready(&self, plan: &Plan, library: &Library, say: &Arc<Say>) -> Option<(Frame, DrawnBy)> {
             let mut state = locked(&self.state);
+            if let State::Opening(thread) = &*state {
+                if !thread.is_finished() {
+                    return None;
+                }
+                if let State::Opening(thread) = std::mem::replace(&mut *state, State::Closed) {
+                    *state = joined(thread).map_or_else(|e| closed(&e, &**say), |renderer| State::Open(Arc::new(renderer)));
+                }
+            }
             let renderer = match &*state {
                 State::Open(renderer) if renderer.ready(plan) => {
                     drop(state);
@@ -207,7 +253,7 @@ mod gpu {
                 }
                 State::Open(renderer) => Some(Arc::clone(renderer)),
                 State::Unopened => None,
-                State::Busy | State::Closed => return None,
+                State::Opening(_) | State::Busy | State::Closed => return None,
             };
             let names: Vec<&ModuleName> = plan.passes.iter().flat_map(|p| &p.draws).map(|d| &d.module).collect();
             let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;

@@ -51,6 +51,8 @@ pub struct Sources {
     pub double_precision: bool,
     /// Which renderer draws.
     pub renderer: RendererWish,
+    /// Frames will be drawn: the device is opened while catalogs are read.
+    pub draws: bool,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -128,6 +130,11 @@ impl Session {
     /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
     pub fn open(sources: &Sources, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let say: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(say);
+        let renderer = software::renderer(sources.threads, sources.double_precision).map_err(SessionError::Renderer)?;
+        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
+        if sources.draws {
+            devices.begin();
+        }
         let mut stages = Stages::default();
         let catalog = stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?;
         let ephemeris = stages.measure(Stage::Kernel, || -> Result<Ephemeris, SessionError> {
@@ -139,8 +146,6 @@ impl Session {
         })?;
         let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
-        let renderer = software::renderer(sources.threads, sources.double_precision).map_err(SessionError::Renderer)?;
-        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
         Ok(Self {
             catalog,
             ephemeris,

@@ -50,28 +50,51 @@ impl AdapterFacts {
     }
 }
 
-/// All adapters, best first.
-fn found() -> Vec<(AdapterFacts, Adapter)> {
-    let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
-    let rank = |adapter: &Adapter| {
-        let info = adapter.get_info();
-        let speed = match info.device_type {
-            DeviceType::DiscreteGpu => 0,
-            DeviceType::IntegratedGpu => 1,
-            DeviceType::VirtualGpu => 2,
-            DeviceType::Other => 3,
-            DeviceType::Cpu => 4,
-        };
-        (AdapterFacts::of(adapter).kind, speed, info.backend == Backend::Gl)
-    };
-    let mut all = pollster::block_on(instance.enumerate_adapters(Backends::all()));
+/// The adapters of some backends, best first.
+fn found(backends: Backends) -> Vec<(AdapterFacts, Adapter)> {
+    let mut descriptor = InstanceDescriptor::new_without_display_handle_from_env();
+    descriptor.backends &= backends;
+    let instance = Instance::new(descriptor);
+    let mut all = pollster::block_on(instance.enumerate_adapters(backends));
     all.sort_by_key(rank);
     all.into_iter().map(|a| (AdapterFacts::of(&a), a)).collect()
 }
 
+/// Smaller is better.
+fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
+    let info = adapter.get_info();
+    let speed = match info.device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    };
+    (AdapterFacts::of(adapter).kind, speed, info.backend == Backend::Gl)
+}
+
+/// Whether there may be hardware that GL drives and Vulkan does not. GL drivers take a fifth of a second to load, and find hardware by these nodes.
+fn gl_may_have_more() -> bool {
+    let nodes = || std::fs::read_dir("/dev/dri").ok().into_iter().flatten().flatten();
+    !cfg!(target_os = "linux")
+        || nodes().any(|node| node.file_name().to_string_lossy().starts_with("render"))
+        || ["/dev/nvidiactl", "/dev/dxg"].iter().any(|node| std::path::Path::new(node).exists())
+}
+
+/// The adapters that one may be opened of, best first.
+fn to_open() -> Vec<(AdapterFacts, Adapter)> {
+    let mut all = found(Backends::all() - Backends::GL);
+    let hardware = all.iter().any(|(facts, _)| facts.kind == AdapterKind::Hardware);
+    if all.is_empty() || (!hardware && gl_may_have_more()) {
+        all.extend(found(Backends::GL));
+        all.sort_by_key(|(_, adapter)| rank(adapter));
+    }
+    all
+}
+
 /// What adapters there are, best first; empty where no driver is installed.
 pub fn adapters() -> Vec<AdapterFacts> {
-    found().into_iter().map(|(facts, _)| facts).collect()
+    found(Backends::all()).into_iter().map(|(facts, _)| facts).collect()
 }
 
 /// An opened device and what it can do beyond the least.
@@ -86,7 +109,7 @@ pub(super) struct Opened {
 
 /// Opens the best adapter that will do. `software`: a driver on the processor will do.
 pub(super) fn open(software: bool) -> Result<Opened, GpuError> {
-    let all = found();
+    let all = to_open();
     let Some((best, _)) = all.first() else {
         return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
     };
