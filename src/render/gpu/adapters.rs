@@ -1,9 +1,10 @@
 //! Which adapters this machine has, and opening one.
 //!
 //! Hardware comes before drivers that compute on the processor, and Vulkan, Metal and DX12 before GL. Reads the environment variables that wgpu
-//! documents (`WGPU_BACKEND` and others), nothing else from outside.
+//! documents (`WGPU_BACKEND` and others), asks on Linux whether there are nodes of graphics hardware, and takes nothing else from outside.
 
 use super::GpuError;
+use std::path::Path;
 use wgpu::{Adapter, Backend, Backends, Device, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, Limits, Queue};
 use wgpu::{TextureFormat, TextureFormatFeatureFlags};
 
@@ -73,12 +74,9 @@ fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     (AdapterFacts::of(adapter).kind, speed, info.backend == Backend::Gl)
 }
 
-/// Whether there may be hardware that GL drives and Vulkan does not. GL drivers take a fifth of a second to load, and find hardware by these nodes.
+/// Whether there may be hardware that GL drives and Vulkan does not. GL drivers take long to load, and on Linux find hardware by these nodes.
 fn gl_may_have_more() -> bool {
-    let nodes = || std::fs::read_dir("/dev/dri").ok().into_iter().flatten().flatten();
-    !cfg!(target_os = "linux")
-        || nodes().any(|node| node.file_name().to_string_lossy().starts_with("render"))
-        || ["/dev/nvidiactl", "/dev/dxg"].iter().any(|node| std::path::Path::new(node).exists())
+    !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|node| Path::new(node).exists())
 }
 
 /// The adapters that one may be opened of, best first.
