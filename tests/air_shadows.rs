@@ -1,5 +1,6 @@
 //! Air in the shadow of rings and of other bodies: what stands in the shadow does not shine, what stands in the Sun keeps every bit. And the limb in thick haze.
 
+use crate::shared::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, Ring};
 use orrery::render::plan::{self, Fineness};
@@ -7,17 +8,11 @@ use orrery::scene::Scene;
 use orrery::scene::draw::{AirTier, Eclipse, Part, RingShadow, RingTable};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
-use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
 const SIDE: u32 = 640;
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-air-shadows-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 fn request(target: NaifId, time: &str, position: Position, effects: &str) -> ViewRequest {
     ViewRequest {

@@ -1,5 +1,6 @@
 //! Light of rings on their planet: the program's table, as its shader reads it, against a plain sum over the rings' area, and its limits.
 
+use crate::shared::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::{Catalog, NaifId, Ring};
 use orrery::render::plan::Fineness;
@@ -8,21 +9,14 @@ use orrery::scene::draw::{Part, PixelView};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::scene::ring_shine::Lit;
-use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
-use std::sync::LazyLock;
 
 const SATURN: NaifId = NaifId(699);
 const SIDE: u32 = 96;
 /// The Sun 26 degrees north of the plane, and 3.
 const OPEN: &str = "2017-05-17T00:00:00Z";
 const NEARLY_CLOSED: &str = "2024-09-08T00:00:00Z";
-
-static SESSION: LazyLock<Session> = LazyLock::new(|| {
-    let cache = std::env::temp_dir().join(format!("orrery-ring-shine-{}", std::process::id()));
-    Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens")
-});
 
 /// Light on Saturn's ground seen from 3 radii, beyond or before it as seen from the Sun.
 fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
