@@ -115,11 +115,7 @@ impl Quality {
     }
     /// Samples a pixel and taps of anisotropic filtering. `reference` computes in f64 too.
     pub fn fineness(self) -> Fineness {
-        match self {
-            Self::Draft => Fineness { samples: 1, anisotropy: 1 },
-            Self::Standard => Fineness { samples: 4, anisotropy: 8 },
-            Self::Reference => Fineness { samples: 4, anisotropy: 16 },
-        }
+        Fineness::of(self.of_request())
     }
 }
 

@@ -3,13 +3,12 @@
 use super::view_words::instant;
 use super::{CliError, Common};
 
-const KEYS: &str = "Mouse: drag turns, the wheel nears and recedes.
-Keys: n, Tab next body; p previous; arrows turn; + - zoom; . faster, , slower,
-j backward, l forward, Space pause, t now; q, Escape quit.
+const KEYS: &str = "The window explains its keys and mouse under `?`.
 
 Examples:
   orrery
-  orrery view --target saturn --time 2017-05-17T00:00:00Z";
+  orrery view --target saturn --time 2017-05-17T00:00:00Z
+  orrery view eclipse.json";
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = KEYS)]
@@ -17,6 +16,9 @@ pub struct ViewArgs {
     /// Body to start at
     #[arg(long, value_name = "BODY", default_value = "earth")]
     target: String,
+    /// A view that was kept: orrery://… or a file
+    #[arg(value_name = "LINK")]
+    link: Option<String>,
     /// ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     time: String,
@@ -24,7 +26,7 @@ pub struct ViewArgs {
 
 impl Default for ViewArgs {
     fn default() -> Self {
-        Self { target: "earth".into(), time: "now".into() }
+        Self { target: "earth".into(), link: None, time: "now".into() }
     }
 }
 
@@ -42,30 +44,47 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 #[cfg(feature = "view")]
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
-    use crate::catalog::NaifId;
-    use crate::cli::Quality;
+    use crate::catalog::{Body, NaifId};
     use crate::ephemeris::order::by_distance;
-    use crate::scene::request::{Axes, Position, ViewRequest};
     use crate::session::Session;
     use crate::time::Instant;
-    use crate::view::controls::{Controls, Look, Subject};
-    use crate::view::window::{self, Painter, Picture};
+    use crate::view::interface::Interface;
+    use crate::view::sight::{Sight, quality_name};
+    use crate::view::viewer::{Subject, Viewer};
+    use crate::view::window;
     use glam::DVec3;
 
     /// The first picture is taken from this far, in equatorial radii.
     const START_RADII: f64 = 3.5;
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
-        let time = instant(&args.time)?;
         let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
+        let sight = match &args.link {
+            Some(link) => kept(link)?,
+            None => first(&session, args)?,
+        };
+        let sight = Sight { quality: quality_name(common.quality.of_request()).into(), ..sight };
+        let viewer = Viewer::new(subjects(&session), sight, clock);
+        window::run(&mut Interface::new(viewer), &session).map_err(|e| CliError(e.to_string()))
+    }
+
+    /// A link, or the file that keeps one.
+    fn kept(link: &str) -> Result<Sight, CliError> {
+        if link.starts_with(crate::view::sight::SCHEME) {
+            return Sight::from_link(link).map_err(|e| CliError(format!("{link}: {e}")));
+        }
+        let text = std::fs::read_to_string(link).map_err(|e| CliError(format!("{link}: {e}; a link begins with {}", crate::view::sight::SCHEME)))?;
+        Sight::from_json(&text).map_err(|e| CliError(format!("{link}: {e}")))
+    }
+
+    fn first(session: &Session, args: &ViewArgs) -> Result<Sight, CliError> {
+        let time = instant(&args.time)?;
         let catalog = session.catalog();
         let named = catalog.find_place(&args.target).and_then(|id| catalog.body(id));
         let target = named.ok_or_else(|| CliError(format!("--target {}: no body has this name", args.target)))?;
-        let start_km = sunlit_side(&session, target.id, time) * (START_RADII * target.radii_km.x);
-        let controls = Controls::new(subjects(&session, time), target.id, start_km, time, clock)
-            .ok_or_else(|| CliError("the catalog has no bodies: leave --catalogs out".into()))?;
-        let mut painter = SessionPainter { session: &session, quality: common.quality };
-        window::run(controls, &mut painter).map_err(|e| CliError(e.to_string()))
+        let start_km = sunlit_side(session, target.id, time) * (START_RADII * target.radii_km.x);
+        let pole = session.ephemeris().body_from_icrf(target.id, time).map_or(DVec3::Z, |m| m.row(2));
+        Ok(Sight::around(target.id, start_km, target.radii_km.x, pole, time))
     }
 
     fn clock() -> Instant {
@@ -73,10 +92,16 @@ mod windowed {
         instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
-    /// Every body, planets from the Sun outwards each with its moons, with its pole at the start: poles move by arcseconds in a session.
-    fn subjects(session: &Session, time: Instant) -> Vec<Subject> {
-        let pole = |id: NaifId| session.ephemeris().body_from_icrf(id, time).map_or(DVec3::Z, |m| m.row(2));
-        let subject = |b: &crate::catalog::Body| Subject { id: b.id, name: b.name.clone(), radius_km: b.radii_km.x, pole: pole(b.id) };
+    /// Every body, planets from the Sun outwards each with its moons.
+    fn subjects(session: &Session) -> Vec<Subject> {
+        let subject = |b: &Body| Subject {
+            id: b.id,
+            name: b.name.clone(),
+            aliases: b.aliases.clone(),
+            kind: b.kind,
+            parent: b.parent,
+            radius_km: b.radii_km.x,
+        };
         by_distance(session.catalog(), session.ephemeris()).into_iter().filter_map(|id| session.catalog().body(id)).map(subject).collect()
     }
 
@@ -85,29 +110,5 @@ mod windowed {
         let to_sun = session.ephemeris().state(NaifId::SUN, target, time, None).map_or(DVec3::X, |a| a.state.pos_km);
         let Some(sun) = to_sun.try_normalize() else { return DVec3::X };
         glam::DQuat::from_axis_angle(DVec3::Z, 30_f64.to_radians()) * sun
-    }
-
-    struct SessionPainter<'a> {
-        session: &'a Session,
-        quality: Quality,
-    }
-
-    impl Painter for SessionPainter<'_> {
-        fn paint(&mut self, look: &Look, width: u32, height: u32) -> Result<Picture, String> {
-            let request = ViewRequest {
-                position: Position::Offset { body: look.target, offset_km: look.offset_km, axes: Axes::Icrf },
-                fov_deg: Some(look.fov_deg),
-                width: width.clamp(1, 16384),
-                height: height.clamp(1, 16384),
-                quality: self.quality.of_request(),
-                ..ViewRequest::of(look.target, look.time)
-            };
-            let frame = self.session.draw_promptly(&request, self.quality.fineness()).map_err(|e| e.to_string())?.frame;
-            Ok(Picture { width: frame.width, height: frame.height, rgba: frame.display })
-        }
-
-        fn title(&self, look: &Look) -> String {
-            format!("{} · {} · {:.4} radii · {} · Orrery", look.name, look.time.to_utc_iso(), look.distance_radii, look.pace)
-        }
     }
 }

@@ -128,6 +128,23 @@ impl EffectOverrides {
         }
     }
 
+    /// Leaves the effect to the scene again.
+    pub fn forget(&mut self, effect: Effect) {
+        self.on.remove(&effect);
+        self.off.remove(&effect);
+        self.ways.remove(&effect);
+    }
+
+    /// What [`Self::parse`] reads back.
+    pub fn to_text(&self) -> String {
+        let switched = |e: &Effect| {
+            let way = self.ways.get(e).map(|w| format!("+{}={w}", e.name()));
+            let on = self.asked(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
+            on.into_iter().chain(way)
+        };
+        Effect::ALL.iter().flat_map(switched).collect::<Vec<_>>().join(",")
+    }
+
     /// Chooses one of [`Effect::ways`].
     pub fn choose(&mut self, effect: Effect, way: &str) -> Result<(), SceneError> {
         let Some(known) = effect.ways().iter().find(|w| w.eq_ignore_ascii_case(way)) else {

@@ -1,8 +1,16 @@
-//! The window: orbit, zoom, walk from body to body, run time. Software frames are presented without any GPU.
+//! The window: browse the system, run time, switch effects, read what draws it.
 //!
-//! In: input events and finished frames. Out: view requests. It computes no positions and no light.
+//! In: a session, input. Out: a window whose picture and interface are painted on the processor, GPU or not. It computes no positions and no
+//! light of its own.
 
-pub mod controls;
+pub mod flight;
+pub mod interface;
+pub mod marks;
 pub mod orbit;
 pub mod pace;
+pub mod paint;
+pub mod sight;
+pub mod studio;
+pub mod tempo;
+pub mod viewer;
 pub mod window;

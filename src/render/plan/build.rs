@@ -14,6 +14,7 @@ use crate::scene::air_nodes;
 use crate::scene::draw::{Amounts, Draw, Light, Part, PixelView, Point, RingTable};
 use crate::scene::glow::Glow;
 use crate::scene::orbits::{self, LinePiece};
+use crate::scene::request::Quality;
 use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
@@ -50,6 +51,17 @@ pub struct Fineness {
     pub samples: u8,
     /// Taps along a footprint on a map, 1..=16.
     pub anisotropy: u8,
+}
+
+impl Fineness {
+    /// What a quality draws with.
+    pub fn of(quality: Quality) -> Self {
+        match quality {
+            Quality::Draft => Self { samples: 1, anisotropy: 1 },
+            Quality::Standard => Self { samples: 4, anisotropy: 8 },
+            Quality::Reference => Self { samples: 4, anisotropy: 16 },
+        }
+    }
 }
 
 /// The binding of the sampler of all maps.

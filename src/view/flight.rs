@@ -1,0 +1,132 @@
+//! The way from one view to another: smooth, without overshoot, from metres to the Kuiper belt in the same two seconds.
+//!
+//! In: both ends as poses about the body flown to (ICRF kilometres). Out: the pose after some part of the time. Always: the distance changes
+//! monotonically on a logarithmic scale, the direction along a great circle, the gaze settles in the first half; the ends are met exactly.
+//! It does not know what lies in between.
+
+use glam::{DQuat, DVec3};
+
+/// Seconds that a flight takes.
+pub const FLIGHT_S: f64 = 2.0;
+/// Part of the time after which the gaze rests on the goal.
+const GAZE_SETTLES: f64 = 0.5;
+
+/// Where and how the eye stands, relative to the body flown to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    pub offset_km: DVec3,
+    pub forward: DVec3,
+    pub up: DVec3,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    pub from: Pose,
+    pub to: Pose,
+    pub passed_s: f64,
+}
+
+/// Starts and ends at rest.
+fn eased(part: f64) -> f64 {
+    let p = part.clamp(0.0, 1.0);
+    p * p * p * (p * (6.0 * p - 15.0) + 10.0)
+}
+
+/// Between two unit vectors along the great circle; opposite ones turn by way of a third.
+fn turned(from: DVec3, to: DVec3, part: f64) -> DVec3 {
+    DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), part) * from
+}
+
+impl Flight {
+    pub fn new(from: Pose, to: Pose) -> Self {
+        Self { from, to, passed_s: 0.0 }
+    }
+
+    /// Lets seconds pass; true while it lasts.
+    pub fn pass(&mut self, seconds: f64) -> bool {
+        self.passed_s += seconds.max(0.0);
+        self.passed_s < FLIGHT_S
+    }
+
+    pub fn pose(&self) -> Pose {
+        let part = (self.passed_s / FLIGHT_S).clamp(0.0, 1.0);
+        if part >= 1.0 {
+            return self.to;
+        }
+        let s = eased(part);
+        let (a, b) = (self.from.offset_km, self.to.offset_km);
+        let (far, near) = (a.length().max(1e-6), b.length().max(1e-6));
+        let distance = far.ln() + (near.ln() - far.ln()) * s;
+        let direction = turned(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
+        let gaze = eased(part / GAZE_SETTLES);
+        // From halfway on the eye faces the goal from wherever it is.
+        let goal = turned((-b).try_normalize().unwrap_or(self.to.forward), self.to.forward, s);
+        let towards = turned(goal, (-direction).normalize(), 1.0 - s);
+        let forward = turned(self.from.forward, towards, gaze);
+        let up = self.from.up.lerp(self.to.up, s);
+        let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        Pose { offset_km: direction * distance.exp(), forward, up }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flight() -> Flight {
+        let from = Pose { offset_km: DVec3::new(1.3e9, -4e8, 2e7), forward: DVec3::Y, up: DVec3::Z };
+        let offset_km = DVec3::new(-2e5, 1e5, 4e4);
+        let forward = -offset_km.normalize();
+        Flight::new(from, Pose { offset_km, forward, up: forward.any_orthonormal_vector() })
+    }
+
+    #[test]
+    fn the_ends_are_met_exactly() {
+        let mut f = flight();
+        let start = f.pose();
+        assert!((start.offset_km - f.from.offset_km).length() < 1e-6 * 1.3e9 * 1e-6);
+        assert!((start.forward - f.from.forward).length() < 1e-12);
+        assert!(!f.pass(FLIGHT_S));
+        assert_eq!(f.pose(), f.to);
+    }
+
+    #[test]
+    fn the_distance_only_shrinks_and_nothing_jumps() {
+        let mut f = flight();
+        let mut last = f.pose();
+        let steps = 400;
+        for i in 1..steps {
+            f.passed_s = FLIGHT_S * f64::from(i) / f64::from(steps);
+            let now = f.pose();
+            assert!(now.offset_km.length() < last.offset_km.length(), "step {i}");
+            let ratio = last.offset_km.length() / now.offset_km.length();
+            assert!(ratio < 1.06, "step {i}: {ratio}");
+            assert!(now.forward.angle_between(last.forward) < 0.06, "step {i}");
+            assert!((now.forward.length() - 1.0).abs() < 1e-9 && now.up.dot(now.forward).abs() < 1e-9);
+            last = now;
+        }
+        assert!(last.offset_km.length() / f.to.offset_km.length() < 1.001);
+    }
+
+    /// From halfway on the goal is before the eye.
+    #[test]
+    fn the_goal_is_in_sight_from_halfway() {
+        let mut f = flight();
+        for part in [0.5, 0.7, 0.9] {
+            f.passed_s = part * FLIGHT_S;
+            let pose = f.pose();
+            assert!(pose.forward.angle_between(-pose.offset_km) < 0.02, "{part}");
+        }
+    }
+
+    #[test]
+    fn a_flight_to_where_one_is_stays_finite() {
+        let pose = flight().to;
+        for to in [pose, Pose { offset_km: -pose.offset_km, forward: -pose.forward, up: pose.up }] {
+            let mut f = Flight::new(pose, to);
+            f.passed_s = 0.31;
+            let now = f.pose();
+            assert!(now.offset_km.is_finite() && now.forward.is_finite() && now.up.is_finite());
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The keyboard, and the sheet that explains it.
+
+use super::{Interface, Tab};
+use crate::view::viewer::Action;
+use egui::{Key, Modifiers};
+
+/// What a key does, for the sheet.
+const SHEET: &[(&str, &str)] = &[
+    ("Drag", "turn around the body; on the ground look around"),
+    ("Right drag, Shift+drag", "look aside"),
+    ("Middle drag, [ and ]", "roll"),
+    ("Wheel, + and -", "nearer, farther"),
+    ("Alt+wheel, pinch", "lens: narrower, wider"),
+    ("Click", "select"),
+    ("Double-click, g", "fly there"),
+    ("PageDown, PageUp", "next body, the one before"),
+    ("Arrows", "turn"),
+    ("Home", "face the body again, level"),
+    ("Backspace", "the view before"),
+    ("f", "frame turns with the body, or rests among the stars"),
+    ("/", "search"),
+    ("Space", "pause"),
+    (". and ,", "time faster, slower"),
+    ("l and j", "time forward, backward"),
+    ("t", "now"),
+    ("b, n, m", "list of bodies, names, markers"),
+    ("e", "effects"),
+    ("?", "this sheet"),
+    ("q, Escape", "quit"),
+];
+
+/// Pixels that an arrow key turns by.
+const ARROW_PX: f64 = 24.0;
+
+pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
+    // Whoever types wants letters.
+    if ctx.egui_wants_keyboard_input() {
+        return;
+    }
+    let text: Vec<String> = ctx.input(|i| {
+        let plain = !i.modifiers.command && !i.modifiers.ctrl;
+        let typed = i.events.iter().filter_map(|e| if let egui::Event::Text(t) = e { Some(t.clone()) } else { None });
+        if plain { typed.collect() } else { Vec::new() }
+    });
+    for letter in text {
+        match letter.as_str() {
+            "q" => interface.quits = true,
+            "/" => interface.browse.focus = true,
+            "?" => interface.help_shown = !interface.help_shown,
+            "b" => interface.bodies_shown = !interface.bodies_shown,
+            "n" => interface.layers.names = !interface.layers.names,
+            "m" => interface.layers.markers = !interface.layers.markers,
+            "e" => interface.tab = if interface.tab == Some(Tab::Effects) { None } else { Some(Tab::Effects) },
+            "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
+            "f" => {
+                let fixed = matches!(interface.viewer.sight.eye, crate::view::sight::Eye::Orbit { fixed: true, .. });
+                actions.push(Action::TurnWithBody(!fixed));
+            }
+            "[" => actions.push(Action::Roll(-5.0)),
+            "]" => actions.push(Action::Roll(5.0)),
+            "+" | "=" => actions.push(Action::Zoom(1.0)),
+            "-" => actions.push(Action::Zoom(-1.0)),
+            "." => actions.push(Action::Faster),
+            "," => actions.push(Action::Slower),
+            "l" => actions.push(Action::Forward),
+            "j" => actions.push(Action::Backward),
+            "t" => actions.push(Action::Now),
+            " " => actions.push(Action::TogglePause),
+            _ => {}
+        }
+    }
+    let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
+    if down(Key::Escape) {
+        if interface.help_shown {
+            interface.help_shown = false;
+        } else {
+            interface.quits = true;
+        }
+    }
+    for (key, action) in [
+        (Key::PageDown, Action::SelectNext(1)),
+        (Key::PageUp, Action::SelectNext(-1)),
+        (Key::Home, Action::Level),
+        (Key::Backspace, Action::Back),
+        (Key::ArrowRight, Action::Turn(ARROW_PX, 0.0)),
+        (Key::ArrowLeft, Action::Turn(-ARROW_PX, 0.0)),
+        (Key::ArrowUp, Action::Turn(0.0, ARROW_PX)),
+        (Key::ArrowDown, Action::Turn(0.0, -ARROW_PX)),
+    ] {
+        if ctx.memory(|m| m.focused().is_none()) && down(key) {
+            actions.push(action);
+        }
+    }
+}
+
+pub fn help(interface: &mut Interface, ctx: &egui::Context) {
+    egui::Window::new("Keys and mouse").open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
+        egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
+            for (keys, does) in SHEET {
+                ui.strong(*keys);
+                ui.label(*does);
+                ui.end_row();
+            }
+        });
+    });
+}

@@ -1,0 +1,95 @@
+//! The picture, its marks, and the mouse on it.
+
+use super::Interface;
+use crate::view::marks::{Lettering, hit};
+use crate::view::viewer::Action;
+use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2, pos2};
+use glam::DVec2;
+
+const NAME_POINTS: f32 = 13.0;
+const NAME_COLOUR: Color32 = Color32::from_rgb(200, 208, 220);
+const SELECTED_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
+
+pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    let rect = ui.available_rect_before_wrap();
+    let scale = ui.ctx().pixels_per_point();
+    let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
+    interface.sky.size_px = [side(rect.width()), side(rect.height())];
+    let response = ui.interact(rect, ui.id().with("sky"), Sense::click_and_drag());
+    let description = format!("The sky: {}", interface.viewer.name(interface.viewer.sight.target));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, &description));
+    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    if let Some(texture) = &interface.sky.texture {
+        let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+        ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+    }
+    // Points of the interface per pixel of the picture, which may be coarse.
+    let Some(drawn) = interface.drawing().map(|d| f64::from(d.width)) else {
+        ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
+        return;
+    };
+    let points_per_px = f64::from(rect.width()) / drawn;
+    let lettering = Lettering { letter_px: 6.6 / points_per_px, line_px: f64::from(NAME_POINTS + 2.0) / points_per_px };
+    interface.refresh_marks(&lettering);
+    paint_marks(interface, ui, rect, points_per_px);
+    mouse(interface, ui, &response, rect, points_per_px, actions);
+}
+
+fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, points_per_px: f64) {
+    let painter = ui.painter().with_clip_rect(rect);
+    for mark in &interface.sky.marks {
+        let at = rect.min + vec2(mark.centre_px * points_per_px);
+        let radius = (mark.radius_px * points_per_px) as f32;
+        let selected = mark.body == interface.viewer.selected;
+        let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
+        if interface.layers.markers && radius < 5.0 {
+            painter.circle_stroke(at, 5.0, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { 0.55 })));
+        }
+        // A body that fills the picture says its name in the title.
+        if interface.layers.names && (mark.named || selected) && radius < 0.45 * rect.height() {
+            let beside = (radius * std::f32::consts::FRAC_1_SQRT_2).max(5.0) + 4.0;
+            let place = at + Vec2::new(beside, -beside);
+            let font = FontId::proportional(NAME_POINTS);
+            painter.text(place + Vec2::splat(1.0), Align2::LEFT_CENTER, &mark.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(place, Align2::LEFT_CENTER, &mark.name, font, colour);
+        }
+    }
+}
+
+fn vec2(v: DVec2) -> Vec2 {
+    Vec2::new(v.x as f32, v.y as f32)
+}
+
+fn mouse(interface: &Interface, ui: &egui::Ui, response: &egui::Response, rect: Rect, points_per_px: f64, actions: &mut Vec<Action>) {
+    let scale = f64::from(ui.ctx().pixels_per_point());
+    let drag = response.drag_delta();
+    let (dx, dy) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
+    if response.dragged_by(PointerButton::Primary) && (dx, dy) != (0.0, 0.0) {
+        let aside = ui.input(|i| i.modifiers.shift);
+        actions.push(if aside { Action::LookAround(-dx, -dy) } else { Action::Turn(dx, dy) });
+    }
+    if response.dragged_by(PointerButton::Secondary) && (dx, dy) != (0.0, 0.0) {
+        actions.push(Action::LookAround(-dx, -dy));
+    }
+    if response.dragged_by(PointerButton::Middle) && dx != 0.0 {
+        actions.push(Action::Roll(dx * 0.25));
+    }
+    if response.hovered() {
+        // A notch of most wheels is fifty points.
+        let (notches, pinch, lens) =
+            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / 0.15, i.modifiers.alt));
+        if pinch != 0.0 {
+            actions.push(Action::Lens(pinch));
+        } else if notches != 0.0 {
+            actions.push(if lens { Action::Lens(notches) } else { Action::Zoom(notches) });
+        }
+    }
+    let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return };
+    let at_px = DVec2::new(f64::from(at.x - rect.min.x), f64::from(at.y - rect.min.y)) / points_per_px;
+    let meant = || hit(&interface.sky.marks, &drawing.scene, at_px);
+    if response.double_clicked() {
+        actions.extend(meant().map(Action::FlyTo));
+    } else if response.clicked() {
+        actions.extend(meant().map(Action::Select));
+    }
+}

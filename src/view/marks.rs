@@ -1,0 +1,113 @@
+//! Names and markers beside the bodies of a picture, thinned where they crowd, and what a click means.
+//!
+//! In: a drawn [`Scene`] and what is selected. Out: marks in pixels of its picture, the important ones first, and the body under a place. Always:
+//! two shown names do not overlap; the selected body is shown whenever it is before the camera. A body behind the disc of a nearer one has none.
+
+use crate::catalog::NaifId;
+use crate::scene::{Appearance, BodyInView, Scene};
+use glam::DVec2;
+
+/// One body on the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    pub body: NaifId,
+    pub name: String,
+    /// Pixels from the picture's top left corner.
+    pub centre_px: DVec2,
+    /// Of its disc.
+    pub radius_px: f64,
+    /// There is room for its name.
+    pub named: bool,
+}
+
+/// A body's rank among those that want room: lower comes first.
+fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
+    let planet = parents(body.id).is_none_or(|p| p == NaifId::SUN);
+    let class = match () {
+        () if body.id == selected => 0,
+        () if body.id == NaifId::SUN => 1,
+        () if body.appearance == Appearance::Disc && body.diameter_px > 24.0 => 2,
+        () if planet => 3,
+        () => 4,
+    };
+    (class, body.magnitude.unwrap_or(99.0))
+}
+
+/// Room that a name takes: a letter's mean width and a line's height, pixels.
+pub struct Lettering {
+    pub letter_px: f64,
+    pub line_px: f64,
+}
+
+/// Marks nearer than this to a more important one are left out, pixels.
+const CROWDED_PX: f64 = 7.0;
+/// A click this far from a mark still means it, pixels.
+pub const REACH_PX: f64 = 14.0;
+
+/// The marks of a scene, most important first.
+pub fn marks(scene: &Scene, selected: NaifId, parent: impl Fn(NaifId) -> Option<NaifId>, lettering: &Lettering) -> Vec<Mark> {
+    let camera = &scene.camera;
+    let size = camera.half_size() * 2.0;
+    let mut seen: Vec<(&BodyInView, DVec2, f64)> = scene
+        .bodies
+        .iter()
+        .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
+        .filter_map(|b| {
+            let centre = camera.pixel_from_clip(camera.clip(b.placement.centre_km)?);
+            let angular_radius = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
+            let radius_px = angular_radius.tan() / camera.pixel_tangent();
+            // A body too large for its centre to be in the picture needs no mark.
+            let inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
+            inside.then_some((b, centre, radius_px))
+        })
+        .collect();
+    let hidden = |b: &BodyInView, at: DVec2, radius_px: f64, others: &[(&BodyInView, DVec2, f64)]| {
+        others.iter().any(|(o, centre, r)| {
+            o.id != b.id && o.distance_km < b.distance_km && *r > 3.0 && centre.distance(at) + radius_px < 0.97 * r
+        })
+    };
+    let all = seen.clone();
+    seen.retain(|(b, at, r)| !hidden(b, *at, *r, &all));
+    seen.sort_by(|a, b| {
+        let (x, y) = (rank(a.0, selected, &parent), rank(b.0, selected, &parent));
+        x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
+    });
+    let mut kept: Vec<Mark> = Vec::new();
+    let mut names: Vec<(DVec2, DVec2)> = Vec::new();
+    for (b, centre_px, radius_px) in seen {
+        if kept.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
+            continue;
+        }
+        let name_box = name_box(centre_px, radius_px, &b.name, lettering);
+        let free = names.iter().all(|n| name_box.1.x < n.0.x || name_box.0.x > n.1.x || name_box.1.y < n.0.y || name_box.0.y > n.1.y);
+        if free {
+            names.push(name_box);
+        }
+        kept.push(Mark { body: b.id, name: b.name.clone(), centre_px, radius_px, named: free });
+    }
+    kept
+}
+
+/// Least and greatest corner of a body's name, right of its disc or marker.
+pub fn name_box(centre_px: DVec2, radius_px: f64, name: &str, lettering: &Lettering) -> (DVec2, DVec2) {
+    let beside = (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(5.0) + 4.0;
+    let corner = centre_px + DVec2::new(beside, -beside - 0.5 * lettering.line_px);
+    (corner, corner + DVec2::new(name.chars().count() as f64 * lettering.letter_px, lettering.line_px))
+}
+
+/// The body that a click at `at_px` means: the nearest small one within reach, else the disc under it, the nearest to the viewer first.
+pub fn hit(marks: &[Mark], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
+    let near = marks
+        .iter()
+        .filter(|m| m.radius_px < REACH_PX)
+        .map(|m| (m.centre_px.distance(at_px), m.body))
+        .filter(|(d, _)| *d <= REACH_PX)
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let camera = &scene.camera;
+    let under = scene
+        .bodies
+        .iter()
+        .filter(|b| b.appearance == Appearance::Disc && camera.surface_under_pixel(&b.placement, at_px).is_some())
+        .min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+    near.map(|(_, id)| id).or(under.map(|b| b.id))
+}

@@ -1,0 +1,385 @@
+//! Paints the interface on the processor: egui's triangles into a window's pixels, without Vulkan, GL or any driver.
+//!
+//! In: tessellated meshes in points, textures as egui hands them over. Out: opaque pixels, 0x00RRGGBB, row by row. Always: colours are blended
+//! as egui defines it (premultiplied, in gamma space, `dst = src + dst (1 - a)`); edges fall on 1/256 pixels with the top-left rule, so that
+//! neighbouring triangles neither overlap nor gap; a row's result does not depend on the number of threads. It knows nothing of what is painted.
+
+use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
+use egui::{Color32, TextureFilter, TextureId, TextureWrapMode};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Rows that one task paints.
+const BAND_ROWS: usize = 64;
+/// Steps of a pixel on which corners fall.
+const STEPS: f32 = 256.0;
+
+struct Texture {
+    width: usize,
+    height: usize,
+    texels: Vec<Color32>,
+    smooth: bool,
+    repeats: bool,
+}
+
+/// The textures that the interface holds.
+#[derive(Default)]
+pub struct Painter {
+    textures: HashMap<TextureId, Texture>,
+}
+
+/// Where to paint: `width * height` pixels.
+pub struct Canvas<'a> {
+    pub width: usize,
+    pub height: usize,
+    pub pixels: &'a mut [u32],
+}
+
+/// Pixels that may be touched, half open.
+#[derive(Clone, Copy)]
+struct Bounds {
+    left: usize,
+    right: usize,
+    top: usize,
+    bottom: usize,
+}
+
+impl Bounds {
+    fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
+        let at = |v: f32, most: usize| ((v * pixels_per_point).round().max(0.0) as usize).min(most);
+        Self { left: at(rect.min.x, width), right: at(rect.max.x, width), top: at(rect.min.y, height), bottom: at(rect.max.y, height) }
+    }
+    fn within_rows(self, first: usize, end: usize) -> Option<Self> {
+        let cut = Self { top: self.top.max(first), bottom: self.bottom.min(end), ..self };
+        (cut.left < cut.right && cut.top < cut.bottom).then_some(cut)
+    }
+}
+
+impl Painter {
+    /// Takes a new texture or a patch of one. A patch outside its texture is left out.
+    pub fn set_texture(&mut self, id: TextureId, delta: &ImageDelta) {
+        let egui::epaint::ImageData::Color(image) = &delta.image;
+        let [width, height] = image.size;
+        if let Some([x, y]) = delta.pos {
+            if let Some(t) = self.textures.get_mut(&id).filter(|t| x + width <= t.width && y + height <= t.height) {
+                for (row, source) in image.pixels.chunks_exact(width.max(1)).enumerate() {
+                    let start = (y + row) * t.width + x;
+                    t.texels[start..start + width].copy_from_slice(source);
+                }
+            }
+            return;
+        }
+        let smooth = delta.options.magnification == TextureFilter::Linear;
+        let repeats = delta.options.wrap_mode != TextureWrapMode::ClampToEdge;
+        self.textures.insert(id, Texture { width, height, texels: image.pixels.clone(), smooth, repeats });
+    }
+
+    pub fn free_texture(&mut self, id: TextureId) {
+        self.textures.remove(&id);
+    }
+
+    /// Paints over what the canvas holds.
+    pub fn paint(&self, canvas: &mut Canvas<'_>, pixels_per_point: f32, primitives: &[egui::ClippedPrimitive]) {
+        let (width, height) = (canvas.width, canvas.height);
+        if width == 0 || height == 0 {
+            return;
+        }
+        let meshes: Vec<(Bounds, &Mesh, &Texture)> = primitives
+            .iter()
+            .filter_map(|p| match &p.primitive {
+                Primitive::Mesh(m) => {
+                    Some((Bounds::of(p.clip_rect, pixels_per_point, width, height), m, self.textures.get(&m.texture_id)?))
+                }
+                Primitive::Callback(_) => None,
+            })
+            .collect();
+        canvas.pixels.par_chunks_mut(BAND_ROWS * width).enumerate().for_each(|(i, rows)| {
+            let first = i * BAND_ROWS;
+            let mut band = Band { width, first, rows };
+            let end = first + band.rows.len() / width;
+            for (bounds, mesh, texture) in &meshes {
+                if let Some(bounds) = bounds.within_rows(first, end) {
+                    band.mesh(bounds, mesh, texture, pixels_per_point);
+                }
+            }
+        });
+    }
+}
+
+/// Some rows of the canvas.
+struct Band<'a> {
+    width: usize,
+    first: usize,
+    rows: &'a mut [u32],
+}
+
+impl Band<'_> {
+    fn mesh(&mut self, bounds: Bounds, mesh: &Mesh, texture: &Texture, scale: f32) {
+        let corner = |i: u32| mesh.vertices.get(i as usize).map(|v| Vertex { pos: (v.pos.to_vec2() * scale).to_pos2(), ..*v });
+        let mut triangles = mesh.indices.chunks_exact(3).peekable();
+        while let Some(first) = triangles.next() {
+            let (Some(a), Some(b), Some(c)) = (corner(first[0]), corner(first[1]), corner(first[2])) else { continue };
+            // Glyphs and pictures come as two triangles of one upright rectangle.
+            let second = triangles.peek().map(|t| (corner(t[0]), corner(t[1]), corner(t[2])));
+            if let Some((Some(d), Some(e), Some(f))) = second
+                && let Some((min, max)) = upright([a, b, c], [d, e, f])
+            {
+                triangles.next();
+                self.rectangle(bounds, min, max, texture);
+                continue;
+            }
+            self.triangle(bounds, [a, b, c], texture);
+        }
+    }
+
+    fn row(&mut self, y: usize, left: usize, right: usize) -> &mut [u32] {
+        let start = (y - self.first) * self.width;
+        &mut self.rows[start + left..start + right]
+    }
+
+    /// One colour, texture upright.
+    fn rectangle(&mut self, bounds: Bounds, min: Vertex, max: Vertex, texture: &Texture) {
+        let first_centre = |v: f32, least: usize| (((v * STEPS).round() / STEPS - 0.5).ceil().max(0.0) as usize).max(least);
+        let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
+        let (right, bottom) = (first_centre(max.pos.x, 0).min(bounds.right), first_centre(max.pos.y, 0).min(bounds.bottom));
+        if left >= right || top >= bottom {
+            return;
+        }
+        let step_u = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
+        let step_v = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
+        let plain = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
+        for y in top..bottom {
+            let v = min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v;
+            let start_u = min.uv.x + (left as f32 + 0.5 - min.pos.x) * step_u;
+            let row = self.row(y, left, right);
+            match plain {
+                Some(colour) => row.iter_mut().for_each(|p| *p = over(colour, *p)),
+                None if min.color == Color32::WHITE => {
+                    row.iter_mut().enumerate().for_each(|(i, p)| *p = over(texture.at(start_u + i as f32 * step_u, v), *p));
+                }
+                None => row.iter_mut().enumerate().for_each(|(i, p)| {
+                    *p = over(modulate(min.color, texture.at(start_u + i as f32 * step_u, v)), *p);
+                }),
+            }
+        }
+    }
+
+    fn triangle(&mut self, bounds: Bounds, [a, mut b, mut c]: [Vertex; 3], texture: &Texture) {
+        let fixed = |v: &Vertex| [(v.pos.x * STEPS).round() as i64, (v.pos.y * STEPS).round() as i64];
+        let (pa, mut pb, mut pc) = (fixed(&a), fixed(&b), fixed(&c));
+        let mut area = cross(pa, pb, pc);
+        if area == 0 {
+            return;
+        }
+        if area < 0 {
+            (b, c, pb, pc, area) = (c, b, pc, pb, -area);
+        }
+        let centre = |v: i64| (v - 128).div_euclid(256);
+        let span = |x: [i64; 3]| (centre(x.into_iter().min().unwrap_or(0)), centre(x.into_iter().max().unwrap_or(0)) + 1);
+        let (x0, x1) = span([pa[0], pb[0], pc[0]]);
+        let (y0, y1) = span([pa[1], pb[1], pc[1]]);
+        let left = x0.max(bounds.left as i64);
+        let right = (x1 + 1).min(bounds.right as i64);
+        let one_colour = a.color == b.color && b.color == c.color;
+        let plain = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
+        let uniform_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.at(a.uv.x, a.uv.y));
+        // A point on an edge belongs to the triangle whose top or left it is.
+        let owns = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
+        let keep = [owns(pb, pc), owns(pc, pa), owns(pa, pb)];
+        for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
+            for x in left..right {
+                let at = [x * 256 + 128, y * 256 + 128];
+                let w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
+                if (0..3).any(|i| w[i] < keep[i]) {
+                    continue;
+                }
+                let colour = plain.unwrap_or_else(|| {
+                    let weight = w.map(|w| w as f32 / area as f32);
+                    let colour = blend([a.color, b.color, c.color], weight);
+                    let mix = |p: f32, q: f32, r: f32| p * weight[0] + q * weight[1] + r * weight[2];
+                    let texel = uniform_texel.unwrap_or_else(|| texture.at(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
+                    modulate(colour, texel)
+                });
+                let pixel = &mut self.row(y as usize, x as usize, x as usize + 1)[0];
+                *pixel = over(colour, *pixel);
+            }
+        }
+    }
+}
+
+/// Twice the area of a triangle, in steps squared; positive when it turns clockwise on the screen.
+fn cross(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// The least and greatest corner when two triangles make one upright rectangle of one colour with an upright texture.
+fn upright(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> {
+    let all = [first[0], first[1], first[2], second[0], second[1], second[2]];
+    let at_least = |v: &&Vertex| all.iter().all(|o| v.pos.x <= o.pos.x && v.pos.y <= o.pos.y);
+    let at_most = |v: &&Vertex| all.iter().all(|o| v.pos.x >= o.pos.x && v.pos.y >= o.pos.y);
+    let (min, max) = (all.iter().find(at_least)?, all.iter().find(at_most)?);
+    let is_corner = |v: &Vertex| {
+        (v.pos.x == min.pos.x && v.uv.x == min.uv.x || v.pos.x == max.pos.x && v.uv.x == max.uv.x)
+            && (v.pos.y == min.pos.y && v.uv.y == min.uv.y || v.pos.y == max.pos.y && v.uv.y == max.uv.y)
+            && v.color == min.color
+    };
+    // Two triangles on one diagonal: together they have each of the other corners once.
+    let other = |t: &[Vertex; 3]| t.iter().find(|v| v.pos != min.pos && v.pos != max.pos).map(|v| v.pos);
+    let halves = matches!((other(&first), other(&second)), (Some(p), Some(q)) if p != q);
+    (halves && min.pos.x < max.pos.x && min.pos.y < max.pos.y && all.iter().all(is_corner)).then_some((*min, *max))
+}
+
+fn blend(colours: [Color32; 3], weight: [f32; 3]) -> Color32 {
+    let [a, b, c] = colours.map(|c| c.to_array());
+    let channel = |i: usize| (f32::from(a[i]) * weight[0] + f32::from(b[i]) * weight[1] + f32::from(c[i]) * weight[2] + 0.5) as u8;
+    Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
+}
+
+/// `a * b / 255`, rounded, exact for all bytes.
+fn times(a: u8, b: u8) -> u8 {
+    let t = u32::from(a) * u32::from(b) + 128;
+    ((t + (t >> 8)) >> 8) as u8
+}
+
+fn modulate(colour: Color32, texel: Color32) -> Color32 {
+    let (c, t) = (colour.to_array(), texel.to_array());
+    Color32::from_rgba_premultiplied(times(c[0], t[0]), times(c[1], t[1]), times(c[2], t[2]), times(c[3], t[3]))
+}
+
+fn over(source: Color32, below: u32) -> u32 {
+    let [r, g, b, a] = source.to_array();
+    if a == 255 {
+        return u32::from_be_bytes([0, r, g, b]);
+    }
+    let [_, br, bg, bb] = below.to_be_bytes();
+    let left = 255 - a;
+    u32::from_be_bytes([0, r.saturating_add(times(br, left)), g.saturating_add(times(bg, left)), b.saturating_add(times(bb, left))])
+}
+
+impl Texture {
+    fn texel(&self, x: i64, y: i64) -> Color32 {
+        let inside = |v: i64, size: usize| {
+            let size = size as i64;
+            if self.repeats { v.rem_euclid(size) } else { v.clamp(0, size - 1) }
+        };
+        self.texels[inside(y, self.height) as usize * self.width + inside(x, self.width) as usize]
+    }
+
+    fn at(&self, u: f32, v: f32) -> Color32 {
+        if self.texels.is_empty() {
+            return Color32::WHITE;
+        }
+        let (x, y) = (u * self.width as f32, v * self.height as f32);
+        if !self.smooth {
+            return self.texel(x.floor() as i64, y.floor() as i64);
+        }
+        let (x, y) = (x - 0.5, y - 0.5);
+        let (left, top) = (x.floor(), y.floor());
+        // Weights of 1/256 suffice for bytes; a texel hit in its middle comes out as it is.
+        let (wx, wy) = (((x - left) * 256.0) as u32, ((y - top) * 256.0) as u32);
+        let (left, top) = (left as i64, top as i64);
+        let a = self.texel(left, top);
+        if wx == 0 && wy == 0 {
+            return a;
+        }
+        let [a, b, c, d] = [a, self.texel(left + 1, top), self.texel(left, top + 1), self.texel(left + 1, top + 1)].map(|t| t.to_array());
+        let channel = |i: usize| {
+            let upper = u32::from(a[i]) * (256 - wx) + u32::from(b[i]) * wx;
+            let lower = u32::from(c[i]) * (256 - wx) + u32::from(d[i]) * wx;
+            ((upper * (256 - wy) + lower * wy + 32_768) >> 16) as u8
+        };
+        Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{ClippedPrimitive, ColorImage, Pos2, Rect, TextureOptions, pos2};
+
+    const WHITE: TextureId = TextureId::Managed(0);
+
+    fn painter() -> Painter {
+        let mut painter = Painter::default();
+        painter.set_texture(WHITE, &ImageDelta::full(ColorImage::filled([1, 1], Color32::WHITE), TextureOptions::LINEAR));
+        painter
+    }
+
+    fn drawn(painter: &Painter, mesh: Mesh, side: usize) -> Vec<u32> {
+        let mut pixels = vec![0; side * side];
+        let clip_rect = Rect::from_min_max(Pos2::ZERO, pos2(side as f32, side as f32));
+        let primitives = [ClippedPrimitive { clip_rect, primitive: Primitive::Mesh(mesh) }];
+        painter.paint(&mut Canvas { width: side, height: side, pixels: &mut pixels }, 1.0, &primitives);
+        pixels
+    }
+
+    fn fan(corners: &[(f32, f32)], colour: Color32) -> Mesh {
+        let vertices = corners.iter().map(|&(x, y)| Vertex { pos: pos2(x, y), uv: Pos2::ZERO, color: colour }).collect();
+        let indices = (1..corners.len() as u32 - 1).flat_map(|i| [0, i, i + 1]).collect();
+        Mesh { indices, vertices, texture_id: WHITE }
+    }
+
+    /// A slanted quadrilateral of half-clear triangles: were a pixel of the shared edge painted twice it would be brighter, or black if never.
+    #[test]
+    fn triangles_that_share_an_edge_cover_each_pixel_once() {
+        let half = Color32::from_rgba_premultiplied(100, 100, 100, 100);
+        for turn in 0..64 {
+            let angle = turn as f32 * 0.1;
+            let at = |k: f32| {
+                let (s, c) = (angle + k * std::f32::consts::FRAC_PI_2).sin_cos();
+                (20.0 + 17.3 * c, 20.0 + 17.3 * s)
+            };
+            let pixels = drawn(&painter(), fan(&[at(0.0), at(1.0), at(2.0), at(3.0)], half), 40);
+            let once = u32::from_be_bytes([0, 100, 100, 100]);
+            assert!(pixels.iter().all(|p| *p == 0 || *p == once), "turned by {angle}");
+            let covered = pixels.iter().filter(|p| **p == once).count() as f32;
+            assert!((covered - 2.0 * 17.3 * 17.3).abs() < 20.0, "{covered} pixels");
+        }
+    }
+
+    /// The quick way for rectangles paints what two triangles paint.
+    #[test]
+    fn a_rectangle_is_its_two_triangles() {
+        let mut painter = painter();
+        let id = TextureId::User(7);
+        let texels = (0..16u8).map(|i| Color32::from_rgb(i * 16, 255 - i * 9, i * 3)).collect();
+        painter.set_texture(id, &ImageDelta::full(ColorImage::new([4, 4], texels), TextureOptions::LINEAR));
+        let mut mesh = Mesh { texture_id: id, ..Mesh::default() };
+        let rect = Rect::from_min_max(pos2(3.2, 5.7), pos2(29.4, 26.5));
+        mesh.add_rect_with_uv(rect, Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0)), Color32::WHITE);
+        let quick = drawn(&painter, mesh.clone(), 32);
+        // A third triangle without area between the two hides that they are a pair.
+        let pair = mesh.indices.clone();
+        mesh.indices = [&pair[..3], &[0, 0, 0], &pair[3..]].concat();
+        let slow = drawn(&painter, mesh, 32);
+        let apart = |a: u32, b: u32| a.to_be_bytes().into_iter().zip(b.to_be_bytes()).map(|(a, b)| a.abs_diff(b)).max();
+        let worst = quick.iter().zip(&slow).filter_map(|(a, b)| apart(*a, *b)).max();
+        assert!(worst <= Some(2), "{worst:?} levels of 255 apart");
+        assert!(quick.iter().any(|p| *p != 0));
+    }
+
+    #[test]
+    fn nothing_is_painted_outside_the_clip_or_the_canvas() {
+        let mut pixels = vec![0; 100];
+        let clip_rect = Rect::from_min_max(pos2(2.0, 2.0), pos2(5.0, 4.0));
+        let mesh = fan(&[(-50.0, -50.0), (500.0, -50.0), (500.0, 500.0), (-50.0, 500.0)], Color32::RED);
+        let primitives = [ClippedPrimitive { clip_rect, primitive: Primitive::Mesh(mesh) }];
+        painter().paint(&mut Canvas { width: 10, height: 10, pixels: &mut pixels }, 1.0, &primitives);
+        let painted: Vec<usize> = pixels.iter().enumerate().filter(|(_, p)| **p != 0).map(|(i, _)| i).collect();
+        assert_eq!(painted, [22, 23, 24, 32, 33, 34]);
+    }
+
+    #[test]
+    fn patches_change_their_part_and_wrong_ones_nothing() {
+        let mut painter = painter();
+        let id = TextureId::User(1);
+        let image = |n, c| ColorImage::filled([n, n], c);
+        painter.set_texture(id, &ImageDelta::full(image(4, Color32::BLACK), TextureOptions::NEAREST));
+        painter.set_texture(id, &ImageDelta::partial([1, 1], image(2, Color32::WHITE), TextureOptions::NEAREST));
+        painter.set_texture(id, &ImageDelta::partial([3, 3], image(2, Color32::RED), TextureOptions::NEAREST));
+        let texels = &painter.textures[&id].texels;
+        let white: Vec<usize> = (0..16).filter(|i| texels[*i] == Color32::WHITE).collect();
+        assert_eq!(white, [5, 6, 9, 10]);
+        assert!(!texels.contains(&Color32::RED));
+    }
+}

@@ -1,0 +1,404 @@
+//! One view as people keep and share it: body, eye, time, field of view, brightness, effects. Plain values; a link, a file and a bookmark are
+//! this value and nothing else.
+//!
+//! In: angles, distances, names. Out: a [`ViewRequest`], and the same value back from its text: what is written down restores the view to the
+//! last bit. It draws nothing and keeps no history.
+
+use super::orbit::Orbit;
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::Ephemeris;
+use crate::scene::draw::PixelView;
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, Up, ViewRequest};
+use crate::scene::viewpoint::ground_point_km;
+use crate::time::Instant;
+use glam::{DMat3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// Where the viewer stands and which way it faces.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Eye {
+    /// Around a body, facing it but for a look aside; elevation counts from its equator.
+    Orbit {
+        body: NaifId,
+        /// The frame turns with the body.
+        fixed: bool,
+        azimuth_deg: f64,
+        elevation_deg: f64,
+        distance_radii: f64,
+        yaw_deg: f64,
+        pitch_deg: f64,
+    },
+    /// On the ground, or above it.
+    Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
+    /// At a body's centre, the body itself away.
+    Centre { body: NaifId },
+    /// Anywhere, facing anywhere, ICRF: on the way from one body to the next.
+    Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
+}
+
+impl Eye {
+    /// The body that carries the eye.
+    pub fn body(&self) -> NaifId {
+        match *self {
+            Self::Orbit { body, .. } | Self::Ground { body, .. } | Self::Centre { body } | Self::Free { body, .. } => body,
+        }
+    }
+}
+
+/// A view. Fields that a text leaves out keep their defaults.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sight {
+    /// Seconds past J2000.
+    pub tdb_s: f64,
+    /// Looked at, and what the exposure is for.
+    pub target: NaifId,
+    pub eye: Eye,
+    /// The eye follows the target; else it faces what its angles say.
+    #[serde(default = "yes")]
+    pub tracks: bool,
+    /// Vertical.
+    pub fov_deg: f64,
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// `None`: automatic.
+    #[serde(default)]
+    pub exposure_stops: Option<f64>,
+    /// As `--effects` takes them.
+    #[serde(default)]
+    pub effects: String,
+    #[serde(default = "shaded")]
+    pub pixels: String,
+    #[serde(default = "standard")]
+    pub quality: String,
+}
+
+fn yes() -> bool {
+    true
+}
+fn shaded() -> String {
+    PixelView::Shaded.name().to_owned()
+}
+fn standard() -> String {
+    quality_name(Quality::Standard).to_owned()
+}
+
+pub fn quality_name(quality: Quality) -> &'static str {
+    match quality {
+        Quality::Draft => "draft",
+        Quality::Standard => "standard",
+        Quality::Reference => "reference",
+    }
+}
+
+pub const QUALITIES: [Quality; 3] = [Quality::Draft, Quality::Standard, Quality::Reference];
+
+/// What links begin with.
+pub const SCHEME: &str = "orrery://view?";
+
+/// Field of view of a new view.
+pub const FOV_DEG: f64 = 45.0;
+pub const FOV_LEAST_DEG: f64 = 1e-4;
+pub const FOV_MOST_DEG: f64 = 120.0;
+
+impl Sight {
+    /// Around a body at `offset_km` (ICRF), facing it.
+    pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
+        let o = Orbit::from_offset(offset_km, radius_km, pole);
+        Self {
+            tdb_s: time.tdb_seconds_past_j2000(),
+            target: body,
+            eye: orbit_eye(body, false, o),
+            tracks: true,
+            fov_deg: FOV_DEG,
+            roll_deg: 0.0,
+            exposure_stops: None,
+            effects: String::new(),
+            pixels: shaded(),
+            quality: standard(),
+        }
+    }
+
+    pub fn time(&self) -> Instant {
+        Instant::from_tdb_seconds_past_j2000(self.tdb_s)
+    }
+
+    pub fn quality(&self) -> Quality {
+        QUALITIES.into_iter().find(|q| quality_name(*q) == self.quality).unwrap_or_default()
+    }
+
+    /// What the stages are asked for. `width` and `height` in pixels.
+    ///
+    /// # Errors
+    /// One line that names the field that no view can have.
+    pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, String> {
+        let time = self.time();
+        let mut request = ViewRequest::of(self.target, time);
+        let pose = self.pose(catalog, ephemeris)?;
+        request.position = pose.position;
+        request.look = pose.look;
+        request.up = pose.up;
+        request.fov_deg = Some(self.fov_deg);
+        (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
+        request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
+        request.effects = EffectOverrides::parse(&self.effects).map_err(|e| e.to_string())?;
+        let unknown = |what: &str, value: &str| format!("{what} `{value}` is not known");
+        request.pixel_view =
+            PixelView::ALL.into_iter().find(|p| p.name() == self.pixels).ok_or_else(|| unknown("pixels", &self.pixels))?;
+        request.quality =
+            QUALITIES.into_iter().find(|q| quality_name(*q) == self.quality).ok_or_else(|| unknown("quality", &self.quality))?;
+        request.check().map_err(|e| e.to_string())?;
+        Ok(request)
+    }
+
+    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Pose, String> {
+        let body_of = |id: NaifId| catalog.body(id).ok_or_else(|| format!("no body has the code {}", id.0));
+        body_of(self.target)?;
+        let body = body_of(self.eye.body())?;
+        let turned = |id: NaifId| ephemeris.body_from_icrf(id, self.time()).map_err(|e| e.to_string());
+        let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
+        let aside = self.target != body.id && self.tracks;
+        Ok(match self.eye {
+            Eye::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
+                let pole = if fixed { DVec3::Z } else { turned(body.id)?.row(2) };
+                let orbit = Orbit {
+                    azimuth_rad: azimuth_deg.to_radians(),
+                    elevation_rad: elevation_deg.to_radians(),
+                    distance_radii,
+                };
+                // About the body-fixed z the azimuth is the longitude itself.
+                let offset_km = orbit.offset_km(body.radii_km.x, pole);
+                let position = Position::Offset { body: body.id, offset_km, axes };
+                if aside {
+                    return Ok(Pose { position, look: Look::Target, up: Up::Celestial });
+                }
+                let forward = (-offset_km).try_normalize().unwrap_or(DVec3::X);
+                if yaw_deg == 0.0 && pitch_deg == 0.0 && self.roll_deg == 0.0 && self.target == body.id {
+                    return Ok(Pose { position, look: Look::Target, up: Up::North });
+                }
+                let (forward, up) = looking_aside(forward, pole, yaw_deg, pitch_deg);
+                Pose {
+                    position,
+                    look: Look::Along { direction: forward, axes },
+                    up: Up::Along { direction: rolled(forward, up), axes },
+                }
+            }
+            Eye::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+                let position = Position::Ground { body: body.id, latitude_deg, longitude_deg, height_km };
+                if aside {
+                    return Ok(Pose { position, look: Look::Target, up: Up::Zenith });
+                }
+                let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
+                let axes = horizon_axes(normal);
+                let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
+                let (sin_alt, cos_alt) = altitude_deg.to_radians().sin_cos();
+                let forward = axes * DVec3::new(cos_alt * sin_az, cos_alt * cos_az, sin_alt);
+                let up = axes * DVec3::new(-sin_alt * sin_az, -sin_alt * cos_az, cos_alt);
+                let axes = Axes::BodyFixed;
+                Pose {
+                    position,
+                    look: Look::Along { direction: forward, axes },
+                    up: Up::Along { direction: rolled(forward, up), axes },
+                }
+            }
+            Eye::Centre { .. } => Pose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
+            Eye::Free { offset_km, forward, up, .. } => Pose {
+                position: Position::Offset { body: body.id, offset_km, axes: Axes::Icrf },
+                look: Look::Along { direction: forward, axes: Axes::Icrf },
+                up: Up::Along { direction: up, axes: Axes::Icrf },
+            },
+        })
+    }
+
+    /// `orrery://view?target=699&eye.kind=orbit&…`: every field of the value by its path.
+    pub fn to_link(&self) -> String {
+        let mut pairs = Vec::new();
+        flatten("", &serde_json::to_value(self).unwrap_or_default(), &mut pairs);
+        format!("{SCHEME}{}", pairs.iter().map(|(k, v)| format!("{k}={}", escaped(v))).collect::<Vec<_>>().join("&"))
+    }
+
+    /// # Errors
+    /// One line that names the field.
+    pub fn from_link(link: &str) -> Result<Self, String> {
+        let query = link.trim().strip_prefix(SCHEME).ok_or_else(|| format!("a link begins with {SCHEME}"))?;
+        let mut root = Value::Object(Map::new());
+        for pair in query.split('&').filter(|p| !p.is_empty()) {
+            let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{pair}`: write field=value"))?;
+            let text = unescaped(text).ok_or_else(|| format!("`{pair}`: broken %-escape"))?;
+            // A field that is text says so by not being a JSON scalar.
+            let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
+            let mut at = &mut root;
+            for step in path.split('.') {
+                let map = at.as_object_mut().ok_or_else(|| format!("`{path}` stands below a plain value"))?;
+                at = map.entry(step).or_insert_with(|| Value::Object(Map::new()));
+            }
+            *at = value;
+        }
+        Self::from_value(root)
+    }
+
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// # Errors
+    /// One line with the place in the text.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        let value = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        Self::from_value(value)
+    }
+
+    fn from_value(value: Value) -> Result<Self, String> {
+        let sight: Self = serde_json::from_value(value).map_err(|e| e.to_string())?;
+        EffectOverrides::parse(&sight.effects).map_err(|e| e.to_string())?;
+        let finite = sight.tdb_s.is_finite() && sight.roll_deg.is_finite() && (FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&sight.fov_deg);
+        if finite { Ok(sight) } else { Err(format!("fov_deg must be {FOV_LEAST_DEG} to {FOV_MOST_DEG}, times and angles numbers")) }
+    }
+}
+
+struct Pose {
+    position: Position,
+    look: Look,
+    up: Up,
+}
+
+pub fn orbit_eye(body: NaifId, fixed: bool, o: Orbit) -> Eye {
+    Eye::Orbit {
+        body,
+        fixed,
+        azimuth_deg: o.azimuth_rad.to_degrees(),
+        elevation_deg: o.elevation_rad.to_degrees(),
+        distance_radii: o.distance_radii,
+        yaw_deg: 0.0,
+        pitch_deg: 0.0,
+    }
+}
+
+/// The gaze turned from `forward` by `yaw` to the right and `pitch` upwards, with its up.
+pub fn looking_aside(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
+    let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+    let up = right.cross(forward);
+    let (sin_y, cos_y) = yaw_deg.to_radians().sin_cos();
+    let (sin_p, cos_p) = pitch_deg.to_radians().sin_cos();
+    let level = forward * cos_y + right * sin_y;
+    (level * cos_p + up * sin_p, up * cos_p - level * sin_p)
+}
+
+/// Columns: east, north, zenith.
+fn horizon_axes(normal: DVec3) -> DMat3 {
+    let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
+    DMat3::from_cols(east, normal.cross(east), normal)
+}
+
+fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(k, v)| {
+            let below = if path.is_empty() { k.clone() } else { format!("{path}.{k}") };
+            flatten(&below, v, out);
+        }),
+        Value::Null => {}
+        // Text that reads as a JSON scalar keeps its quotes.
+        Value::String(s) if serde_json::from_str::<Value>(s).is_err() => out.push((path.to_owned(), s.clone())),
+        other => out.push((path.to_owned(), other.to_string())),
+    }
+}
+
+fn escaped(text: &str) -> String {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_.~+,:[]".contains(&b);
+    text.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+fn unescaped(text: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let [first, tail @ ..] = rest {
+        (rest, _) = match (first, tail) {
+            (b'%', [a, b, tail @ ..]) => {
+                let hex = std::str::from_utf8(&[*a, *b]).ok().and_then(|h| u8::from_str_radix(h, 16).ok())?;
+                (tail, bytes.push(hex))
+            }
+            (b'%', _) => return None,
+            _ => (tail, bytes.push(*first)),
+        };
+    }
+    String::from_utf8(bytes).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sight() -> Sight {
+        let time = Instant::from_tdb_seconds_past_j2000(765_894_000.123_456_7);
+        let mut s = Sight::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
+        s.effects = "+eclipse=linear,-rings".into();
+        s.exposure_stops = Some(-1.25);
+        s
+    }
+
+    #[test]
+    fn links_and_files_restore_the_view_to_the_last_bit() {
+        let eyes = [
+            sight().eye,
+            Eye::Ground {
+                body: NaifId::EARTH,
+                latitude_deg: -33.3,
+                longitude_deg: 0.1 + 0.2,
+                height_km: 0.0017,
+                azimuth_deg: 270.0,
+                altitude_deg: 5.0,
+            },
+            Eye::Centre { body: NaifId::EARTH },
+            Eye::Free { body: NaifId::MOON, offset_km: DVec3::new(1e9, 1.0 / 3.0, 0.0), forward: DVec3::X, up: DVec3::Z },
+        ];
+        for eye in eyes {
+            let sight = Sight { eye, ..sight() };
+            assert_eq!(Sight::from_link(&sight.to_link()).as_ref(), Ok(&sight), "{}", sight.to_link());
+            assert_eq!(Sight::from_json(&sight.to_json()), Ok(sight));
+        }
+        assert!(sight().to_link().contains("target=699&"), "{}", sight().to_link());
+    }
+
+    #[test]
+    fn broken_links_are_refused_in_one_line() {
+        let good = sight().to_link();
+        for (bad, names) in [
+            ("https://x".to_owned(), "orrery://"),
+            (good.replace("target", "aim"), "aim"),
+            (good.replace("fov_deg=45.0", "fov_deg=0"), "fov_deg"),
+            (good.replace("eye.kind=orbit", "eye.kind=perch"), "perch"),
+            (good.replace("%3D", "%3"), "escape"),
+            (good.replace("-rings", "-wings"), "wings"),
+            (format!("{good}&target.x=1"), "target"),
+        ] {
+            let why = Sight::from_link(&bad).expect_err(&bad);
+            assert!(why.contains(names) && !why.contains('\n'), "{bad}: {why}");
+        }
+    }
+
+    #[test]
+    fn a_look_aside_turns_right_and_up() {
+        let (forward, up) = looking_aside(DVec3::Y, DVec3::Z, 90.0, 0.0);
+        assert!((forward - DVec3::X).length() < 1e-12 && (up - DVec3::Z).length() < 1e-12);
+        let (forward, up) = looking_aside(DVec3::Y, DVec3::Z, 0.0, 30.0);
+        assert!((forward.z - 0.5).abs() < 1e-12 && forward.dot(up).abs() < 1e-12 && up.y < 0.0);
+    }
+
+    #[test]
+    fn a_viewer_on_the_ground_sees_east_under_azimuth_90() {
+        // At 0 N 0 E the zenith is x, east y, north z.
+        let axes = horizon_axes(DVec3::X);
+        assert!((axes.x_axis - DVec3::Y).length() < 1e-12 && (axes.y_axis - DVec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn an_orbit_fixed_to_the_body_counts_longitude() {
+        let orbit = Orbit { azimuth_rad: 0.7, elevation_rad: 0.0, distance_radii: 2.0 };
+        let offset = orbit.offset_km(1.0, DVec3::Z);
+        assert!((offset.y.atan2(offset.x) - 0.7).abs() < 1e-12, "{offset}");
+    }
+}

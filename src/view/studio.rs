@@ -1,0 +1,195 @@
+//! Draws off the window's thread, so that no click waits for a picture.
+//!
+//! In: orders (a view at a size) and tasks (anything asked of the session). Out: drawings and answers, when they are done. Always: of several
+//! orders only the newest is drawn; pictures go before tasks; whoever waits is woken once for each result. It decides nothing about what is seen.
+
+use crate::render::plan::Fineness;
+use crate::scene::Scene;
+use crate::scene::request::ViewRequest;
+use crate::session::{DrawnBy, Session, Stages};
+use crate::shader::library::Statistics;
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant as Moment;
+
+/// One picture to draw.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Order {
+    pub request: ViewRequest,
+    pub fineness: Fineness,
+}
+
+/// A drawn order.
+pub struct Drawing {
+    pub order: Order,
+    pub scene: Scene,
+    pub width: u32,
+    pub height: u32,
+    /// Rows top first, opaque.
+    pub rgba: Vec<[u8; 4]>,
+    pub by: DrawnBy,
+    /// From order to picture.
+    pub took_ms: f64,
+    /// Of this frame alone.
+    pub stages: Stages,
+    /// Since the session was opened.
+    pub library: Statistics,
+}
+
+/// Something asked of the session.
+pub type Task = Box<dyn FnOnce(&Session) + Send>;
+
+/// The session and whoever works it.
+pub trait Studio {
+    fn session(&self) -> &Session;
+    /// Asks for a picture; an older order that was not begun is dropped.
+    fn order(&self, order: Order);
+    /// The newest finished picture, once.
+    fn take(&self) -> Option<Result<Drawing, String>>;
+    /// Runs a task when there is time.
+    fn run(&self, task: Task);
+}
+
+/// An answer that may still be on its way.
+pub struct Ticket<T>(Arc<Mutex<Option<T>>>);
+
+impl<T> Ticket<T> {
+    /// The answer, once it is there.
+    pub fn take(&self) -> Option<T> {
+        locked(&self.0).take()
+    }
+}
+
+/// Asks the session something; the ticket gets what `question` answers.
+pub fn ask<T: Send + 'static>(studio: &dyn Studio, question: impl FnOnce(&Session) -> T + Send + 'static) -> Ticket<T> {
+    let slot = Arc::new(Mutex::new(None));
+    let answer = Arc::clone(&slot);
+    studio.run(Box::new(move |session| *locked(&answer) = Some(question(session))));
+    Ticket(slot)
+}
+
+fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
+    slot.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Draws an order now.
+///
+/// # Errors
+/// Why there is no picture, in one line.
+pub fn draw(session: &Session, order: Order) -> Result<Drawing, String> {
+    let before = session.report().0;
+    let start = Moment::now();
+    let drawn = session.draw_promptly(&order.request, order.fineness).map_err(|e| e.to_string())?;
+    let took_ms = start.elapsed().as_secs_f64() * 1e3;
+    let (stages, library) = session.report();
+    Ok(Drawing {
+        order,
+        scene: drawn.scene,
+        width: drawn.frame.width,
+        height: drawn.frame.height,
+        rgba: drawn.frame.display,
+        by: drawn.by,
+        took_ms,
+        stages: stages.since(&before),
+        library,
+    })
+}
+
+/// Does everything at once, on the caller's thread.
+pub struct Prompt<'a> {
+    session: &'a Session,
+    done: Mutex<Option<Result<Drawing, String>>>,
+}
+
+impl<'a> Prompt<'a> {
+    pub fn new(session: &'a Session) -> Self {
+        Self { session, done: Mutex::default() }
+    }
+}
+
+impl Studio for Prompt<'_> {
+    fn session(&self) -> &Session {
+        self.session
+    }
+    fn order(&self, order: Order) {
+        *locked(&self.done) = Some(draw(self.session, order));
+    }
+    fn take(&self) -> Option<Result<Drawing, String>> {
+        locked(&self.done).take()
+    }
+    fn run(&self, task: Task) {
+        task(self.session);
+    }
+}
+
+#[derive(Default)]
+struct Work {
+    order: Option<Order>,
+    tasks: VecDeque<Task>,
+    done: Option<Result<Drawing, String>>,
+    closed: bool,
+}
+
+/// One thread that draws for a window.
+pub struct Threaded<'a> {
+    session: &'a Session,
+    work: Mutex<Work>,
+    called: Condvar,
+    wake: Box<dyn Fn() + Send + Sync + 'a>,
+}
+
+impl<'a> Threaded<'a> {
+    /// `wake` is called after each finished picture and task.
+    pub fn new(session: &'a Session, wake: impl Fn() + Send + Sync + 'a) -> Self {
+        Self { session, work: Mutex::default(), called: Condvar::new(), wake: Box::new(wake) }
+    }
+
+    /// Works until [`Self::close`]: for a thread of its own.
+    pub fn work(&self) {
+        let mut work = locked(&self.work);
+        loop {
+            if work.closed {
+                return;
+            }
+            if let Some(order) = work.order.take() {
+                drop(work);
+                let drawing = draw(self.session, order);
+                work = locked(&self.work);
+                work.done = Some(drawing);
+            } else if let Some(task) = work.tasks.pop_front() {
+                drop(work);
+                task(self.session);
+                work = locked(&self.work);
+            } else {
+                work = self.called.wait(work).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
+            drop(work);
+            (self.wake)();
+            work = locked(&self.work);
+        }
+    }
+
+    /// Ends the work; what is being drawn is finished first.
+    pub fn close(&self) {
+        locked(&self.work).closed = true;
+        self.called.notify_all();
+    }
+}
+
+impl Studio for Threaded<'_> {
+    fn session(&self) -> &Session {
+        self.session
+    }
+    fn order(&self, order: Order) {
+        locked(&self.work).order = Some(order);
+        self.called.notify_one();
+    }
+    fn take(&self) -> Option<Result<Drawing, String>> {
+        locked(&self.work).done.take()
+    }
+    fn run(&self, task: Task) {
+        locked(&self.work).tasks.push_back(task);
+        self.called.notify_one();
+    }
+}
