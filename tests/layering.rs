@@ -24,7 +24,11 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe"],
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
-    ("view", &["catalog::NaifId", "time", "view"], &["naga", "wgpu", "rayon"]),
+    (
+        "view",
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render::plan", "image", "session", "probe", "view"],
+        &["naga", "wgpu"],
+    ),
     (
         "render/gpu",
         &["shader", "image", "render::plan", "render::frame", "render::gpu"],

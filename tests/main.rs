@@ -13,8 +13,10 @@ mod glint;
 mod golden;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod horizon;
 mod layering;
 mod library;
+mod moments;
 mod orbits;
 mod orientation;
 mod overlays;
@@ -41,4 +43,8 @@ mod software_speed;
 mod software_tone_map;
 mod textures;
 mod toggles;
+#[cfg(feature = "view")]
+mod viewer;
+#[cfg(feature = "view")]
+mod viewer_inspect;
 mod views;

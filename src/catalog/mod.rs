@@ -6,6 +6,7 @@
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
+pub mod moments;
 mod overlay;
 mod read;
 mod table;
@@ -20,6 +21,7 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("moons_outer.toml", include_str!("../../catalogs/moons_outer.toml")),
     ("rings.toml", include_str!("../../catalogs/rings.toml")),
     ("atmospheres.toml", include_str!("../../catalogs/atmospheres.toml")),
+    ("moments.toml", include_str!("../../catalogs/moments.toml")),
 ];
 
 /// A NAIF integer code: a body (`399` the Earth), a system barycentre (`1`..`9`), or `0`, the solar system barycentre.
@@ -250,6 +252,7 @@ impl Body {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Catalog {
     bodies: Vec<Body>,
+    moments: Vec<moments::Moment>,
 }
 
 /// One wrong field: where, what it says, what is allowed.
@@ -278,7 +281,7 @@ impl Catalog {
     /// The catalog that ships inside the program. A test holds that it has no problem, so it never panics in a built program.
     pub fn embedded() -> Self {
         match read::read(EMBEDDED) {
-            Ok(bodies) => Self { bodies },
+            Ok(catalog) => catalog,
             Err(e) => panic!("the embedded catalog is broken:\n{e}"),
         }
     }
@@ -287,12 +290,17 @@ impl Catalog {
     /// fields it gives; another adds a body.
     pub fn with_files(files: &[(String, String)]) -> Result<Self, CatalogError> {
         let all: Vec<(&str, &str)> = EMBEDDED.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
-        Ok(Self { bodies: read::read(&all)? })
+        read::read(&all)
     }
 
     /// Every body, by rising NAIF code.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
+    }
+
+    /// Well-known moments, by kind and time.
+    pub fn moments(&self) -> &[moments::Moment] {
+        &self.moments
     }
 
     pub fn body(&self, id: NaifId) -> Option<&Body> {

@@ -6,8 +6,8 @@
 use super::overlay;
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
-    Atmosphere, Body, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry, Ring,
-    Rotation, Species,
+    Atmosphere, Body, Catalog, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry,
+    Ring, Rotation, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -309,12 +309,13 @@ fn atmosphere(mut s: Section) -> Option<(Located<String>, Atmosphere)> {
 }
 
 /// Reads every file; later ones override. All problems come back together.
-pub(super) fn read(files: &[(&str, &str)]) -> Result<Vec<Body>, CatalogError> {
+pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let problems = Problems::default();
     let mut drafts = BTreeMap::new();
     let mut rings: Vec<(Located<String>, Vec<Ring>)> = Vec::new();
     let mut atmospheres = Vec::new();
     let mut overlays = Vec::new();
+    let mut moments_drafts = Vec::new();
     for (file, text) in files {
         let source = Source::new(file, text, &problems);
         let mut root = source.root();
@@ -331,11 +332,13 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Vec<Body>, CatalogError> {
         rings.extend(of_file);
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
+        moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
         root.finish();
     }
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
+    let moments = moments::assemble(moments_drafts, &bodies, &problems);
     problems.into_result()?;
-    Ok(bodies)
+    Ok(Catalog { bodies, moments })
 }
 
 /// Drafts to bodies: what must be there is there, names are single, parents and owners exist.

@@ -2,12 +2,11 @@
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
-use crate::render::frame::Frame;
 use crate::scene::legend::legend;
 use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
-use crate::session::{DrawnBy, Session, Stage, Stages, milliseconds, process_cpu};
+use crate::session::{DrawnBy, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant as Moment;
 
 const EXAMPLES: &str = "Examples:
@@ -143,7 +142,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let before = if args.time_report { process_cpu() } else { None };
         let start = Moment::now();
         match &path {
-            Some(path) => write_file(path, &drawn.frame, &text_chunks(args, &request, &drawn.scene))?,
+            Some(path) => write_picture(path, &drawn.frame, &text_chunks(args, &request, &drawn.scene)).map_err(CliError)?,
             None => {
                 if number == first {
                     image::write_y4m_header(&mut stream, request.width, request.height, args.rate).map_err(to_stream)?;
@@ -168,10 +167,6 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
 
 fn to_stream(e: impl std::fmt::Display) -> CliError {
     CliError(format!("standard output: {e}"))
-}
-
-fn is_exr(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
 /// A bar on a terminal, nothing in a pipe or for one frame.
@@ -201,38 +196,6 @@ fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::S
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ]
 }
-
-/// Written beside its place and moved there whole, so that an interrupted run leaves no half picture to be taken for done.
-fn write_file(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), CliError> {
-    let failed = |e: &dyn std::fmt::Display| CliError(format!("{}: {e}", path.display()));
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
-    {
-        let mut out = std::io::BufWriter::new(file.as_file_mut());
-        if is_exr(path) {
-            let legend = text.iter().find(|(k, _)| *k == "Legend").map_or("", |(_, v)| v.as_str());
-            image::write_exr(&mut out, frame.width, frame.height, &frame.hdr, legend).map_err(|e| failed(&e))?;
-        } else {
-            let text: Vec<(&str, &str)> = text.iter().map(|(k, v)| (*k, v.as_str())).collect();
-            image::write_png(&mut out, frame.width, frame.height, &frame.display, &text).map_err(|e| failed(&e))?;
-        }
-        out.flush().map_err(|e| failed(&e))?;
-    }
-    open_to_others(file.as_file());
-    file.persist(path).map_err(|e| failed(&e.error))?;
-    Ok(())
-}
-
-/// Temporary files are private; a picture is not.
-#[cfg(unix)]
-fn open_to_others(file: &std::fs::File) {
-    use std::os::unix::fs::PermissionsExt;
-    // Failing leaves the picture readable by its owner alone, which is no reason to lose it.
-    let _ = file.set_permissions(std::fs::Permissions::from_mode(0o644));
-}
-
-#[cfg(not(unix))]
-fn open_to_others(_file: &std::fs::File) {}
 
 fn report(session: &Session, written: &Stages, frames: u32, by: Option<DrawnBy>) -> serde_json::Value {
     let (mut stages, library) = session.report();

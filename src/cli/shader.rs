@@ -92,6 +92,8 @@ enum LanguageWord {
     Glsl,
     Msl,
     Spirv,
+    /// SPIR-V, an instruction a line
+    SpirvText,
     Ir,
 }
 
@@ -103,6 +105,7 @@ impl From<LanguageWord> for Language {
             LanguageWord::Glsl => Self::Glsl,
             LanguageWord::Msl => Self::Msl,
             LanguageWord::Spirv => Self::Spirv,
+            LanguageWord::SpirvText => Self::Assembly,
             LanguageWord::Ir => Self::Ir,
         }
     }

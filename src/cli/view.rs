@@ -19,6 +19,12 @@ pub struct ViewArgs {
     /// A view that was kept: orrery://… or a file
     #[arg(value_name = "LINK")]
     link: Option<String>,
+    /// What the window remembers [default: settings.json in the user's configuration folder]
+    #[arg(long, value_name = "FILE")]
+    settings: Option<std::path::PathBuf>,
+    /// Shader fragments laid over the built-in ones, by their paths inside shaders/; read again when a file changes
+    #[arg(long, value_name = "DIR")]
+    shaders: Option<std::path::PathBuf>,
     /// ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     time: String,
@@ -26,7 +32,7 @@ pub struct ViewArgs {
 
 impl Default for ViewArgs {
     fn default() -> Self {
-        Self { target: "earth".into(), link: None, time: "now".into() }
+        Self { target: "earth".into(), link: None, settings: None, shaders: None, time: "now".into() }
     }
 }
 
@@ -49,8 +55,10 @@ mod windowed {
     use crate::session::Session;
     use crate::time::Instant;
     use crate::view::interface::Interface;
+    use crate::view::settings::Settings;
     use crate::view::sight::{Sight, quality_name};
     use crate::view::viewer::{Subject, Viewer};
+    use crate::view::watch::Watch;
     use crate::view::window;
     use glam::DVec3;
 
@@ -59,13 +67,22 @@ mod windowed {
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
+        let watch = args.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError)?;
         let sight = match &args.link {
             Some(link) => kept(link)?,
             None => first(&session, args)?,
         };
         let sight = Sight { quality: quality_name(common.quality.of_request()).into(), ..sight };
         let viewer = Viewer::new(subjects(&session), sight, clock);
-        window::run(&mut Interface::new(viewer), &session).map_err(|e| CliError(e.to_string()))
+        let path = args.settings.clone().or_else(Settings::usual_path);
+        let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
+        said.iter().for_each(|line| eprintln!("orrery: {line}"));
+        let mut interface = Interface::new(viewer, settings);
+        let ended = window::run(&mut interface, &session, watch.as_ref()).map_err(|e| CliError(e.to_string()));
+        if let (Ok(()), Some(path)) = (&ended, &path) {
+            interface.settings.save(path).map_err(CliError)?;
+        }
+        ended
     }
 
     /// A link, or the file that keeps one.
@@ -73,7 +90,8 @@ mod windowed {
         if link.starts_with(crate::view::sight::SCHEME) {
             return Sight::from_link(link).map_err(|e| CliError(format!("{link}: {e}")));
         }
-        let text = std::fs::read_to_string(link).map_err(|e| CliError(format!("{link}: {e}; a link begins with {}", crate::view::sight::SCHEME)))?;
+        let text = std::fs::read_to_string(link)
+            .map_err(|e| CliError(format!("{link}: {e}; a link begins with {}", crate::view::sight::SCHEME)))?;
         Sight::from_json(&text).map_err(|e| CliError(format!("{link}: {e}")))
     }
 

@@ -47,8 +47,8 @@ pub struct ViewWords {
     /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: what the target reflects
     #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true)]
     pub exposure: String,
-    /// Switch features by hand: ellipsoid, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow, ring-shine, body-shadow,
-    /// atmosphere, planet-shine, points, glow
+    /// Switch features by hand: ellipsoid, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
+    /// ring-shine, body-shadow, atmosphere, planet-shine, points, glow; of one body alone as moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
     pub effects: Option<String>,
     /// Lines over the bodies: +orbits
@@ -132,7 +132,7 @@ impl ViewWords {
             request.layers = Layers::parse(layers).map_err(|e| CliError(e.to_string()))?;
         }
         request.pixel_view = pixel_view(&self.pixels)?;
-        request.check().map_err(|e| CliError(e.to_string()))?;
+        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError(e.to_string()))?;
         Ok(request)
     }
 

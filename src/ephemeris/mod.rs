@@ -6,6 +6,7 @@
 
 pub mod apparent;
 pub mod frames;
+pub mod horizon;
 pub mod kepler;
 pub mod kernel;
 pub mod lunar;

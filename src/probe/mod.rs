@@ -6,7 +6,7 @@
 
 pub mod lanes;
 mod overlap;
-mod pixel;
+pub mod pixel;
 mod ring;
 mod scatter;
 pub mod sunlight;

@@ -5,9 +5,9 @@
 //! shade the pixel's middle, nearest first, each with every named value of its module.
 
 use super::{Prober, fields};
-use crate::render::plan::{Fineness, ModuleName, Plan, PlanDraw};
+use crate::catalog::NaifId;
+use crate::render::plan::{Fineness, ModuleName, Plan};
 use crate::render::software::{NamedValue, PixelValues};
-use crate::scene::Scene;
 use crate::scene::draw::{Draw, Part};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, ViewRequest};
@@ -39,7 +39,7 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
     }
     let time = f.time.as_deref().unwrap_or("jd_tdb:2451545");
     let time = Instant::parse(time).map_err(|e| format!("field \"time\" {time}: {e}"))?;
-    let mut request = ViewRequest::of(crate::catalog::NaifId::EARTH, time);
+    let mut request = ViewRequest::of(NaifId::EARTH, time);
     request.target = None;
     (request.width, request.height) = (width, height);
     f.view.resolve(prober.catalog(), &mut request).map_err(|e| format!("field \"view\": {e}"))?;
@@ -47,30 +47,85 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
     request.check().map_err(|e| e.to_string())?;
-    let (scene, plan) = prober.session.plan(&request, FINENESS).map_err(|e| e.to_string())?;
-    let radiance = picture(prober, &plan, f.x, f.y)?;
-    let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
-    let mut draws = Vec::new();
-    // Nearest last in the plan, points after all bodies.
-    for (draw, of_body) in bodies.iter().zip(&scene.draws).rev() {
-        let found = prober.renderer.pixel_values(draw, prober.library(), [width, height], [f.x, f.y]).map_err(|e| e.to_string())?;
-        draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|v| one(prober, draw, of_body, &v)));
-    }
-    let first = draws.iter().find(|d| d["part"] == "globe").or(draws.first());
-    let of_first = |field: &str| first.map_or(Value::Null, |d| d[field].clone());
+    let seen = look(prober, &request, FINENESS, [f.x, f.y])?;
+    let draws: Vec<Value> = seen.draws.iter().map(one).collect();
+    let first = seen.first().map_or(Value::Null, one);
     let mut answer = Map::new();
     for field in ["body", "part", "lat", "lon", "key"] {
-        answer.insert(field.into(), of_first(field));
+        answer.insert(field.into(), first[field].clone());
     }
-    answer.insert("radiance".into(), json!(radiance.map(f64::from)));
-    answer.insert("exposure_stops".into(), json!(scene.exposure.stops));
-    answer.insert("time".into(), json!(time_of(&scene)));
+    answer.insert("radiance".into(), json!(seen.radiance.map(f64::from)));
+    answer.insert("exposure_stops".into(), json!(seen.exposure_stops));
+    answer.insert("time".into(), json!(seen.time.to_utc_iso()));
     answer.insert("draws".into(), draws.into());
     Ok(Value::Object(answer))
 }
 
-fn time_of(scene: &Scene) -> String {
-    scene.time.to_utc_iso()
+/// What one pixel of a picture shows, in the prober's precision.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Looked {
+    /// The linear pixel, all draws together.
+    pub radiance: [f32; 3],
+    pub exposure_stops: f64,
+    pub time: Instant,
+    /// Those that shade the pixel's middle, nearest first.
+    pub draws: Vec<DrawSeen>,
+}
+
+/// One draw at the pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawSeen {
+    pub body: NaifId,
+    /// The body's name.
+    pub name: String,
+    pub part: Part,
+    pub module: ModuleName,
+    /// Planetographic latitude and east longitude, degrees, of a globe's ground.
+    pub ground_deg: Option<[f64; 2]>,
+    pub seen: PixelValues,
+}
+
+impl Looked {
+    /// The nearest globe, else the nearest of all.
+    pub fn first(&self) -> Option<&DrawSeen> {
+        self.draws.iter().find(|d| d.part == Part::Globe).or(self.draws.first())
+    }
+}
+
+/// Looks at one pixel of a view.
+///
+/// # Errors
+/// One line: a view or a plan that cannot be, a pixel outside the picture.
+pub fn look(prober: &Prober<'_>, request: &ViewRequest, fineness: Fineness, [x, y]: [u32; 2]) -> Result<Looked, String> {
+    let size = [request.width, request.height];
+    let (scene, plan) = prober.session.plan(request, fineness).map_err(|e| e.to_string())?;
+    let radiance = picture(prober, &plan, x, y)?;
+    let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
+    let mut draws = Vec::new();
+    // Nearest last in the plan, points after all bodies.
+    for (draw, of_body) in bodies.iter().zip(&scene.draws).rev() {
+        let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y]).map_err(|e| e.to_string())?;
+        draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| DrawSeen {
+            body: of_body.body,
+            name: of_body.name.clone(),
+            part: of_body.part,
+            module: draw.module.clone(),
+            ground_deg: ground_deg(prober, of_body, &seen),
+            seen,
+        }));
+    }
+    Ok(Looked { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
+}
+
+/// Where on the ground a globe's pixel lies.
+fn ground_deg(prober: &Prober<'_>, of_body: &Draw, seen: &PixelValues) -> Option<[f64; 2]> {
+    let place = seen.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()))?;
+    let (&[x, y, z], Part::Globe) = (&place.numbers[..], of_body.part) else { return None };
+    let radii_km = prober.catalog().body(of_body.body)?.radii_km;
+    // The unit sphere's point over the semi-axes is the direction of the ground's normal: planetographic latitude.
+    let normal = glam::DVec3::new(x, y, z) / radii_km;
+    let latitude = normal.z.atan2(normal.truncate().length());
+    Some([latitude, (y * radii_km.y).atan2(x * radii_km.x)].map(f64::to_degrees))
 }
 
 /// The picture's linear pixel: all draws, this pixel alone.
@@ -86,44 +141,20 @@ fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3],
     frame.hdr.get(at).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the picture has no such pixel".into())
 }
 
-fn part_name(part: Part) -> &'static str {
-    match part {
-        Part::RingBehind => "ring-behind",
-        Part::Sky => "sky",
-        Part::Globe => "globe",
-        Part::Ring => "ring",
-        Part::Clouds => "clouds",
-    }
-}
-
 /// NaN has no place in JSON: what the pixel never came to is null.
 fn number(v: f64) -> Value {
     serde_json::Number::from_f64(v).map_or(Value::Null, Value::Number)
 }
 
-fn one(prober: &Prober<'_>, draw: &PlanDraw, of_body: &Draw, seen: &PixelValues) -> Value {
-    let body = prober.catalog().body(of_body.body);
+fn one(of: &DrawSeen) -> Value {
     let named = |v: &NamedValue| match v.numbers[..] {
         [one] => number(one),
         ref all => all.iter().copied().map(number).collect(),
     };
-    let values: Map<String, Value> = seen.values.iter().map(|v| (v.name.clone(), named(v))).collect();
-    let place = seen.values.iter().find(|v| v.name == "seen.position" && v.numbers.iter().all(|n| n.is_finite()));
-    let (mut lat, mut lon) = (Value::Null, Value::Null);
-    if let (Some(&[x, y, z]), Some(body)) = (place.map(|v| &v.numbers[..]), body)
-        && of_body.part == Part::Globe
-    {
-        // The unit sphere's point over the semi-axes is the direction of the ground's normal: planetographic latitude.
-        let normal = glam::DVec3::new(x, y, z) / body.radii_km;
-        lat = number(normal.z.atan2(normal.truncate().length()).to_degrees());
-        lon = number((y * body.radii_km.y).atan2(x * body.radii_km.x).to_degrees());
-    }
-    let key = match &draw.module {
-        ModuleName::Planet(key) => key.to_string(),
-        other => other.to_string(),
-    };
+    let values: Map<String, Value> = of.seen.values.iter().map(|v| (v.name.clone(), named(v))).collect();
+    let [lat, lon] = of.ground_deg.map_or([Value::Null, Value::Null], |place| place.map(number));
     json!({
-        "body": body.map(|b| b.name.as_str()), "part": part_name(of_body.part), "lat": lat, "lon": lon, "key": key,
-        "colour": seen.colour.map(number), "values": values,
+        "body": of.name, "part": of.part.name(), "lat": lat, "lon": lon, "key": of.module.to_string(),
+        "colour": of.seen.colour.map(number), "values": values,
     })
 }

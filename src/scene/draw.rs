@@ -125,6 +125,18 @@ pub enum Part {
     Clouds,
 }
 
+impl Part {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RingBehind => "ring-behind",
+            Self::Sky => "sky",
+            Self::Globe => "globe",
+            Self::Ring => "ring",
+            Self::Clouds => "clouds",
+        }
+    }
+}
+
 /// One draw of a body that is large enough to be a disc.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {

@@ -92,14 +92,22 @@ pub struct EffectOverrides {
     on: BTreeSet<Effect>,
     off: BTreeSet<Effect>,
     ways: BTreeMap<Effect, &'static str>,
+    /// For single bodies, by their names in lower case; what is asked here comes before what is asked of all.
+    of: BTreeMap<String, EffectOverrides>,
 }
 
 impl EffectOverrides {
-    /// Reads `+night,-normal,+eclipse=linear`. An effect named twice keeps the last sign; a way stays until another is named or the
+    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` is for one body alone. An effect named twice keeps the last sign; a way stays until another is named or the
     /// effect is switched off. A way does not switch an effect on where its bound says no.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut overrides = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            if let Some((body, rest)) = part.split_once(':') {
+                let body = body.trim().to_lowercase();
+                let so_far = overrides.of.get(&body).map(Self::to_text).unwrap_or_default();
+                overrides.of.insert(body, Self::parse(&format!("{so_far},{rest}"))?);
+                continue;
+            }
             let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
                 (Some(name), _) => (true, name),
                 (_, Some(name)) => (false, name),
@@ -128,6 +136,32 @@ impl EffectOverrides {
         }
     }
 
+    /// What holds for one body, where anything is asked of it alone.
+    pub fn for_body(&self, name: &str) -> Option<Self> {
+        let own = self.of.get(&name.to_lowercase())?;
+        let mut both = Self { of: BTreeMap::new(), ..self.clone() };
+        for effect in Effect::ALL {
+            if let Some(on) = own.asked(effect) {
+                both.set(effect, on);
+            }
+            if let Some(way) = own.way(effect) {
+                both.off.remove(&effect);
+                both.ways.insert(effect, way);
+            }
+        }
+        Some(both)
+    }
+
+    /// What is asked of one body alone, to be changed.
+    pub fn of_body(&mut self, name: &str) -> &mut Self {
+        self.of.entry(name.to_lowercase()).or_default()
+    }
+
+    /// Bodies of which something is asked alone.
+    pub fn bodies(&self) -> impl Iterator<Item = &str> {
+        self.of.keys().map(String::as_str)
+    }
+
     /// Leaves the effect to the scene again.
     pub fn forget(&mut self, effect: Effect) {
         self.on.remove(&effect);
@@ -142,7 +176,11 @@ impl EffectOverrides {
             let on = self.asked(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
             on.into_iter().chain(way)
         };
-        Effect::ALL.iter().flat_map(switched).collect::<Vec<_>>().join(",")
+        let of_bodies = self.of.iter().flat_map(|(body, own)| {
+            let text = own.to_text();
+            text.split(',').filter(|p| !p.is_empty()).map(|p| format!("{body}:{p}")).collect::<Vec<_>>()
+        });
+        Effect::ALL.iter().flat_map(switched).chain(of_bodies).collect::<Vec<_>>().join(",")
     }
 
     /// Chooses one of [`Effect::ways`].
@@ -413,6 +451,16 @@ mod tests {
         assert_eq!((o.way(Effect::Eclipse), o.asked(Effect::Eclipse)), (Some("linear"), None));
         assert_eq!(EffectOverrides::parse("+eclipse=linear,-eclipse").expect("both").way(Effect::Eclipse), None);
         assert!(EffectOverrides::parse("+eclipse=round").unwrap_err().to_string().contains("limb-darkened"));
+        let o = EffectOverrides::parse("+night,-clouds,Moon:-eclipse,moon:+albedo,io:+eclipse=linear").expect("effects of bodies");
+        let moon = o.for_body("Moon").expect("the Moon's own");
+        assert_eq!(
+            (moon.asked(Effect::Eclipse), moon.asked(Effect::Albedo), moon.asked(Effect::Night)),
+            (Some(false), Some(true), Some(true))
+        );
+        assert_eq!((o.asked(Effect::Eclipse), o.for_body("Earth")), (None, None));
+        assert_eq!(o.for_body("Io").expect("Io's own").way(Effect::Eclipse), Some("linear"));
+        assert_eq!(EffectOverrides::parse(&o.to_text()).expect("what it wrote"), o);
+        assert_eq!(o.bodies().collect::<Vec<_>>(), ["io", "moon"]);
         assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("one way"));
         assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
         assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("+night"));

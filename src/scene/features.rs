@@ -16,6 +16,7 @@ use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3};
 
 /// What the decisions of all bodies of a frame share.
+#[derive(Clone, Copy)]
 pub(super) struct Frame<'a> {
     pub request: &'a ViewRequest,
     pub camera: &'a camera::Camera,
@@ -23,7 +24,7 @@ pub(super) struct Frame<'a> {
     pub reflectors: &'a [Reflector<'a>],
     pub ephemeris: &'a Ephemeris,
     /// The air that the camera stands in.
-    pub air: Option<super::air::Around<'a>>,
+    pub air: Option<&'a super::air::Around<'a>>,
 }
 
 /// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in

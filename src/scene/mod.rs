@@ -198,7 +198,7 @@ impl Scene {
         let exposure = exposure(request, camera, &placed, air.as_ref(), ephemeris);
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
-        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air };
+        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air: air.as_ref() };
         let mut draws: Vec<(f64, Draw)> = Vec::new();
         let mut points = Vec::new();
         let mut lines = Vec::new();
@@ -207,6 +207,8 @@ impl Scene {
         for slot in bodies.iter_mut().filter(|b| b.is_none()) {
             let Some(p) = next.next() else { break };
             let hidden_inside = viewer.inside == Some(p.body.id);
+            let own = request.effects.for_body(&p.body.name).map(|effects| ViewRequest { effects, ..request.clone() });
+            let frame = Frame { request: own.as_ref().unwrap_or(request), ..frame };
             let (seen, parts, point) = features::decide(&frame, p, hidden_inside);
             let mut found = in_view(p, seen, &parts);
             if let Some((pieces, decision)) = orbits::line(camera, ephemeris, p).filter(|_| drawn_lines) {

@@ -159,6 +159,14 @@ impl ViewRequest {
         }
     }
 
+    /// Refuses effects asked of bodies that the catalog does not have.
+    pub fn check_bodies(&self, catalog: &Catalog) -> Result<(), SceneError> {
+        match self.effects.bodies().find(|name| catalog.find_place(name).and_then(|id| catalog.body(id)).is_none()) {
+            Some(name) => Err(SceneError::Request(format!("effects of `{name}`: no body has this name"))),
+            None => Ok(()),
+        }
+    }
+
     /// Refuses what no camera can do, naming the value.
     pub fn check(&self) -> Result<(), SceneError> {
         let bad = |what: String| Err(SceneError::Request(what));

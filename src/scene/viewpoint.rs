@@ -9,6 +9,7 @@ use super::camera::Camera;
 use super::request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
+pub use crate::ephemeris::horizon::ground_point_km;
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec3};
@@ -42,16 +43,6 @@ pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
 /// The rotation that takes unit `from` to unit `to` by the shortest way.
 pub fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
     DMat3::from_quat(glam::DQuat::from_rotation_arc(from, to))
-}
-
-/// Point of the reference ellipsoid raised by `height_km`: the ellipsoid's normal has the given planetographic latitude and east
-/// longitude (exact for three different axes).
-pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, height_km: f64) -> (DVec3, DVec3) {
-    let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
-    let normal = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
-    let squared = radii_km * radii_km;
-    let surface = squared * normal / (squared * normal).dot(normal).sqrt();
-    (surface + normal * height_km, normal)
 }
 
 struct Places<'a> {

@@ -103,6 +103,13 @@ impl Devices {
         self.gpu.begin();
     }
 
+    /// Forgets what is kept of modules: those of the same names are no longer the same.
+    pub fn forget_modules(&self) {
+        self.software.forget_modules();
+        #[cfg(feature = "gpu")]
+        self.gpu.forget_modules();
+    }
+
     /// Gives the device back, as a driver that resets does: for tests of the way back.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
@@ -117,6 +124,7 @@ mod gpu {
     use crate::render::plan::{ModuleName, Modules};
     use crate::shader::ShaderModule;
     use std::collections::HashMap;
+    use std::sync::atomic::{AtomicU64, Ordering};
     use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
     use std::thread::JoinHandle;
 
@@ -137,6 +145,8 @@ mod gpu {
     pub struct Gpu {
         wish: RendererWish,
         state: Arc<Mutex<State>>,
+        /// Grows when kept pipelines are no longer those of the modules.
+        epoch: Arc<AtomicU64>,
         /// Said last: a run of frames says it once.
         said: Mutex<Option<GpuError>>,
     }
@@ -179,7 +189,15 @@ mod gpu {
     impl Gpu {
         pub fn new(wish: RendererWish) -> Self {
             let state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
-            Self { wish, state: Arc::new(Mutex::new(state)), said: Mutex::default() }
+            Self { wish, state: Arc::new(Mutex::new(state)), epoch: Arc::default(), said: Mutex::default() }
+        }
+
+        pub fn forget_modules(&self) {
+            self.epoch.fetch_add(1, Ordering::SeqCst);
+            let mut state = locked(&self.state);
+            if matches!(*state, State::Open(_)) {
+                *state = State::Unopened;
+            }
         }
 
         /// Opens the device beside whatever else is done before the first frame.
@@ -259,6 +277,7 @@ mod gpu {
             let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;
             *state = State::Busy;
             let (shared, plan, say, wish) = (Arc::clone(&self.state), plan.clone(), Arc::clone(say), self.wish);
+            let (epoch, began) = (Arc::clone(&self.epoch), self.epoch.load(Ordering::SeqCst));
             std::thread::spawn(move || {
                 let opened = renderer.map_or_else(|| GpuRenderer::open(wish == RendererWish::Gpu).map(Arc::new), Ok);
                 // Drawn once to no end: some drivers compile with the first draw only.
@@ -267,6 +286,7 @@ mod gpu {
                     _ => Ok(renderer),
                 });
                 let next = match drawn {
+                    Ok(_) if epoch.load(Ordering::SeqCst) != began => State::Unopened,
                     Ok(renderer) => State::Open(renderer),
                     Err(e) => closed(&e, &*say),
                 };

@@ -7,15 +7,18 @@
 mod air_tables;
 mod cpu;
 mod devices;
+mod pictures;
 mod sample;
 mod software;
 mod stages;
 mod standard_scenes;
 
+pub use crate::render::software::{TapeCost, tape_costs};
 pub use cpu::process_cpu;
 use devices::Devices;
 pub use devices::{DrawnBy, RendererWish};
-pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, sample_plan};
+pub use pictures::{is_exr, write_picture};
+pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
@@ -28,6 +31,7 @@ use crate::render::software::SoftwareRenderer;
 use crate::scene::draw::AirTier;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Scene, SceneError};
+use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use std::collections::BTreeSet;
@@ -173,6 +177,14 @@ impl Session {
         &self.devices.software
     }
 
+    /// A renderer like that one, in f64 or in f32.
+    ///
+    /// # Errors
+    /// No threads to be had.
+    pub fn renderer_in(&self, double_precision: bool) -> Result<SoftwareRenderer, String> {
+        software::renderer(Some(self.renderer().threads()), double_precision)
+    }
+
     /// Gives the GPU's device back, as a driver that resets does: for tests of the way back.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
@@ -270,6 +282,12 @@ impl Session {
 }
 
 impl Session {
+    /// From here on modules are made of these fragments.
+    pub fn make_shaders_of(&self, fragments: Fragments) {
+        self.library.make_of(fragments);
+        self.devices.forget_modules();
+    }
+
     /// Draws a view for a window: in software while the GPU is not ready for it.
     pub fn draw_promptly(&self, request: &ViewRequest, fineness: Fineness) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;

@@ -292,16 +292,24 @@ pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> 
 /// # Errors
 /// The module cannot be made or run.
 pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &Library, id: &ModuleId) -> Result<Option<f64>, SessionError> {
+    ms_per_megapixel_at(renderer, library, id, TIMED_SIDE)
+}
+
+/// The same from a picture of another size, for who cannot wait.
+///
+/// # Errors
+/// The module cannot be made or run.
+pub fn ms_per_megapixel_at(renderer: &SoftwareRenderer, library: &Library, id: &ModuleId, side: u32) -> Result<Option<f64>, SessionError> {
     let ModuleId::Planet(key) = id else { return Ok(None) };
     if key.needs().shape == Shape::Mesh {
         return Ok(None);
     }
-    let plan = sample_plan(library, key, TIMED_SIDE, WITHIN)?;
+    let plan = sample_plan(library, key, side, WITHIN)?;
     let mut best = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();
         renderer.render(&plan, library, false).map_err(|e| SessionError::Renderer(e.to_string()))?;
         best = best.min(1e3 * start.elapsed().as_secs_f64());
     }
-    Ok(Some(best))
+    Ok(Some(best * 1e6 / (f64::from(side) * f64::from(side))))
 }

@@ -1,6 +1,6 @@
 //! Key to WGSL: a pure function of the key's features and the fragments.
 //!
-//! In: a module's name. Out: the text of one module and, for each of its lines, the fragment it came from and the feature that asked
+//! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment it came from and the feature that asked
 //! for it. Fragments are real WGSL with directives in comments, each on its own line:
 //!
 //! - `//: use lib/x.wgsl` puts that fragment here, once per module;
@@ -8,7 +8,7 @@
 //!
 //! Not here: any shader code, any knowledge of what a feature means.
 
-use super::fragments::{FRAGMENTS, SIMPLE_MODULES};
+use super::fragments::{Fragments, SIMPLE_MODULES};
 use super::key::{self, ShaderKey};
 use super::{ModuleId, ShaderError};
 use serde::{Deserialize, Serialize};
@@ -55,28 +55,39 @@ pub struct Emitted {
 
 /// Emits the module of a key.
 pub fn emit(key: &ShaderKey) -> Result<Emitted, ShaderError> {
-    emit_fragment("entry/planet.wgsl", "planet", &key::features(key.needs()))
+    emit_module(&ModuleId::Planet(*key))
 }
 
 /// Emits any module.
 pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
-    match id {
-        ModuleId::Planet(key) => emit(key),
-        ModuleId::Simple(name) if SIMPLE_MODULES.contains(name) => emit_fragment(&format!("entry/{name}.wgsl"), name, &[]),
-        ModuleId::Probe(name, key) => emit_fragment(&format!("entry/{name}.wgsl"), name, &key::features(key.needs())),
-        ModuleId::Simple(name) => Err(ShaderError::NoSuchModule((*name).to_owned())),
-    }
+    emit_module_with(&Fragments::default(), id)
+}
+
+/// The same from other fragments.
+pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
+    let (name, features) = match id {
+        ModuleId::Planet(key) => ("planet", key::features(key.needs())),
+        ModuleId::Simple(name) if SIMPLE_MODULES.contains(name) => (*name, Vec::new()),
+        ModuleId::Probe(name, key) => (*name, key::features(key.needs())),
+        ModuleId::Simple(name) => return Err(ShaderError::NoSuchModule((*name).to_owned())),
+    };
+    emit_fragment_with(fragments, &format!("entry/{name}.wgsl"), name, &features)
 }
 
 /// Emits one fragment and all it uses. `base` names the lines that no feature asked for.
 pub fn emit_fragment(path: &str, base: &str, features: &[&str]) -> Result<Emitted, ShaderError> {
-    let mut emitter = Emitter { features, wgsl: String::new(), map: SourceMap::default() };
+    emit_fragment_with(&Fragments::default(), path, base, features)
+}
+
+fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, features: &[&str]) -> Result<Emitted, ShaderError> {
+    let mut emitter = Emitter { fragments, features, wgsl: String::new(), map: SourceMap::default() };
     let base = emitter.feature_index(base);
     emitter.fragment(path, base)?;
     Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.map })
 }
 
 struct Emitter<'a> {
+    fragments: &'a Fragments,
     features: &'a [&'a str],
     wgsl: String,
     map: SourceMap,
@@ -106,7 +117,7 @@ impl Emitter<'_> {
             return Ok(());
         }
         let broken = |line: u32, what: String| ShaderError::Fragment { path: path.to_owned(), line, what };
-        let (_, text) = FRAGMENTS.iter().find(|(name, _)| *name == path).ok_or_else(|| broken(0, "there is no such fragment".into()))?;
+        let text = self.fragments.text(path).ok_or_else(|| broken(0, "there is no such fragment".into()))?;
         let fragment = self.map.fragments.len() as u16;
         self.map.fragments.push(path.to_owned());
         let mut open: Vec<Condition> = Vec::new();

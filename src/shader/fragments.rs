@@ -1,6 +1,7 @@
-//! The WGSL fragments of shaders/, built into the program.
+//! The WGSL fragments of shaders/, built into the program, and a folder's files over them while someone writes shaders.
 
 use super::ModuleId;
+use std::collections::BTreeMap;
 
 macro_rules! fragments {
     ($($name:literal),* $(,)?) => {
@@ -66,6 +67,41 @@ fragments![
     "lib/sunlight.wgsl",
     "lib/view_ray.wgsl",
 ];
+
+/// The fragments that a generator works with: those built in, some of them perhaps replaced.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fragments {
+    replaced: BTreeMap<String, String>,
+}
+
+impl Fragments {
+    /// Files over the built-in ones, by path inside shaders/. A file that says what is built in replaces nothing.
+    pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
+        let built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
+        Self { replaced: files.into_iter().filter(|(path, text)| !built_in(path, text)).collect() }
+    }
+
+    pub fn text(&self, path: &str) -> Option<&str> {
+        let built_in = || FRAGMENTS.iter().find(|(name, _)| *name == path).map(|(_, text)| *text);
+        self.replaced.get(path).map(String::as_str).or_else(built_in)
+    }
+
+    /// Paths of those that are not the built-in ones.
+    pub fn replaced(&self) -> impl Iterator<Item = &str> {
+        self.replaced.keys().map(String::as_str)
+    }
+
+    pub fn are_built_in(&self) -> bool {
+        self.replaced.is_empty()
+    }
+
+    /// Path and text of every fragment: the built-in ones in order of path, then those that are new.
+    pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
+        let known = FRAGMENTS.iter().map(|(path, text)| (*path, self.replaced.get(*path).map_or(*text, String::as_str)));
+        let is_new = |(path, _): &(&String, &String)| FRAGMENTS.iter().all(|(known, _)| known != path);
+        known.chain(self.replaced.iter().filter(is_new).map(|(path, text)| (path.as_str(), text.as_str())))
+    }
+}
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
 pub const SIMPLE_MODULES: [&str; 4] = ["glow", "line", "point", "tone_map"];

@@ -3,7 +3,7 @@
 //! Covers every source file of this module and of the draw types, every fragment, naga's version and the lowering's own digest. Another digest
 //! is another folder of the library, so a change never meets an old entry.
 
-use super::fragments::FRAGMENTS;
+use super::fragments::Fragments;
 use sha2::{Digest, Sha256};
 
 macro_rules! sources {
@@ -16,6 +16,7 @@ macro_rules! sources {
 sources![
     "scene/draw.rs",
     "scene/needs.rs",
+    "shader/assembly.rs",
     "shader/compare.rs",
     "shader/emit.rs",
     "shader/fragments.rs",
@@ -49,7 +50,12 @@ fn version_in<'a>(lock: &'a str, package: &str) -> Option<&'a str> {
 
 /// Hexadecimal digest of the generator with this lowering: 16 digits.
 pub fn digest(lowering: &str) -> String {
-    digest_of(SOURCES.iter().chain(FRAGMENTS).copied(), naga_version().unwrap_or("unknown"), lowering)
+    digest_with(&Fragments::default(), lowering)
+}
+
+/// The same with other fragments.
+pub fn digest_with(fragments: &Fragments, lowering: &str) -> String {
+    digest_of(SOURCES.iter().copied().chain(fragments.all()), naga_version().unwrap_or("unknown"), lowering)
 }
 
 fn digest_of<'a>(files: impl Iterator<Item = (&'a str, &'a str)>, naga: &'a str, lowering: &'a str) -> String {
@@ -71,6 +77,7 @@ pub fn hex(bytes: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fragments::FRAGMENTS;
     use super::*;
     use std::collections::BTreeSet;
     use std::path::Path;
@@ -103,6 +110,19 @@ mod tests {
         let version = naga_version().expect("naga is locked");
         assert!(version.split('.').count() == 3 && version.split('.').all(|n| n.parse::<u32>().is_ok()), "{version}");
         assert_eq!(version_in("name = \"naga-types\"\nversion = \"1.0.0\"\n", "naga"), None);
+    }
+
+    #[test]
+    fn files_over_the_fragments_count_only_where_they_differ() {
+        let file = |path: &str, text: &str| (path.to_owned(), text.to_owned());
+        let (path, text) = FRAGMENTS[0];
+        assert_eq!(digest_with(&Fragments::with_files([file(path, text)]), "x"), digest("x"));
+        let changed = Fragments::with_files([file(path, "// nothing")]);
+        let new = Fragments::with_files([file("lib/new.wgsl", "// nothing")]);
+        assert_eq!((changed.text(path), changed.text("lib/new.wgsl")), (Some("// nothing"), None));
+        assert_eq!((new.text(path), new.text("lib/new.wgsl")), (Some(text), Some("// nothing")));
+        let all = [digest("x"), digest_with(&changed, "x"), digest_with(&new, "x")];
+        assert_eq!(BTreeSet::from(all).len(), 3);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! One finished module: text, validated IR, layout, source map, and the software renderer's tape.
 
-use super::emit::{SourceMap, emit_module};
-use super::fragments::{PROBES, SIMPLE_MODULES};
+use super::emit::{SourceMap, emit_module_with};
+use super::fragments::{Fragments, PROBES, SIMPLE_MODULES};
 use super::key::{KeyTextError, ShaderKey};
 use super::reflect::Layout;
 use super::{Emitted, ShaderError};
@@ -76,10 +76,39 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
+/// What naga says of a module that does not parse or is not valid, with the emitted lines and a caret under the place; `None` for a module
+/// that is whole.
+pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
+    let Emitted { wgsl, source_map } = match emit_module_with(fragments, id) {
+        Ok(emitted) => emitted,
+        Err(ShaderError::Fragment { path, line, what }) => {
+            let text = fragments.text(&path).and_then(|t| t.lines().nth((line as usize).checked_sub(1)?)).unwrap_or_default();
+            let indent = text.len() - text.trim_start().len();
+            let carets = "^".repeat(text.trim().len().max(1));
+            return Some(format!("shaders/{path}, line {line}\n\n{line:>4} | {text}\n     | {}{carets} {what}\n", " ".repeat(indent)));
+        }
+        Err(_) => return None,
+    };
+    let (text, at) = match naga::front::wgsl::parse_str(&wgsl) {
+        Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl)),
+        Ok(module) => {
+            let e = validate(&module).err()?;
+            (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl))
+        }
+    };
+    let origin = at.and_then(|l| source_map.origin_of(l.line_number as usize));
+    Some(origin.map_or(text.clone(), |(fragment, line)| format!("shaders/{fragment}, line {line}\n\n{text}")))
+}
+
 impl ShaderModule {
     /// Emits, parses, validates, reflects and lowers.
     pub fn build(id: &ModuleId, lowering: &Lowering) -> Result<Self, ShaderError> {
-        Self::finish(id, emit_module(id)?, lowering)
+        Self::build_with(&Fragments::default(), id, lowering)
+    }
+
+    /// The same from other fragments.
+    pub fn build_with(fragments: &Fragments, id: &ModuleId, lowering: &Lowering) -> Result<Self, ShaderError> {
+        Self::finish(id, emit_module_with(fragments, id)?, lowering)
     }
 
     /// The same from emitted text.

@@ -226,7 +226,7 @@ impl Verified {
     pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
         let one = |(id, translated): &(ModuleId, bool)| {
             let made = ShaderModule::build(id, lowering).map_err(|e| e.to_string()).and_then(|m| {
-                let others = Language::ALL.into_iter().filter(|l| *translated && !matches!(l, Language::Wgsl | Language::Ir));
+                let others = Language::ALL.into_iter().filter(|l| *translated && !l.is_for_reading());
                 let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
                 let translations = if texts.is_empty() { String::new() } else { lettered(&texts) };

@@ -1,11 +1,12 @@
 //! A module in the languages that GPUs and people read, by naga's own writers.
 
 use super::ShaderModule;
+use super::assembly::assembly;
 use naga::back;
 use std::fmt;
 
 /// A language that a module can be written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Language {
     /// The text as emitted.
     Wgsl,
@@ -13,14 +14,21 @@ pub enum Language {
     /// OpenGL 4.30, vertex stage then fragment stage.
     Glsl,
     Msl,
-    /// SPIR-V 1.1 words, one a line in hexadecimal.
+    /// SPIR-V 1.0 words, one a line in hexadecimal.
     Spirv,
+    /// The same, an instruction a line.
+    Assembly,
     /// naga's intermediate representation, for debugging.
     Ir,
 }
 
 impl Language {
-    pub const ALL: [Self; 6] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Ir];
+    pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
+
+    /// For readers alone: another language of this list says the same.
+    pub fn is_for_reading(self) -> bool {
+        matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
+    }
 }
 
 impl fmt::Display for Language {
@@ -31,6 +39,7 @@ impl fmt::Display for Language {
             Self::Glsl => "glsl",
             Self::Msl => "msl",
             Self::Spirv => "spirv",
+            Self::Assembly => "spirv-text",
             Self::Ir => "ir",
         })
     }
@@ -63,10 +72,13 @@ pub fn translate(m: &ShaderModule, language: Language) -> Result<String, Transla
                 .map_err(|e| failed(e.to_string()))?;
             Ok(text)
         }
-        Language::Spirv => {
+        Language::Spirv | Language::Assembly => {
             let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
             let words = back::spv::write_vec(&m.module, &m.info, &options, None).map_err(|e| failed(e.to_string()))?;
-            Ok(words.iter().map(|w| format!("{w:08x}\n")).collect())
+            Ok(match language {
+                Language::Assembly => assembly(&words),
+                _ => words.iter().map(|w| format!("{w:08x}\n")).collect(),
+            })
         }
         Language::Glsl => {
             let mut text = String::new();

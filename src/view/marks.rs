@@ -62,9 +62,9 @@ pub fn marks(scene: &Scene, selected: NaifId, parent: impl Fn(NaifId) -> Option<
         })
         .collect();
     let hidden = |b: &BodyInView, at: DVec2, radius_px: f64, others: &[(&BodyInView, DVec2, f64)]| {
-        others.iter().any(|(o, centre, r)| {
-            o.id != b.id && o.distance_km < b.distance_km && *r > 3.0 && centre.distance(at) + radius_px < 0.97 * r
-        })
+        others
+            .iter()
+            .any(|(o, centre, r)| o.id != b.id && o.distance_km < b.distance_km && *r > 3.0 && centre.distance(at) + radius_px < 0.97 * r)
     };
     let all = seen.clone();
     seen.retain(|(b, at, r)| !hidden(b, *at, *r, &all));

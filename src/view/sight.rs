@@ -146,11 +146,10 @@ impl Sight {
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = EffectOverrides::parse(&self.effects).map_err(|e| e.to_string())?;
         let unknown = |what: &str, value: &str| format!("{what} `{value}` is not known");
-        request.pixel_view =
-            PixelView::ALL.into_iter().find(|p| p.name() == self.pixels).ok_or_else(|| unknown("pixels", &self.pixels))?;
+        request.pixel_view = PixelView::ALL.into_iter().find(|p| p.name() == self.pixels).ok_or_else(|| unknown("pixels", &self.pixels))?;
         request.quality =
             QUALITIES.into_iter().find(|q| quality_name(*q) == self.quality).ok_or_else(|| unknown("quality", &self.quality))?;
-        request.check().map_err(|e| e.to_string())?;
+        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| e.to_string())?;
         Ok(request)
     }
 
@@ -165,11 +164,7 @@ impl Sight {
             Eye::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
                 let pole = if fixed { DVec3::Z } else { turned(body.id)?.row(2) };
-                let orbit = Orbit {
-                    azimuth_rad: azimuth_deg.to_radians(),
-                    elevation_rad: elevation_deg.to_radians(),
-                    distance_radii,
-                };
+                let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 // About the body-fixed z the azimuth is the longitude itself.
                 let offset_km = orbit.offset_km(body.radii_km.x, pole);
                 let position = Position::Offset { body: body.id, offset_km, axes };
@@ -181,11 +176,7 @@ impl Sight {
                     return Ok(Pose { position, look: Look::Target, up: Up::North });
                 }
                 let (forward, up) = looking_aside(forward, pole, yaw_deg, pitch_deg);
-                Pose {
-                    position,
-                    look: Look::Along { direction: forward, axes },
-                    up: Up::Along { direction: rolled(forward, up), axes },
-                }
+                Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
             }
             Eye::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let position = Position::Ground { body: body.id, latitude_deg, longitude_deg, height_km };
@@ -199,11 +190,7 @@ impl Sight {
                 let forward = axes * DVec3::new(cos_alt * sin_az, cos_alt * cos_az, sin_alt);
                 let up = axes * DVec3::new(-sin_alt * sin_az, -sin_alt * cos_az, cos_alt);
                 let axes = Axes::BodyFixed;
-                Pose {
-                    position,
-                    look: Look::Along { direction: forward, axes },
-                    up: Up::Along { direction: rolled(forward, up), axes },
-                }
+                Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
             }
             Eye::Centre { .. } => Pose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
             Eye::Free { offset_km, forward, up, .. } => Pose {

@@ -170,6 +170,10 @@ impl<'a> Threaded<'a> {
         }
     }
 
+    pub fn is_closed(&self) -> bool {
+        locked(&self.work).closed
+    }
+
     /// Ends the work; what is being drawn is finished first.
     pub fn close(&self) {
         locked(&self.work).closed = true;

@@ -139,7 +139,10 @@ impl Viewer {
         }
         let names = |s: &Subject| std::iter::once(&s.name).chain(&s.aliases).map(|n| n.to_lowercase()).collect::<Vec<_>>();
         let begins = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&wanted)));
-        let contains = self.subjects.iter().filter(|s| names(s).iter().all(|n| !n.starts_with(&wanted)) && names(s).iter().any(|n| n.contains(&wanted)));
+        let contains = self
+            .subjects
+            .iter()
+            .filter(|s| names(s).iter().all(|n| !n.starts_with(&wanted)) && names(s).iter().any(|n| n.contains(&wanted)));
         begins.chain(contains).take(most).collect()
     }
 
@@ -264,8 +267,7 @@ impl Viewer {
         let (offset_km, forward, up) = match self.sight.eye {
             Eye::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
             Eye::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
-                let orbit =
-                    Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
+                let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(carrier), pole);
                 let (forward, up) = looking_aside(-offset.normalize(), pole, yaw_deg, pitch_deg);
@@ -302,13 +304,21 @@ impl Viewer {
         }
         self.remember();
         self.selected = id;
-        let goal = Sight { target: id, eye: orbit_eye(id, false, orbit), tracks: true, roll_deg: 0.0, fov_deg: super::sight::FOV_DEG, ..self.sight.clone() };
+        let goal = Sight {
+            target: id,
+            eye: orbit_eye(id, false, orbit),
+            tracks: true,
+            roll_deg: 0.0,
+            fov_deg: super::sight::FOV_DEG,
+            ..self.sight.clone()
+        };
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
         let (_, up) = looking_aside(forward, pole, 0.0, 0.0);
         match from {
             Some(from) => {
-                self.sight = Sight { eye: Eye::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up }, ..goal.clone() };
+                self.sight =
+                    Sight { eye: Eye::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up }, ..goal.clone() };
                 self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), goal));
             }
             None => self.sight = goal,

@@ -5,7 +5,8 @@
 
 use super::interface::Interface;
 use super::paint::{Canvas, Painter};
-use super::studio::{Studio, Threaded};
+use super::studio::Threaded;
+use super::watch::Watch;
 use crate::session::Session;
 use egui_winit::accesskit_winit;
 use softbuffer::{Context, Surface};
@@ -41,8 +42,8 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed.
-pub fn run(interface: &mut Interface, session: &Session) -> Result<(), WindowError> {
+/// Opens the window and runs until it is closed. `watch`: fragments that are read again when they change.
+pub fn run(interface: &mut Interface, session: &Session, watch: Option<&Watch>) -> Result<(), WindowError> {
     let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(plain(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
     let bell = Mutex::new(proxy.clone());
@@ -52,8 +53,10 @@ pub fn run(interface: &mut Interface, session: &Session) -> Result<(), WindowErr
     });
     std::thread::scope(|scope| {
         scope.spawn(|| studio.work());
-        let mut app =
-            App { interface, studio: &studio, proxy, egui: egui::Context::default(), shown: None, due: None, failure: None };
+        if let Some(watch) = watch {
+            scope.spawn(|| watch.work(&studio, || studio.is_closed()));
+        }
+        let mut app = App { interface, studio: &studio, proxy, egui: egui::Context::default(), shown: None, due: None, failure: None };
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
         studio.close();
@@ -94,8 +97,7 @@ impl App<'_> {
         let context = Context::new(window.clone()).map_err(|e| e.to_string())?;
         let surface = Surface::new(&context, window.clone()).map_err(|e| e.to_string())?;
         let scale = Some(window.scale_factor() as f32);
-        let mut input =
-            egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
+        let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
         Ok(Shown { window, surface, input, painter: Painter::default(), title: String::new() })
@@ -106,6 +108,7 @@ impl App<'_> {
         let size = shown.window.inner_size();
         let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
         let input = shown.input.take_egui_input(&shown.window);
+        let start = Moment::now();
         let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.studio));
         shown.input.handle_platform_output(&shown.window, std::mem::take(&mut output.platform_output));
         let mut textures = std::mem::take(&mut output.textures_delta);
@@ -120,9 +123,10 @@ impl App<'_> {
         buffer.fill(0);
         let mut canvas = Canvas { width: width.get() as usize, height: height.get() as usize, pixels: &mut buffer };
         shown.painter.paint(&mut canvas, output.pixels_per_point, &primitives);
+        self.interface.note_painting(start.elapsed());
         shown.window.pre_present_notify();
         buffer.present().map_err(|e| e.to_string())?;
-        for id in textures.free.drain(..) {
+        for id in textures.free.drain() {
             shown.painter.free_texture(id);
         }
         let title = self.interface.title();

@@ -85,6 +85,11 @@ impl SoftwareRenderer {
         self.pool.install(work)
     }
 
+    /// Forgets the programs it keeps: modules of the same names are no longer the same.
+    pub fn forget_modules(&self) {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
     pub fn options(&self) -> &Options {
         &self.options
     }

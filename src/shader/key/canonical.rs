@@ -200,10 +200,22 @@ pub(super) fn first_breach(needs: &Needs) -> Option<(&'static Rule, &'static Dim
 
 /// The needs that draw the same image with the least.
 pub fn canonical(needs: &Needs) -> Needs {
+    reduced(needs, |_| ())
+}
+
+/// The rules that make these needs canonical, in the order in which they apply.
+pub fn reductions(needs: &Needs) -> Vec<&'static Rule> {
+    let mut applied = Vec::new();
+    reduced(needs, |rule| applied.push(rule));
+    applied
+}
+
+fn reduced(needs: &Needs, mut applied: impl FnMut(&'static Rule)) -> Needs {
     let mut least = *needs;
     least.lights = least.lights.min(3);
-    while let Some((_, dimension, value)) = first_breach(&least) {
+    while let Some((rule, dimension, value)) = first_breach(&least) {
         (dimension.set)(&mut least, value);
+        applied(rule);
     }
     least
 }

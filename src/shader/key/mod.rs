@@ -10,7 +10,7 @@ mod covering;
 mod dimension;
 mod text;
 
-pub use canonical::{RULES, Rule, canonical};
+pub use canonical::{RULES, Rule, canonical, reductions};
 pub use covering::{covering, nominal_size, sample, sample_needs};
 pub use dimension::{DIMENSIONS, Dimension, Part, features};
 pub use text::KeyTextError;

@@ -8,6 +8,7 @@ mod entry;
 
 pub use entry::{EXTENSION, EntryError, file_name};
 
+use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
 use rayon::prelude::*;
@@ -15,10 +16,27 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
-type Slot = Arc<OnceLock<Result<Arc<ShaderModule>, ShaderError>>>;
+type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
+
+/// How a module came into memory, and how long that took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    pub how: Arrival,
+    pub took_ms: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arrival {
+    /// A whole entry lay on disk.
+    Read,
+    /// None did.
+    Emitted,
+    /// One did, damaged or foreign, and was replaced.
+    Healed,
+}
 
 /// What the library did so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -55,6 +73,9 @@ fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
 }
 
+/// An entry that is no use.
+struct Damaged;
+
 /// What lies on disk.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskStatus {
@@ -75,11 +96,25 @@ pub struct DiskCheck {
     pub damaged: Vec<(PathBuf, String)>,
 }
 
+/// What modules are made of, and what names that.
+#[derive(Clone)]
+struct Source {
+    fragments: Arc<Fragments>,
+    generator: Arc<str>,
+}
+
+impl Source {
+    fn of(fragments: Fragments, lowering: &Lowering) -> Self {
+        let generator = generator::digest_with(&fragments, &lowering.digest).into();
+        Self { fragments: Arc::new(fragments), generator }
+    }
+}
+
 /// Modules by name. Shared freely between threads.
 pub struct Library {
     /// `<cache>/orrery/shaders`; none: in memory only.
     root: Option<PathBuf>,
-    generator: String,
+    source: RwLock<Source>,
     lowering: Lowering,
     modules: Mutex<HashMap<ModuleId, Slot>>,
     counters: Counters,
@@ -102,7 +137,7 @@ impl Library {
     fn new(root: Option<PathBuf>, lowering: Lowering, say: Box<dyn Fn(&str) + Send + Sync>) -> Self {
         Self {
             root,
-            generator: generator::digest(&lowering.digest),
+            source: RwLock::new(Source::of(Fragments::default(), &lowering)),
             lowering,
             modules: Mutex::default(),
             counters: Counters::default(),
@@ -113,12 +148,40 @@ impl Library {
     }
 
     /// The generator digest, which names the folder.
-    pub fn generator(&self) -> &str {
-        &self.generator
+    pub fn generator(&self) -> Arc<str> {
+        self.source().generator
+    }
+
+    /// The fragments that modules are made of.
+    pub fn fragments(&self) -> Arc<Fragments> {
+        self.source().fragments
+    }
+
+    fn source(&self) -> Source {
+        self.source.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// From here on modules are made of these fragments; others than those built in leave nothing on disk. Whoever keeps a module keeps the old
+    /// one.
+    pub fn make_of(&self, fragments: Fragments) {
+        let source = Source::of(fragments, &self.lowering);
+        *self.source.write().unwrap_or_else(PoisonError::into_inner) = source;
+        self.modules.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
     fn folder(&self) -> Option<PathBuf> {
-        Some(self.root.as_ref()?.join(&self.generator))
+        Some(self.root.as_ref()?.join(&*self.lasting()?.generator))
+    }
+
+    /// What modules are made of, where they are worth keeping: of fragments that someone is writing every version would leave a folder behind.
+    fn lasting(&self) -> Option<Source> {
+        Some(self.source()).filter(|s| s.fragments.are_built_in())
+    }
+
+    /// How a module came into memory; `None` for one that nobody has asked for.
+    pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
+        let modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+        Some(modules.get(id)?.get()?.as_ref().ok()?.1)
     }
 
     /// Path of a module's entry, whether it exists or not.
@@ -135,24 +198,35 @@ impl Library {
         if slot.get().is_some() {
             self.counters.from_memory.fetch_add(1, Ordering::Relaxed);
         }
-        slot.get_or_init(|| self.obtain(id).map(Arc::new)).clone()
+        slot.get_or_init(|| self.obtain(id)).as_ref().map(|(module, _)| Arc::clone(module)).map_err(Clone::clone)
     }
 
-    fn obtain(&self, id: &ModuleId) -> Result<ShaderModule, ShaderError> {
-        let path = self.entry_path(id);
-        if let Some(module) = path.as_deref().and_then(|path| self.read(id, path)) {
-            return Ok(module);
+    fn obtain(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
+        let source = self.source();
+        let root = self.root.as_ref().filter(|_| source.fragments.are_built_in());
+        let path = root.map(|root| root.join(&*source.generator).join(file_name(id)));
+        let asked = Instant::now();
+        let origin = |how: Arrival| Origin { how, took_ms: asked.elapsed().as_secs_f64() * 1e3 };
+        let mut made = Arrival::Emitted;
+        if let Some(path) = path.as_deref() {
+            match self.read(&source.generator, id, path) {
+                Some(Ok(module)) => return Ok((Arc::new(module), origin(Arrival::Read))),
+                Some(Err(Damaged)) => made = Arrival::Healed,
+                None => {}
+            }
         }
         let start = Instant::now();
-        let module = ShaderModule::build(id, &self.lowering)?;
+        let module = ShaderModule::build_with(&source.fragments, id, &self.lowering)?;
         count(&self.counters.emitted, &self.counters.emitting_ns, start);
+        let origin = origin(made);
         if let Some(path) = &path {
-            self.write(&module, path);
+            self.write(&source.generator, &module, path);
         }
-        Ok(module)
+        Ok((Arc::new(module), origin))
     }
 
-    fn read(&self, id: &ModuleId, path: &Path) -> Option<ShaderModule> {
+    /// `None`: nothing that can be read lies there.
+    fn read(&self, generator: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Damaged>> {
         let start = Instant::now();
         let bytes = match std::fs::read(path) {
             Ok(bytes) => bytes,
@@ -165,26 +239,26 @@ impl Library {
                 return None;
             }
         };
-        match entry::decode(&self.generator, id, &bytes) {
+        match entry::decode(generator, id, &bytes) {
             Ok(module) => {
                 count(&self.counters.from_disk, &self.counters.reading_ns, start);
-                Some(module)
+                Some(Ok(module))
             }
             Err(e) => {
                 self.counters.healed.fetch_add(1, Ordering::Relaxed);
                 (self.say)(&format!("shader library: {} is replaced: {e}", path.display()));
-                None
+                Some(Err(Damaged))
             }
         }
     }
 
-    fn write(&self, module: &ShaderModule, path: &Path) {
+    fn write(&self, generator: &str, module: &ShaderModule, path: &Path) {
         // After one failure nothing more is tried: a full or read-only disk would only cost time.
         if self.unwritable_said.load(Ordering::Relaxed) {
             return;
         }
         let start = Instant::now();
-        let Some(bytes) = entry::encode(&self.generator, module) else { return };
+        let Some(bytes) = entry::encode(generator, module) else { return };
         match write_whole(path, &bytes) {
             Ok(()) => count(&self.counters.written, &self.counters.writing_ns, start),
             Err(e) => {
@@ -227,9 +301,10 @@ impl Library {
 
     /// Counts what lies on disk.
     pub fn status(&self) -> DiskStatus {
+        let generator = self.generator();
         let mut status = DiskStatus { folder: self.folder(), ..DiskStatus::default() };
         for folder in self.folders() {
-            let own = folder.file_name().is_some_and(|n| n == self.generator.as_str());
+            let own = folder.file_name().is_some_and(|n| n == &*generator);
             for file in files_in(&folder).filter(|f| is_entry(f)) {
                 let bytes = file.metadata().map_or(0, |m| m.len());
                 let (entries, total) =
@@ -257,12 +332,13 @@ impl Library {
 
     fn verify_file(&self, file: &Path) -> Result<(), String> {
         let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
-        let name = entry::inspect(&self.generator, &bytes).map_err(|e| e.to_string())?;
+        let generator = self.generator();
+        let name = entry::inspect(&generator, &bytes).map_err(|e| e.to_string())?;
         let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
         if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
             return Err(EntryError::OtherModule.to_string());
         }
-        let module = entry::decode(&self.generator, &id, &bytes).map_err(|e| e.to_string())?;
+        let module = entry::decode(&generator, &id, &bytes).map_err(|e| e.to_string())?;
         super::module::validate(&module.module).map(drop).map_err(|e| e.as_inner().to_string())
     }
 

@@ -2,6 +2,8 @@
 
 use super::Interface;
 use crate::catalog::{Kind, NaifId};
+use crate::scene::effects::EffectOverrides;
+use crate::time::Instant;
 use crate::view::viewer::{Action, Subject};
 use egui::{Key, ScrollArea, TextEdit};
 
@@ -19,7 +21,7 @@ pub struct Browse {
 
 /// The search field, with what it completes to below it.
 pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let field = TextEdit::singleline(&mut interface.browse.wanted).hint_text("Search (/)").desired_width(130.0);
+    let field = TextEdit::singleline(&mut interface.browse.wanted).hint_text("Search (/)").desired_width(150.0);
     let response = ui.add(field).on_hover_text("Search a body by name");
     if std::mem::take(&mut interface.browse.focus) {
         response.request_focus();
@@ -36,7 +38,9 @@ pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
         let last = found.len().saturating_sub(1);
         interface.browse.highlighted = (interface.browse.highlighted + usize::from(down)).saturating_sub(usize::from(up)).min(last);
     }
-    if entered {
+    if entered && command(interface, actions) {
+        interface.browse.wanted.clear();
+    } else if entered {
         chosen = found.get(interface.browse.highlighted).map(|f| f.0);
         if chosen.is_none() && !interface.browse.wanted.trim().is_empty() {
             interface.message = format!("no body is called `{}`", interface.browse.wanted.trim());
@@ -44,7 +48,7 @@ pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     }
     if !found.is_empty() {
         let below = response.rect.left_bottom();
-        egui::Area::new(ui.id().with("completions")).fixed_pos(below).order(egui::Order::Foreground).show(ui.ctx(), |ui| {
+        egui::Area::new(ui.scope_id().with("completions")).fixed_pos(below).order(egui::Order::Foreground).show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
                 for (i, (id, name)) in found.iter().enumerate() {
                     if ui.selectable_label(i == interface.browse.highlighted, name).clicked() {
@@ -57,6 +61,27 @@ pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     if let Some(id) = chosen {
         interface.browse.wanted.clear();
         actions.push(Action::FlyTo(id));
+    }
+}
+
+/// What is typed besides names: effects as `--effects` takes them, and dates.
+fn command(interface: &mut Interface, actions: &mut Vec<Action>) -> bool {
+    let typed = interface.browse.wanted.trim().to_owned();
+    if typed.starts_with(['+', '-']) && typed.contains(char::is_alphabetic) {
+        let sight = &mut interface.viewer.sight;
+        let both = if sight.effects.is_empty() { typed } else { format!("{},{typed}", sight.effects) };
+        match EffectOverrides::parse(&both) {
+            Ok(overrides) => sight.effects = overrides.to_text(),
+            Err(e) => interface.message = e.to_string(),
+        }
+        return true;
+    }
+    match Instant::parse(&typed) {
+        Ok(time) if typed.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
+            actions.push(Action::SetTime(time));
+            true
+        }
+        _ => false,
     }
 }
 

@@ -26,25 +26,25 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, ac
         ui.separator();
         let paused = interface.viewer.pace.is_paused();
         let backward = interface.viewer.pace.rate() < 0.0;
-        if ui.button("⏪").on_hover_text("Slower (,)").clicked() {
+        if ui.button("Slower").on_hover_text("Slower (,)").clicked() {
             actions.push(Action::Slower);
         }
-        if ui.selectable_label(backward, "◀").on_hover_text("Time runs backward (j)").clicked() {
+        if ui.selectable_label(backward, "Reverse").on_hover_text("Time runs backward (j)").clicked() {
             actions.push(Action::Backward);
         }
-        if ui.selectable_label(paused, "⏸").on_hover_text("Pause (Space)").clicked() {
+        if ui.selectable_label(paused, "Pause").on_hover_text("Pause (Space)").clicked() {
             actions.push(Action::TogglePause);
         }
-        if ui.selectable_label(!paused && !backward, "▶").on_hover_text("Time runs forward (l)").clicked() {
+        if ui.selectable_label(!paused && !backward, "Play").on_hover_text("Time runs forward (l)").clicked() {
             actions.push(Action::Forward);
         }
-        if ui.button("⏩").on_hover_text("Faster (.)").clicked() {
+        if ui.button("Faster").on_hover_text("Faster (.)").clicked() {
             actions.push(Action::Faster);
         }
         ui.label(interface.viewer.pace.label());
         ui.separator();
         for (seconds, name) in STEPS {
-            for (sign, way) in [(-1.0, "−"), (1.0, "+")] {
+            for (sign, way) in [(-1.0, "-"), (1.0, "+")] {
                 if ui.small_button(format!("{way}{name}")).on_hover_text(format!("Step time by {way}1 {name}")).clicked() {
                     actions.push(Action::Step(sign * seconds));
                 }

@@ -36,8 +36,11 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     });
     ui.separator();
     let mut overrides = EffectOverrides::parse(&sight.effects).unwrap_or_default();
-    ui.horizontal(|ui| {
-        ui.label(format!("For {}:", interface.viewer.name(interface.viewer.selected)));
+    let name = interface.viewer.name(interface.viewer.selected).to_owned();
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Switch");
+        ui.selectable_value(&mut interface.effects_of_one, false, "for all bodies");
+        ui.selectable_value(&mut interface.effects_of_one, true, format!("for {name} alone"));
         if ui.button("Only what the scene needs").on_hover_text("Takes back everything that was switched by hand").clicked() {
             overrides = EffectOverrides::default();
         }
@@ -52,7 +55,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for effect in Effect::ALL {
             let decision = decisions.iter().find(|d| d.feature == effect.name());
-            row(ui, effect, decision.map(|d| (d.on, d.reason.as_str())), &mut overrides);
+            let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
+            row(ui, effect, decision.map(|d| (d.on, d.reason.as_str())), asked);
         }
         ui.separator();
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
@@ -85,7 +89,7 @@ fn row(ui: &mut egui::Ui, effect: Effect, decided: Option<(bool, &str)>, overrid
         if asked.is_some() && ui.small_button("×").on_hover_text(format!("Let the scene decide on {}", effect.name())).clicked() {
             overrides.forget(effect);
         }
+        let reason = decided.map_or("nothing here has it", |d| d.1);
+        ui.add(egui::Label::new(egui::RichText::new(reason).weak().small()).truncate());
     });
-    let reason = decided.map_or("nothing here has it", |d| d.1);
-    ui.indent(effect.name(), |ui| ui.weak(reason));
 }

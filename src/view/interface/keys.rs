@@ -18,13 +18,14 @@ const SHEET: &[(&str, &str)] = &[
     ("Home", "face the body again, level"),
     ("Backspace", "the view before"),
     ("f", "frame turns with the body, or rests among the stars"),
-    ("/", "search"),
+    ("/", "search: a body, a date, or an effect as +eclipse, -rings"),
     ("Space", "pause"),
     (". and ,", "time faster, slower"),
     ("l and j", "time forward, backward"),
     ("t", "now"),
     ("b, n, m", "list of bodies, names, markers"),
-    ("e", "effects"),
+    ("1 to 7", "moments, effects, shader, compare, information, performance, share"),
+    ("Ctrl+S, Ctrl+C", "save a picture, copy the link"),
     ("?", "this sheet"),
     ("q, Escape", "quit"),
 ];
@@ -48,9 +49,12 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
             "/" => interface.browse.focus = true,
             "?" => interface.help_shown = !interface.help_shown,
             "b" => interface.bodies_shown = !interface.bodies_shown,
-            "n" => interface.layers.names = !interface.layers.names,
-            "m" => interface.layers.markers = !interface.layers.markers,
-            "e" => interface.tab = if interface.tab == Some(Tab::Effects) { None } else { Some(Tab::Effects) },
+            "n" => interface.settings.names = !interface.settings.names,
+            "m" => interface.settings.markers = !interface.settings.markers,
+            "1" | "2" | "3" | "4" | "5" | "6" | "7" => {
+                let tab = letter.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
+                interface.tab = if interface.tab == tab { None } else { tab };
+            }
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
                 let fixed = matches!(interface.viewer.sight.eye, crate::view::sight::Eye::Orbit { fixed: true, .. });
@@ -68,6 +72,14 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
             " " => actions.push(Action::TogglePause),
             _ => {}
         }
+    }
+    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
+        interface.share.wants_picture = true;
+        interface.tab = Some(Tab::Share);
+    }
+    if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
+        ctx.copy_text(interface.viewer.settled().to_link());
+        interface.message = "the link is in the clipboard".into();
     }
     let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
     if down(Key::Escape) {

@@ -6,11 +6,20 @@
 
 mod browse;
 mod clock;
+mod compare;
 mod effects;
+mod information;
 mod keys;
+mod moments;
+mod performance;
+mod shader;
+mod share;
 mod sky;
 
+pub use information::{Home, Unit};
+
 use super::marks::{Lettering, Mark, marks};
+use super::settings::Settings;
 use super::sight::Sight;
 use super::studio::{Drawing, Order, Studio};
 use super::tempo::Tempo;
@@ -26,24 +35,37 @@ use glam::{DMat3, DVec3};
 /// What the right side shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tab {
+    Moments,
     Effects,
+    Shader,
+    Compare,
+    Information,
+    Performance,
+    Share,
 }
 
 impl Tab {
-    pub const ALL: [Self; 1] = [Self::Effects];
+    pub const ALL: [Self; 7] =
+        [Self::Moments, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
 
     pub fn title(self) -> &'static str {
         match self {
+            Self::Moments => "Moments",
             Self::Effects => "Effects",
+            Self::Shader => "Shader",
+            Self::Compare => "Compare",
+            Self::Information => "Information",
+            Self::Performance => "Performance",
+            Self::Share => "Share",
         }
     }
-}
 
-/// Names, markers and the like, over the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layers {
-    pub names: bool,
-    pub markers: bool,
+    fn width_points(self) -> f32 {
+        match self {
+            Self::Shader | Self::Compare => 560.0,
+            _ => 330.0,
+        }
+    }
 }
 
 /// After this long without input a whole frame replaces the coarse one.
@@ -54,17 +76,25 @@ const CALM_INTERVAL_S: f64 = 1.0;
 /// The state of the interface: the viewer and what is unfolded.
 pub struct Interface {
     pub viewer: Viewer,
-    pub layers: Layers,
+    pub settings: Settings,
     /// What the right side shows, if anything.
     pub tab: Option<Tab>,
     pub bodies_shown: bool,
     pub help_shown: bool,
+    /// Effects are switched for the selected body alone.
+    pub effects_of_one: bool,
     /// Someone asked to leave.
     pub quits: bool,
     /// The last thing worth saying, for the line below the sky.
     pub message: String,
     browse: browse::Browse,
     clock: clock::Clock,
+    shader: shader::ShaderPanel,
+    compare: compare::ComparePanel,
+    information: information::InformationPanel,
+    moments: moments::MomentsPanel,
+    performance: performance::PerformancePanel,
+    share: share::SharePanel,
     sky: Sky,
 }
 
@@ -79,21 +109,37 @@ struct Sky {
     tempo: Tempo,
     /// Pixels of the sky's part of the window.
     size_px: [u32; 2],
+    /// The pixel that was clicked last, of a picture of that size.
+    picked_px: Option<[u32; 2]>,
+    /// How many pictures were shown.
+    drawings: u64,
+    /// Names what the modules of the pictures were made of.
+    generator: Option<std::sync::Arc<str>>,
     marks: Vec<Mark>,
 }
 
+/// More than running time does while the picture waits: someone set the clock.
+const LEAP_S: f64 = 120.0;
+
 impl Interface {
-    pub fn new(viewer: Viewer) -> Self {
+    pub fn new(viewer: Viewer, settings: Settings) -> Self {
         Self {
             viewer,
-            layers: Layers { names: true, markers: true },
+            information: information::InformationPanel::with(&settings),
+            settings,
             tab: None,
             bodies_shown: true,
             help_shown: false,
+            effects_of_one: false,
             quits: false,
             message: String::new(),
             browse: browse::Browse::default(),
             clock: clock::Clock::default(),
+            shader: shader::ShaderPanel::default(),
+            compare: compare::ComparePanel::default(),
+            moments: moments::MomentsPanel::default(),
+            performance: performance::PerformancePanel::default(),
+            share: share::SharePanel::default(),
             sky: Sky {
                 texture: None,
                 drawing: None,
@@ -103,6 +149,9 @@ impl Interface {
                 last_s: f64::NAN,
                 tempo: Tempo::default(),
                 size_px: [1, 1],
+                picked_px: None,
+                drawings: 0,
+                generator: None,
                 marks: Vec::new(),
             },
         }
@@ -120,6 +169,16 @@ impl Interface {
         self.sky.last_s = now_s;
         self.viewer.pass(passed_s);
         self.receive(ui.ctx(), studio);
+        let looks = match self.settings.dark {
+            Some(true) => egui::ThemePreference::Dark,
+            Some(false) => egui::ThemePreference::Light,
+            None => egui::ThemePreference::System,
+        };
+        ui.ctx().set_theme(looks);
+        // A slider under the mouse must not move away from it while it is dragged.
+        if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
+            ui.ctx().set_zoom_factor(self.settings.zoom);
+        }
         let mut actions = Vec::new();
         keys::pressed(self, ui.ctx(), &mut actions);
         self.top(ui, studio, &mut actions);
@@ -127,10 +186,16 @@ impl Interface {
             egui::Panel::left("bodies").default_size(190.0).show(ui, |ui| browse::tree(self, ui, &mut actions));
         }
         if let Some(tab) = self.tab {
-            egui::Panel::right("inspector").default_size(330.0).show(ui, |ui| {
+            egui::Panel::right("inspector").default_size(tab.width_points()).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
+                    Tab::Moments => moments::panel(self, ui, studio, &mut actions),
                     Tab::Effects => effects::panel(self, ui),
+                    Tab::Shader => shader::panel(self, ui, studio),
+                    Tab::Compare => compare::panel(self, ui, studio),
+                    Tab::Information => information::panel(self, ui, studio),
+                    Tab::Performance => performance::panel(self, ui),
+                    Tab::Share => share::panel(self, ui, studio, &mut actions),
                 }
             });
         }
@@ -144,6 +209,11 @@ impl Interface {
             self.sky.moved_s = now_s;
         }
         for action in actions {
+            if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
+                let sight = self.viewer.settled().clone();
+                let name = format!("{} {}", self.viewer.name(sight.target), sight.time().to_utc_iso().get(..16).unwrap_or_default());
+                self.settings.remember(name, sight);
+            }
             self.viewer.apply(action, height_px, &places);
         }
         self.order(ui.ctx(), studio, now_s);
@@ -154,10 +224,14 @@ impl Interface {
             ui.horizontal_wrapped(|ui| {
                 ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("The list of bodies (b)");
                 browse::search(self, ui, actions);
-                if ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("⏴")).on_hover_text("Back (Backspace)").clicked() {
+                if ui
+                    .add_enabled(self.viewer.can_go_back(), egui::Button::new("Back"))
+                    .on_hover_text("The view before (Backspace)")
+                    .clicked()
+                {
                     actions.push(Action::Back);
                 }
-                if ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("⏵")).on_hover_text("Ahead").clicked() {
+                if ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Ahead")).on_hover_text("The view after").clicked() {
                     actions.push(Action::Ahead);
                 }
                 ui.separator();
@@ -166,8 +240,8 @@ impl Interface {
                         self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
                     }
                 }
-                ui.toggle_value(&mut self.layers.names, "Names").on_hover_text("Names of bodies over the picture (n)");
-                ui.toggle_value(&mut self.layers.markers, "Markers").on_hover_text("Markers of small bodies (m)");
+                ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Names of bodies over the picture (n)");
+                ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Markers of small bodies (m)");
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keys and mouse (?)");
             });
         });
@@ -190,7 +264,9 @@ impl Interface {
                     Some(texture) => texture.set(image, TextureOptions::LINEAR),
                     none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
                 }
+                self.performance.note(&drawing);
                 self.sky.drawing = Some(drawing);
+                self.sky.drawings += 1;
             }
         }
     }
@@ -207,6 +283,11 @@ impl Interface {
         let [width, height] = self.sky.size_px;
         let divisor = if moving { self.sky.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
         let session = studio.session();
+        let generator = session.library().generator();
+        if self.sky.generator.replace(generator.clone()).is_some_and(|before| before != generator) {
+            // The same view is another picture.
+            self.sky.ordered = None;
+        }
         let sight = &self.viewer.sight;
         let request = sight.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
         let mut request = match request {
@@ -220,13 +301,17 @@ impl Interface {
             request.quality = Quality::Draft;
         }
         let order = Order { fineness: Fineness::of(request.quality), request };
-        let calm = !moving && now_s - self.sky.ordered_s < CALM_INTERVAL_S;
-        let stale = self.sky.ordered.as_ref().is_none_or(|last| last.fineness != order.fineness || differs(&last.request, &order.request, calm));
+        // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
+        let interval_s = CALM_INTERVAL_S.max(1e-2 * self.sky.drawing.as_ref().map_or(0.0, |d| d.took_ms));
+        let calm = !moving && now_s - self.sky.ordered_s < interval_s;
+        let stale =
+            self.sky.ordered.as_ref().is_none_or(|last| last.fineness != order.fineness || differs(&last.request, &order.request, calm));
         if stale {
             self.sky.ordered = Some(order.clone());
             self.sky.ordered_s = now_s;
             studio.order(order);
         }
+        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
         let waits = [
             self.viewer.frame_interval_s(),
             (moving && !self.viewer.races()).then_some(STILL_AFTER_S - (now_s - self.sky.moved_s) + 0.005),
@@ -234,6 +319,11 @@ impl Interface {
         if let Some(wait) = waits.into_iter().flatten().reduce(f64::min) {
             ctx.request_repaint_after(std::time::Duration::from_secs_f64(wait.max(0.0)));
         }
+    }
+
+    /// The interface itself took so long, painting included.
+    pub fn note_painting(&mut self, took: std::time::Duration) {
+        self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
     /// For the window's title bar.
@@ -263,7 +353,7 @@ fn differs(last: &ViewRequest, new: &ViewRequest, calm: bool) -> bool {
     }
     let at_last = ViewRequest { time: last.time, ..new.clone() };
     let leap_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
-    *last != at_last || leap_s.abs() > 2.0 * CALM_INTERVAL_S
+    *last != at_last || leap_s.abs() > LEAP_S
 }
 
 /// Opaque display bytes as egui's picture.

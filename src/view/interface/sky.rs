@@ -15,9 +15,9 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let scale = ui.ctx().pixels_per_point();
     let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
     interface.sky.size_px = [side(rect.width()), side(rect.height())];
-    let response = ui.interact(rect, ui.id().with("sky"), Sense::click_and_drag());
+    let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
     let description = format!("The sky: {}", interface.viewer.name(interface.viewer.sight.target));
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, &description));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     if let Some(texture) = &interface.sky.texture {
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
@@ -32,7 +32,11 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let lettering = Lettering { letter_px: 6.6 / points_per_px, line_px: f64::from(NAME_POINTS + 2.0) / points_per_px };
     interface.refresh_marks(&lettering);
     paint_marks(interface, ui, rect, points_per_px);
-    mouse(interface, ui, &response, rect, points_per_px, actions);
+    let clicked_px = mouse(interface, ui, &response, rect, points_per_px, actions);
+    interface.sky.picked_px = clicked_px.or(interface.sky.picked_px);
+    if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {
+        paint_probe(interface, ui, rect);
+    }
 }
 
 fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, points_per_px: f64) {
@@ -42,11 +46,11 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, points_per_px: 
         let radius = (mark.radius_px * points_per_px) as f32;
         let selected = mark.body == interface.viewer.selected;
         let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
-        if interface.layers.markers && radius < 5.0 {
+        if interface.settings.markers && radius < 5.0 {
             painter.circle_stroke(at, 5.0, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { 0.55 })));
         }
         // A body that fills the picture says its name in the title.
-        if interface.layers.names && (mark.named || selected) && radius < 0.45 * rect.height() {
+        if interface.settings.names && (mark.named || selected) && radius < 0.45 * rect.height() {
             let beside = (radius * std::f32::consts::FRAC_1_SQRT_2).max(5.0) + 4.0;
             let place = at + Vec2::new(beside, -beside);
             let font = FontId::proportional(NAME_POINTS);
@@ -60,7 +64,14 @@ fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
-fn mouse(interface: &Interface, ui: &egui::Ui, response: &egui::Response, rect: Rect, points_per_px: f64, actions: &mut Vec<Action>) {
+fn mouse(
+    interface: &Interface,
+    ui: &egui::Ui,
+    response: &egui::Response,
+    rect: Rect,
+    points_per_px: f64,
+    actions: &mut Vec<Action>,
+) -> Option<[u32; 2]> {
     let scale = f64::from(ui.ctx().pixels_per_point());
     let drag = response.drag_delta();
     let (dx, dy) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
@@ -84,12 +95,26 @@ fn mouse(interface: &Interface, ui: &egui::Ui, response: &egui::Response, rect: 
             actions.push(if lens { Action::Lens(notches) } else { Action::Zoom(notches) });
         }
     }
-    let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return };
+    let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };
     let at_px = DVec2::new(f64::from(at.x - rect.min.x), f64::from(at.y - rect.min.y)) / points_per_px;
     let meant = || hit(&interface.sky.marks, &drawing.scene, at_px);
     if response.double_clicked() {
         actions.extend(meant().map(Action::FlyTo));
     } else if response.clicked() {
         actions.extend(meant().map(Action::Select));
+        let pixel = |points: f32| (f64::from(points) * scale) as u32;
+        return Some([pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)]);
+    }
+    None
+}
+
+/// Where the pixel probe looks.
+fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+    let Some([x, y]) = interface.sky.picked_px else { return };
+    let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
+    let painter = ui.painter().with_clip_rect(rect);
+    for away in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
+        painter.line_segment([at + away * 3.0, at + away * 9.0], Stroke::new(3.0, Color32::from_black_alpha(160)));
+        painter.line_segment([at + away * 3.0, at + away * 9.0], Stroke::new(1.0, SELECTED_COLOUR));
     }
 }

@@ -1,0 +1,136 @@
+//! Well-known moments: eclipses, transits, triple shadows, ring crossings, and where to stand to see them.
+//!
+//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and readable times, or every wrong field. A moment of a
+//! later file with the same name replaces the earlier one. It computes nothing: that a moment shows what it says is tested against the ephemeris.
+
+use super::table::{Located, Problems, Section, nearest};
+use super::{Body, NaifId};
+use crate::time::Instant;
+
+/// From where a moment is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Vantage {
+    /// From a body's centre, through a lens.
+    Centre { body: NaifId, fov_deg: f64 },
+    /// Over the side of the target that faces a body (or faces away from it), at a distance in equatorial radii.
+    Side { of: NaifId, away: bool, radii: f64 },
+    /// Over a place of a body: planetographic latitude and east longitude.
+    Place { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    pub name: String,
+    /// Groups of the list: `solar eclipse`, `lunar eclipse`, `transit`, `shadows`, `rings`, `conjunction`, `photograph`.
+    pub kind: String,
+    /// What there is to see, one sentence.
+    pub about: String,
+    pub time: Instant,
+    pub target: NaifId,
+    pub vantage: Vantage,
+    /// Where the instant comes from.
+    pub source: String,
+}
+
+/// Kinds in the order of the list.
+pub const KINDS: [&str; 7] = ["solar eclipse", "lunar eclipse", "transit", "shadows", "rings", "conjunction", "photograph"];
+
+/// One table, its bodies not looked up yet.
+pub(super) struct Draft {
+    name: Located<String>,
+    kind: String,
+    about: String,
+    time: Instant,
+    target: Located<String>,
+    vantage: DraftVantage,
+    source: String,
+}
+
+enum DraftVantage {
+    Centre { body: Located<String>, fov_deg: f64 },
+    Side { of: Located<String>, away: bool, radii: f64 },
+    Place { body: Located<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
+}
+
+pub(super) fn draft(mut s: Section) -> Option<Draft> {
+    let text = |s: &mut Section, field: &'static str, what: &str| s.need(field, what, |v: &String| !v.trim().is_empty());
+    let name = text(&mut s, "name", "a string");
+    if let Some(name) = &name {
+        s.rename(&name.value);
+    }
+    let kind = s.need("kind", &format!("one of {}", KINDS.join(", ")), |k: &String| KINDS.contains(&k.as_str()));
+    let about = text(&mut s, "about", "a sentence");
+    let time = s.need("time", "ISO 8601 UTC, as 2024-04-08T18:17:16Z", |t: &String| Instant::parse(t).is_ok());
+    let target = text(&mut s, "target", "the name of a body");
+    let source = text(&mut s, "source", "a string");
+    let of_body = "the name of a body";
+    let within = |least: f64, most: f64| move |v: &f64| (least..=most).contains(v);
+    let fov = s.take("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|l| l.value);
+    let radii = s.take("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|l| l.value);
+    let centre = s.take("from", of_body, |_: &String| true);
+    let side = s.take("side", of_body, |_: &String| true);
+    let away = s.take("away_from", of_body, |_: &String| true);
+    let ground = s.take("over", of_body, |_: &String| true);
+    let latitude_deg = s.take("latitude_deg", "degrees from -90 to 90", within(-90.0, 90.0)).map(|l| l.value);
+    let longitude_deg = s.take("longitude_deg", "degrees east from -360 to 360", within(-360.0, 360.0)).map(|l| l.value);
+    let height_km = s.take("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|l| l.value);
+    let vantage = match (centre, side, away, ground) {
+        (Some(body), None, None, None) => fov.map(|fov_deg| DraftVantage::Centre { body, fov_deg }),
+        (None, Some(of), None, None) => radii.map(|radii| DraftVantage::Side { of, away: false, radii }),
+        (None, None, Some(of), None) => radii.map(|radii| DraftVantage::Side { of, away: true, radii }),
+        (None, None, None, Some(body)) => match (latitude_deg, longitude_deg, height_km, fov) {
+            (Some(latitude_deg), Some(longitude_deg), Some(height_km), Some(fov_deg)) => {
+                Some(DraftVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
+            }
+            _ => None,
+        },
+        _ => None,
+    };
+    if vantage.is_none() {
+        let place = s.place.clone();
+        let allowed = "from with fov_deg, side or away_from with radii, or over with latitude_deg, longitude_deg, height_km, fov_deg";
+        s.problem(&place, "vantage", "incomplete", allowed);
+    }
+    s.finish();
+    Some(Draft {
+        name: name?,
+        kind: kind?.value,
+        about: about?.value,
+        time: Instant::parse(&time?.value).ok()?,
+        target: target?,
+        vantage: vantage?,
+        source: source?.value,
+    })
+}
+
+/// Looks the bodies up; the list by kind, then by time.
+pub(super) fn assemble(drafts: Vec<Draft>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
+    let names: Vec<String> = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(|n| n.to_lowercase()).collect();
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let resolve = |name: &Located<String>| {
+        let wanted = name.value.to_lowercase();
+        let found = bodies.iter().find(|b| std::iter::once(&b.name).chain(&b.aliases).any(|n| n.to_lowercase() == wanted));
+        if found.is_none() {
+            let hint = nearest(&wanted, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+            problems.add(&name.place, format!("\"{}\" is not the name of a body{hint}", name.value));
+        }
+        found.map(|b| b.id)
+    };
+    let mut moments: Vec<Moment> = Vec::new();
+    for d in drafts {
+        let target = resolve(&d.target);
+        let vantage = match d.vantage {
+            DraftVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
+            DraftVantage::Side { of, away, radii } => resolve(&of).map(|of| Vantage::Side { of, away, radii }),
+            DraftVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
+                resolve(&body).map(|body| Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
+            }
+        };
+        let (Some(target), Some(vantage)) = (target, vantage) else { continue };
+        moments.retain(|m| m.name != d.name.value);
+        moments.push(Moment { name: d.name.value, kind: d.kind, about: d.about, time: d.time, target, vantage, source: d.source });
+    }
+    let rank = |m: &Moment| KINDS.iter().position(|k| *k == m.kind).unwrap_or(KINDS.len());
+    moments.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.time.tdb_seconds_past_j2000().total_cmp(&b.time.tdb_seconds_past_j2000())));
+    moments
+}

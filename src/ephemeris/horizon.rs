@@ -1,0 +1,252 @@
+//! What a viewer on the ground sees: altitude and azimuth, rising and setting, and one disc before another.
+//!
+//! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are airless; rising and setting on the Earth count the
+//! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is in, stellar
+//! aberration is not: 20 arcsec of altitude, 1.4 s of a rising; two discs beside each other move together. The horizon is the ellipsoid's.
+
+use super::{Ephemeris, EphemerisError, angle_rad};
+use crate::catalog::{Catalog, NaifId};
+use crate::time::Instant;
+use glam::DVec3;
+
+/// Refraction at the horizon, degrees.
+const REFRACTION_DEG: f64 = 34.0 / 60.0;
+/// Between samples of a day; a body that stays above the horizon for less is missed.
+const RISE_STEP_S: f64 = 600.0;
+/// Between samples of two discs that may meet.
+const CONTACT_STEP_S: f64 = 60.0;
+/// Roots are closed in to this, seconds.
+const EXACT_S: f64 = 0.05;
+
+/// A place on the ground of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    pub body: NaifId,
+    /// Planetographic.
+    pub latitude_deg: f64,
+    /// East.
+    pub longitude_deg: f64,
+    pub height_km: f64,
+}
+
+/// Where a target stands in the sky of a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Horizontal {
+    /// From north through east, 0 to 360.
+    pub azimuth_deg: f64,
+    /// Without refraction.
+    pub altitude_deg: f64,
+    pub distance_km: f64,
+    /// Of the disc's mean radius.
+    pub semidiameter_deg: f64,
+    /// From the place to the target, ICRF.
+    pub direction: DVec3,
+}
+
+/// One day of a target.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Day {
+    pub rise: Option<Instant>,
+    pub set: Option<Instant>,
+    /// Highest, and how high.
+    pub transit: Option<(Instant, f64)>,
+    /// Above the horizon at the start.
+    pub up_at_start: bool,
+}
+
+/// A disc passing before another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// First and last contact of the discs.
+    pub begins: Instant,
+    pub ends: Instant,
+    /// Between second and third contact the smaller disc is wholly before or behind the larger.
+    pub inner: Option<(Instant, Instant)>,
+    pub greatest: Instant,
+    /// Part of the target's diameter that is covered at the greatest; where one disc lies within the other, the ratio of their sizes.
+    pub magnitude: f64,
+    /// Of the target at the greatest.
+    pub altitude_deg: f64,
+}
+
+/// Point of the reference ellipsoid raised by `height_km`: the ellipsoid's normal has the given planetographic latitude and east
+/// longitude (exact for three different axes). Returns the point and the normal, body-fixed.
+pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, height_km: f64) -> (DVec3, DVec3) {
+    let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
+    let normal = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+    let squared = radii_km * radii_km;
+    let surface = squared * normal / (squared * normal).dot(normal).sqrt();
+    (surface + normal * height_km, normal)
+}
+
+/// A sky to look at: what all questions here share.
+pub struct Sky<'a> {
+    pub catalog: &'a Catalog,
+    pub ephemeris: &'a Ephemeris,
+    pub place: Place,
+}
+
+impl Sky<'_> {
+    /// # Errors
+    /// A body that is not of the catalog, or that the ephemeris cannot place at `t`.
+    pub fn look(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
+        let known = |id: NaifId| self.catalog.body(id).ok_or_else(|| EphemerisError(format!("no body has the code {}", id.0)));
+        let (ground, body) = (known(self.place.body)?, known(target)?);
+        let (point, normal) = ground_point_km(ground.radii_km, self.place.latitude_deg, self.place.longitude_deg, self.place.height_km);
+        let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
+        let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
+        let viewer_km = centre_km + icrf_from_body * point;
+        let to_target = self.ephemeris.light_time_position(target, viewer_km, t)?.0 - viewer_km;
+        let distance_km = to_target.length();
+        let direction = to_target / distance_km;
+        let local = icrf_from_body.transpose() * direction;
+        let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
+        let north = normal.cross(east);
+        let azimuth_deg = local.dot(east).atan2(local.dot(north)).to_degrees().rem_euclid(360.0);
+        // The sine alone loses digits near the zenith.
+        let across = local.dot(east).hypot(local.dot(north));
+        Ok(Horizontal {
+            azimuth_deg,
+            altitude_deg: local.dot(normal).atan2(across).to_degrees(),
+            distance_km,
+            semidiameter_deg: (body.radii_km.element_sum() / 3.0 / distance_km).min(1.0).asin().to_degrees(),
+            direction,
+        })
+    }
+
+    /// Height of the target's upper limb over the apparent horizon, degrees.
+    fn above(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
+        let seen = self.look(target, t)?;
+        let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
+        // Planets and stars are points to almanacs; the Sun and the Moon have limbs, and so has whatever is as large.
+        let limb = if seen.semidiameter_deg > 0.05 { seen.semidiameter_deg } else { 0.0 };
+        Ok(seen.altitude_deg + refraction + limb)
+    }
+
+    /// Rising, setting and greatest altitude within `length_s` of `start`.
+    ///
+    /// # Errors
+    /// As [`Self::look`].
+    pub fn day(&self, target: NaifId, start: Instant, length_s: f64) -> Result<Day, EphemerisError> {
+        let height = |s: f64| self.above(target, start.plus_seconds(s));
+        let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
+        let mut before = height(0.0)?;
+        let mut day = Day { up_at_start: before > 0.0, ..Day::default() };
+        let mut highest = (0.0, before);
+        for i in 1..=steps {
+            let (from, to) = ((i - 1) as f64 * RISE_STEP_S, i as f64 * RISE_STEP_S);
+            let now = height(to)?;
+            if before <= 0.0 && now > 0.0 && day.rise.is_none() {
+                day.rise = Some(start.plus_seconds(root(from, to, |s| height(s))?));
+            }
+            if before > 0.0 && now <= 0.0 && day.set.is_none() {
+                day.set = Some(start.plus_seconds(root(from, to, |s| Ok(-height(s)?))?));
+            }
+            if now > highest.1 {
+                highest = (to, now);
+            }
+            before = now;
+        }
+        let at = greatest((highest.0 - RISE_STEP_S).max(0.0), (highest.0 + RISE_STEP_S).min(length_s), height)?;
+        let when = start.plus_seconds(at);
+        day.transit = Some((when, self.look(target, when)?.altitude_deg));
+        Ok(day)
+    }
+
+    /// The first passage of `before` in front of `target` within `length_s` of `start`, above the horizon or not.
+    ///
+    /// # Errors
+    /// As [`Self::look`].
+    pub fn passage(&self, target: NaifId, before: NaifId, start: Instant, length_s: f64) -> Result<Option<Passage>, EphemerisError> {
+        // Degrees by which the discs overlap; negative apart.
+        let overlap = |s: f64| -> Result<f64, EphemerisError> {
+            let t = start.plus_seconds(s);
+            let (far, near) = (self.look(target, t)?, self.look(before, t)?);
+            if near.distance_km >= far.distance_km {
+                return Ok(-180.0);
+            }
+            Ok(far.semidiameter_deg + near.semidiameter_deg - angle_rad(far.direction, near.direction).to_degrees())
+        };
+        let steps = (length_s / CONTACT_STEP_S).ceil().max(1.0) as usize;
+        let mut best: Option<(f64, f64)> = None;
+        for i in 0..=steps {
+            let s = i as f64 * CONTACT_STEP_S;
+            let o = overlap(s)?;
+            match best {
+                Some((_, most)) if o > most => best = Some((s, o)),
+                // Past its greatest: later ones are another passage.
+                Some((_, most)) if most > 0.0 && o <= 0.0 => break,
+                None => best = Some((s, o)),
+                _ => {}
+            }
+        }
+        let Some((near_s, _)) = best else { return Ok(None) };
+        let greatest_s = greatest(near_s - CONTACT_STEP_S, near_s + CONTACT_STEP_S, overlap)?;
+        let deepest = overlap(greatest_s)?;
+        if deepest <= 0.0 {
+            return Ok(None);
+        }
+        let outward = |sign: f64, f: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
+            let mut step = CONTACT_STEP_S;
+            let mut inside = greatest_s;
+            loop {
+                let s = greatest_s + sign * step;
+                if f(s)? <= 0.0 {
+                    return root(s, inside, f);
+                }
+                inside = s;
+                step += CONTACT_STEP_S;
+                if step > 2.0 * crate::units::SECONDS_PER_DAY {
+                    return Ok(s);
+                }
+            }
+        };
+        let t = start.plus_seconds(greatest_s);
+        let (far, near) = (self.look(target, t)?, self.look(before, t)?);
+        // Overlap at which the smaller disc touches the larger from within.
+        let inner_at = |s: f64| -> Result<f64, EphemerisError> {
+            let t = start.plus_seconds(s);
+            Ok(overlap(s)? - 2.0 * self.look(target, t)?.semidiameter_deg.min(self.look(before, t)?.semidiameter_deg))
+        };
+        let inner = if inner_at(greatest_s)? > 0.0 {
+            Some((start.plus_seconds(outward(-1.0, &inner_at)?), start.plus_seconds(outward(1.0, &inner_at)?)))
+        } else {
+            None
+        };
+        Ok(Some(Passage {
+            begins: start.plus_seconds(outward(-1.0, &overlap)?),
+            ends: start.plus_seconds(outward(1.0, &overlap)?),
+            inner,
+            greatest: t,
+            magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { deepest / (2.0 * far.semidiameter_deg) },
+            altitude_deg: far.altitude_deg,
+        }))
+    }
+}
+
+/// Where `f` turns positive between `a` (where it is not) and `b` (where it is).
+fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
+    while (b - a).abs() > EXACT_S {
+        let middle = 0.5 * (a + b);
+        if f(middle)? > 0.0 {
+            b = middle;
+        } else {
+            a = middle;
+        }
+    }
+    Ok(0.5 * (a + b))
+}
+
+/// Where `f`, which has one peak between `a` and `b`, is greatest: golden sections.
+fn greatest(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
+    const SECTION: f64 = 0.618_033_988_749_895;
+    while b - a > EXACT_S {
+        let (left, right) = (b - SECTION * (b - a), a + SECTION * (b - a));
+        if f(left)? > f(right)? {
+            b = right;
+        } else {
+            a = left;
+        }
+    }
+    Ok(0.5 * (a + b))
+}

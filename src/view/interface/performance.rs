@@ -1,0 +1,86 @@
+//! Where the time of the last frames went.
+
+use super::Interface;
+use crate::session::Stage;
+use crate::view::studio::Drawing;
+use egui_plot::{Legend, Line, Plot, PlotPoints};
+use std::collections::VecDeque;
+
+/// Frames that the plot shows.
+const FRAMES: usize = 240;
+
+/// One frame's account, milliseconds.
+struct Frame {
+    by_stage: [f64; Stage::ALL.len()],
+    whole: f64,
+}
+
+#[derive(Default)]
+pub struct PerformancePanel {
+    frames: VecDeque<Frame>,
+    /// Of the interface itself, milliseconds.
+    pub interface_ms: f64,
+}
+
+impl PerformancePanel {
+    /// Takes a finished frame into the account.
+    pub fn note(&mut self, drawing: &Drawing) {
+        let by_stage = Stage::ALL.map(|s| drawing.stages.spent(s).as_secs_f64() * 1e3);
+        self.frames.push_back(Frame { by_stage, whole: drawing.took_ms });
+        if self.frames.len() > FRAMES {
+            self.frames.pop_front();
+        }
+    }
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
+    let account = &interface.performance;
+    let shown = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
+    Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
+        ui,
+        |plot| {
+            let line = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
+                account.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
+            };
+            for stage in shown {
+                plot.line(Line::new(stage.name(), line(&|f| f.by_stage[stage as usize])));
+            }
+            plot.line(Line::new("whole", line(&|f| f.whole)));
+        },
+    );
+    let Some(drawing) = interface.drawing() else { return };
+    egui::Grid::new("account").num_columns(2).striped(true).show(ui, |ui| {
+        let mut line = |what: &str, value: String| {
+            ui.label(what);
+            ui.monospace(value);
+            ui.end_row();
+        };
+        line("renderer", drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
+        line("picture", format!("{}x{} px", drawing.width, drawing.height));
+        line("frame", format!("{:.1} ms", drawing.took_ms));
+        for stage in shown {
+            line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
+        }
+        for (pass, ms) in &drawing.by.passes_ms {
+            line(pass, format!("{ms:.2} ms on the device"));
+        }
+        line("interface", format!("{:.2} ms", account.interface_ms));
+        line("draws", drawing.scene.draws.len().to_string());
+        line("points", drawing.scene.points.len().to_string());
+        let shown = drawing.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
+        line("bodies shown", format!("{shown} of {}", drawing.scene.bodies.len()));
+        if let Ok(serde_json::Value::Object(library)) = serde_json::to_value(&drawing.library) {
+            for (name, value) in library {
+                line(&format!("library, {}", name.replace('_', " ")), value.to_string());
+            }
+        }
+        line("memory", resident_mib().map_or("not told by this system".into(), |m| format!("{m:.0} MiB")));
+    });
+}
+
+/// Memory that the process holds, where the system tells.
+fn resident_mib() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kib: f64 = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib / 1024.0)
+}

@@ -1,0 +1,222 @@
+//! The generated source: line numbers, colours, the feature of each line, finding.
+//!
+//! Always: only the lines in sight are laid out, so that a text of a hundred thousand lines scrolls as a short one does.
+
+use super::text::{Text, feature_colour, found_in, job};
+use super::{Seen, ShaderPanel};
+use crate::shader::translate::Language;
+use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
+use std::sync::Arc;
+
+const MARGIN_POINTS: f32 = 112.0;
+const FONT_POINTS: f32 = 12.0;
+const STRIPE_POINTS: f32 = 4.0;
+
+#[derive(Default)]
+pub struct SourcePage {
+    language: Option<Language>,
+    /// The feature whose lines are wanted.
+    feature: Option<String>,
+    /// Only its lines.
+    only: bool,
+    no_margin: bool,
+    needle: String,
+    /// Which of the lines that hold it.
+    at: usize,
+    found: Option<(Arc<Text>, String, Vec<u32>)>,
+    /// The line of the feature that was gone to last.
+    at_line: Option<usize>,
+    /// A line (from 0) to bring into sight.
+    jump: Option<u32>,
+}
+
+fn language_name(language: Language) -> (&'static str, &'static str) {
+    match language {
+        Language::Wgsl => ("WGSL", "As emitted"),
+        Language::Hlsl => ("HLSL", "For Direct3D"),
+        Language::Glsl => ("GLSL", "OpenGL 4.30"),
+        Language::Msl => ("MSL", "For Metal"),
+        Language::Spirv => ("SPIR-V", "For Vulkan: the words in hexadecimal, as orrery shader emit prints them"),
+        Language::Assembly => ("SPIR-V text", "For Vulkan, an instruction a line"),
+        Language::Ir => ("IR", "naga's intermediate representation"),
+    }
+}
+
+pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
+    let page = &mut panel.source;
+    let language = page.language.unwrap_or(Language::Wgsl);
+    ui.horizontal_wrapped(|ui| {
+        for l in Language::ALL {
+            let (name, about) = language_name(l);
+            if ui.selectable_label(l == language, name).on_hover_text(about).clicked() {
+                page.language = Some(l);
+            }
+        }
+    });
+    let text = match panel.work.text(seen.studio, &seen.id, language) {
+        Some(Ok(text)) => text,
+        Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
+        None => return drop(ui.spinner()),
+    };
+    page.find(ui, &text);
+    if !text.features.is_empty() {
+        page.legend(ui, &text);
+    }
+    ui.separator();
+    page.lines(ui, &text);
+}
+
+impl SourcePage {
+    /// The field for finding, with where one is.
+    fn find(&mut self, ui: &mut Ui, text: &Arc<Text>) {
+        let mut step = 0;
+        ui.horizontal(|ui| {
+            let label = ui.label("Find");
+            let response = ui.add(TextEdit::singleline(&mut self.needle).desired_width(150.0)).labelled_by(label.id);
+            let response = response.on_hover_text("Find in the source; Enter goes to the next");
+            if response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
+                step = 1;
+                response.request_focus();
+            }
+            if !text.features.is_empty() {
+                let mut margin = !self.no_margin;
+                ui.checkbox(&mut margin, "features beside").on_hover_text("Name the feature of each line beside it");
+                self.no_margin = !margin;
+            }
+            if self.needle.is_empty() {
+                ui.weak(format!("{} lines", text.lines.len()));
+                return;
+            }
+            if ui.small_button("Previous").clicked() {
+                step = -1;
+            }
+            if ui.small_button("Next").clicked() {
+                step = 1;
+            }
+            let current = self.found.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
+            if !current {
+                let holds = |line: &str| !found_in(line, &self.needle).is_empty();
+                let lines = (0..).zip(&text.lines).filter(|(_, l)| holds(&l.text)).map(|(i, _)| i).collect::<Vec<u32>>();
+                self.at = 0;
+                self.jump = lines.first().copied();
+                self.found = Some((Arc::clone(text), self.needle.clone(), lines));
+            }
+            let Some((_, _, lines)) = &self.found else { return };
+            if lines.is_empty() {
+                ui.weak("nowhere");
+                return;
+            }
+            if step != 0 {
+                self.at = (self.at as i64 + step).rem_euclid(lines.len() as i64) as usize;
+                self.jump = lines.get(self.at).copied();
+            }
+            ui.weak(format!("line {} of {}", self.at + 1, lines.len()));
+        });
+    }
+
+    /// Every feature with its colour and its number of lines.
+    fn legend(&mut self, ui: &mut Ui, text: &Text) {
+        let dark = ui.visuals().dark_mode;
+        ui.scope(|ui| {
+            ui.spacing_mut().item_spacing = vec2(2.0, 0.0);
+            ui.spacing_mut().button_padding = vec2(5.0, 1.0);
+            ui.spacing_mut().interact_size.y = 16.0;
+            ui.horizontal_wrapped(|ui| {
+                for (k, (name, lines)) in text.features.iter().enumerate().filter(|(_, f)| f.1 > 0) {
+                    let chosen = self.feature.as_ref() == Some(name);
+                    let words = RichText::new(format!("{name} {lines}")).size(11.0).color(feature_colour(name, dark));
+                    let hover = format!("{lines} lines that {name} asked for: go there; once more, to the next place");
+                    if ui.selectable_label(chosen, words).on_hover_text(hover).clicked() {
+                        self.go_to(text, k, chosen);
+                    }
+                }
+            });
+        });
+        ui.horizontal(|ui| {
+            // Another module may not have it.
+            if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
+                ui.checkbox(&mut self.only, format!("only lines of {feature}"));
+                if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
+                    (self.feature, self.only) = (None, false);
+                }
+            }
+        });
+    }
+
+    /// To the first line of a feature, or the next run of its lines.
+    fn go_to(&mut self, text: &Text, feature: usize, again: bool) {
+        let of = |i: usize| text.lines.get(i).is_some_and(|l| usize::from(l.feature) == feature);
+        let starts: Vec<usize> = (0..text.lines.len()).filter(|i| of(*i) && (*i == 0 || !of(i - 1))).collect();
+        let here = self.at_line.filter(|_| again);
+        let next = here.and_then(|h| starts.iter().find(|s| **s > h)).or(starts.first());
+        self.feature = text.features.get(feature).map(|f| f.0.clone());
+        self.at_line = next.copied();
+        self.jump = next.map(|n| *n as u32);
+    }
+
+    fn lines(&mut self, ui: &mut Ui, text: &Text) {
+        let wanted = self.feature.as_ref().and_then(|name| text.features.iter().position(|f| f.0 == *name));
+        let rows: Option<Vec<usize>> = wanted
+            .filter(|_| self.only)
+            .map(|feature| (0..text.lines.len()).filter(|i| usize::from(text.lines[*i].feature) == feature).collect());
+        let count = rows.as_ref().map_or(text.lines.len(), Vec::len);
+        let font = egui::FontId::monospace(FONT_POINTS);
+        ui.spacing_mut().item_spacing.y = 0.0;
+        // A row is a line of text and no more.
+        let height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
+        ui.spacing_mut().interact_size.y = height;
+        let mut area = ScrollArea::both().auto_shrink(false).id_salt(("source", text.language.to_string()));
+        if let Some(line) = self.jump.take() {
+            let row = rows.as_ref().map_or(line as usize, |r| r.partition_point(|i| *i < line as usize));
+            area = area.vertical_scroll_offset((row as f32 * height - 3.0 * height).max(0.0));
+        }
+        let margin = !text.features.is_empty();
+        let mut clicked = None;
+        area.show_rows(ui, height, count, |ui, range| {
+            let dark = ui.visuals().dark_mode;
+            for row in range.clone() {
+                let i = rows.as_ref().map_or(row, |r| r[row]);
+                let Some(line) = text.lines.get(i) else { continue };
+                ui.horizontal(|ui| {
+                    ui.spacing_mut().item_spacing.x = 4.0;
+                    if margin {
+                        let above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
+                        let first = above.and_then(|a| text.lines.get(a)).is_none_or(|a| a.feature != line.feature);
+                        if self.margin(ui, text, i, height, first, wanted) {
+                            clicked = Some(usize::from(line.feature));
+                        }
+                    }
+                    ui.add(egui::Label::new(job(i + 1, &line.text, &self.needle, &font, dark)).extend());
+                });
+            }
+        });
+        if let Some(feature) = clicked {
+            self.feature = text.features.get(feature).map(|f| f.0.clone());
+        }
+    }
+
+    /// The feature of a line, named where it begins; whether it was clicked.
+    fn margin(&self, ui: &mut Ui, text: &Text, i: usize, height: f32, first: bool, wanted: Option<usize>) -> bool {
+        let Some(line) = text.lines.get(i) else { return false };
+        let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
+        let width = if self.no_margin { STRIPE_POINTS } else { MARGIN_POINTS };
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(width, height), Sense::click());
+        let colour = feature_colour(name, ui.visuals().dark_mode);
+        let stripe = egui::Rect::from_min_size(egui::pos2(rect.right() - STRIPE_POINTS, rect.top()), vec2(STRIPE_POINTS, height));
+        ui.painter().rect_filled(stripe, 0.0, colour);
+        if wanted == Some(usize::from(line.feature)) {
+            ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(0.14));
+        }
+        if first {
+            if !self.no_margin {
+                let names = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
+                let font = egui::FontId::proportional(10.0);
+                let painter = ui.painter().with_clip_rect(names.intersect(ui.clip_rect()));
+                painter.text(names.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
+            }
+            let said = format!("{name} asked for line {}", i + 1);
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &said));
+        }
+        response.on_hover_text(format!("{name}\n{}", line.origin)).clicked()
+    }
+}

@@ -1,0 +1,266 @@
+//! A module's text in one language, line by line, with the colours that tell its words apart and the feature that asked for each line.
+
+use crate::shader::ShaderModule;
+use crate::shader::key::DIMENSIONS;
+use crate::shader::translate::{Language, translate};
+use egui::ecolor::HsvaGamma;
+use egui::{Color32, FontId, TextFormat, text::LayoutJob};
+use std::ops::Range;
+
+/// One line and who asked for it.
+pub struct Line {
+    pub text: String,
+    /// Index into [`Text::features`].
+    pub feature: u16,
+    /// Fragment path and line.
+    pub origin: String,
+}
+
+pub struct Text {
+    pub language: Language,
+    pub lines: Vec<Line>,
+    /// Name and number of lines; empty where the language has no source map.
+    pub features: Vec<(String, usize)>,
+}
+
+/// Writes a module in a language.
+pub fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String> {
+    let text = translate(module, language).map_err(|e| e.to_string())?;
+    let map = &module.source_map;
+    let mapped = language == Language::Wgsl;
+    let line = |(i, text): (usize, &str)| {
+        let at = map.lines.get(i).filter(|_| mapped);
+        let origin = at.and_then(|_| map.origin_of(i + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
+        Line { text: text.replace('\t', "    "), feature: at.map_or(0, |o| o.feature), origin }
+    };
+    let lines: Vec<Line> = text.lines().enumerate().map(line).collect();
+    let count = |k: usize| lines.iter().filter(|l| usize::from(l.feature) == k).count();
+    let features = map.features.iter().filter(|_| mapped).enumerate().map(|(k, name)| (name.clone(), count(k))).collect();
+    Ok(Text { language, lines, features })
+}
+
+/// What a word is, as far as colours go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Plain,
+    Comment,
+    Keyword,
+    Type,
+    Number,
+    Call,
+    Attribute,
+}
+
+const KEYWORDS: &[&str] = &[
+    "alias",
+    "break",
+    "case",
+    "const",
+    "constant",
+    "continue",
+    "continuing",
+    "default",
+    "discard",
+    "do",
+    "else",
+    "fn",
+    "for",
+    "if",
+    "in",
+    "inout",
+    "layout",
+    "let",
+    "loop",
+    "namespace",
+    "out",
+    "override",
+    "precision",
+    "private",
+    "return",
+    "static",
+    "struct",
+    "switch",
+    "thread",
+    "typedef",
+    "uniform",
+    "using",
+    "var",
+    "void",
+    "while",
+    "cbuffer",
+    "register",
+    "device",
+    "fragment",
+    "vertex",
+    "smooth",
+    "flat",
+    "highp",
+    "true",
+    "false",
+];
+const TYPES: &[&str] = &["bool", "f32", "f16", "i32", "u32", "float", "int", "uint", "double", "half", "sampler", "array", "matrix"];
+const TYPE_BEGINNINGS: &[&str] = &[
+    "vec", "mat", "float2", "float3", "float4", "uint2", "uint3", "uint4", "int2", "int3", "int4", "texture", "sampler", "Texture",
+    "Sampler", "ivec", "uvec", "bvec", "bool2", "bool3", "bool4", "packed_",
+];
+
+fn word_kind(word: &str, rest: &str) -> Kind {
+    if KEYWORDS.contains(&word) {
+        Kind::Keyword
+    } else if word.starts_with(|c: char| c.is_ascii_digit()) {
+        Kind::Number
+    } else if TYPES.contains(&word) || TYPE_BEGINNINGS.iter().any(|b| word.starts_with(b)) && !rest.starts_with("Sample") {
+        Kind::Type
+    } else if word.starts_with("Op") && word.len() > 2 && word[2..].starts_with(|c: char| c.is_ascii_uppercase()) {
+        Kind::Keyword
+    } else if rest.starts_with('(') {
+        Kind::Call
+    } else {
+        Kind::Plain
+    }
+}
+
+/// The words of a line, in order, without gaps. A comment runs to the line's end.
+pub fn words(line: &str) -> Vec<(Range<usize>, Kind)> {
+    let mut found: Vec<(Range<usize>, Kind)> = Vec::new();
+    let mut push = |range: Range<usize>, kind: Kind| match found.last_mut() {
+        Some((last, k)) if *k == kind => last.end = range.end,
+        _ => found.push((range, kind)),
+    };
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let mut at = 0;
+    while let Some(c) = line[at..].chars().next() {
+        let rest = &line[at..];
+        if rest.starts_with("//") || (rest.starts_with('#') && line[..at].trim().is_empty()) {
+            let kind = if c == '#' { Kind::Attribute } else { Kind::Comment };
+            push(at..line.len(), kind);
+            break;
+        }
+        if is_word(c) {
+            let number = c.is_ascii_digit();
+            // A number keeps its point and a signed exponent.
+            let mut end = 0;
+            let mut before = ' ';
+            for (i, c) in rest.char_indices() {
+                let sign = (c == '-' || c == '+') && matches!(before, 'e' | 'E') && !rest.starts_with("0x");
+                if !(is_word(c) || number && (c == '.' || sign)) {
+                    break;
+                }
+                end = i + c.len_utf8();
+                before = c;
+            }
+            push(at..at + end, word_kind(&rest[..end], &rest[end..]));
+            at += end;
+        } else if c == '@' || (c == '[' && rest.starts_with("[[")) {
+            let end = rest.char_indices().skip(1).find(|(_, c)| !is_word(*c) && *c != '[').map_or(rest.len(), |(i, _)| i);
+            push(at..at + end, Kind::Attribute);
+            at += end;
+        } else {
+            push(at..at + c.len_utf8(), Kind::Plain);
+            at += c.len_utf8();
+        }
+    }
+    found
+}
+
+fn colour(kind: Kind, dark: bool) -> Color32 {
+    let [d, l] = match kind {
+        Kind::Plain => [[212, 212, 212], [40, 40, 40]],
+        Kind::Comment => [[128, 146, 118], [84, 112, 70]],
+        Kind::Keyword => [[204, 140, 222], [140, 40, 160]],
+        Kind::Type => [[92, 200, 178], [0, 110, 96]],
+        Kind::Number => [[220, 176, 118], [160, 84, 0]],
+        Kind::Call => [[122, 178, 236], [20, 84, 170]],
+        Kind::Attribute => [[160, 160, 176], [100, 100, 116]],
+    };
+    let [r, g, b] = if dark { d } else { l };
+    Color32::from_rgb(r, g, b)
+}
+
+/// The colour of a feature, the same in every module: a place on the colour circle for each feature that there is.
+pub fn feature_colour(name: &str, dark: bool) -> Color32 {
+    let (negated, name) = name.strip_prefix("not ").map_or((false, name), |n| (true, n.split(", ").next().unwrap_or(n)));
+    let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
+    let Some(place) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 130 } else { 150 }) };
+    // Steps of the golden angle keep neighbours apart.
+    let hue = (place as f32 * 0.381_966).fract();
+    let (saturation, value) = if dark { (0.6, 0.95) } else { (0.9, 0.6) };
+    // What is there because a feature is not has its colour, paler.
+    HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
+}
+
+/// A line with its number, its colours, and what is looked for marked in it.
+pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
+    let format = |color: Color32| TextFormat { font_id: font.clone(), color, ..TextFormat::default() };
+    let mut job = LayoutJob::default();
+    job.wrap.max_width = f32::INFINITY;
+    if number > 0 {
+        job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if dark { 100 } else { 150 })));
+    }
+    let marked = found_in(line, needle);
+    let mark = if dark { Color32::from_rgb(96, 80, 20) } else { Color32::from_rgb(255, 232, 130) };
+    for (range, kind) in words(line) {
+        let mut at = range.start;
+        while at < range.end {
+            let inside = marked.iter().find(|m| m.contains(&at));
+            let end = match inside {
+                Some(m) => m.end.min(range.end),
+                None => marked.iter().map(|m| m.start).filter(|s| *s > at).min().unwrap_or(range.end).min(range.end),
+            };
+            let mut as_is = format(colour(kind, dark));
+            if inside.is_some() {
+                as_is.background = mark;
+            }
+            job.append(&line[at..end], 0.0, as_is);
+            at = end;
+        }
+    }
+    job
+}
+
+/// Where a text occurs in a line, in any case of Latin letters.
+pub fn found_in(line: &str, needle: &str) -> Vec<Range<usize>> {
+    if needle.is_empty() {
+        return Vec::new();
+    }
+    // Only Latin letters change, so that places stay.
+    let (line, needle) = (line.to_ascii_lowercase(), needle.to_ascii_lowercase());
+    line.match_indices(&needle).map(|(at, _)| at..at + needle.len()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_cover_the_line_and_are_told_apart() {
+        let line = "@group(0) let x = vec3f(1.5e-3, y); // twice";
+        let found = words(line);
+        let joined: String = found.iter().map(|(r, _)| &line[r.clone()]).collect();
+        assert_eq!(joined, line);
+        let kind = |word: &str| found.iter().find(|(r, _)| line[r.clone()].contains(word)).map(|(_, k)| *k);
+        assert_eq!(kind("let"), Some(Kind::Keyword));
+        assert_eq!(kind("vec3f"), Some(Kind::Type));
+        assert_eq!(kind("1.5e-3"), Some(Kind::Number));
+        assert_eq!(kind("@group"), Some(Kind::Attribute));
+        assert_eq!(kind("twice"), Some(Kind::Comment));
+        assert_eq!(words("a µ² b").iter().map(|(r, _)| r.len()).sum::<usize>(), "a µ² b".len());
+    }
+
+    #[test]
+    fn what_is_looked_for_is_marked_in_any_case() {
+        assert_eq!(found_in("let Ring = ring;", "rInG"), [4..8, 11..15]);
+        assert!(found_in("let", "").is_empty());
+        let job = job(7, "let ring = 2;", "ring", &FontId::monospace(12.0), true);
+        assert_eq!(job.text, "    7  let ring = 2;");
+        assert_eq!(job.sections.iter().filter(|s| s.format.background != Color32::TRANSPARENT).count(), 1);
+    }
+
+    #[test]
+    fn every_feature_has_a_colour_of_its_own() {
+        let names: Vec<_> = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty()).collect();
+        let distinct: std::collections::BTreeSet<_> = names.iter().collect();
+        let colours: std::collections::BTreeSet<_> = names.iter().map(|n| feature_colour(n, true).to_array()).collect();
+        assert!(colours.len() + 2 >= distinct.len(), "{} colours for {} features", colours.len(), distinct.len());
+    }
+}

@@ -1,0 +1,144 @@
+//! Each well-known moment of the catalog shows what it says, by the ephemeris.
+
+use glam::DVec3;
+use orrery::catalog::moments::{KINDS, Moment};
+use orrery::catalog::{Catalog, NaifId};
+use orrery::ephemeris::{Ephemeris, angle_rad};
+use orrery::time::Instant;
+
+struct World {
+    catalog: Catalog,
+    ephemeris: Ephemeris,
+}
+
+impl World {
+    fn new() -> Self {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+        Self { catalog, ephemeris }
+    }
+    /// From one centre to another where its light is seen, km.
+    fn seen_km(&self, from: NaifId, to: NaifId, t: Instant) -> DVec3 {
+        let viewer = self.ephemeris.state(from, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("a place").state.pos_km;
+        self.ephemeris.light_time_position(to, viewer, t).expect("a place").0 - viewer
+    }
+    fn radius_km(&self, id: NaifId) -> f64 {
+        self.catalog.body(id).expect("a body").radii_km.x
+    }
+    /// How far the axis of a body's shadow passes from the centre of the one that it falls on, in that one's radii; at the instant when the
+    /// light passes there, which is `late_s` before the viewer sees it.
+    fn axis_miss_radii(&self, caster: NaifId, onto: NaifId, t: Instant) -> f64 {
+        let to_sun = self.seen_km(onto, NaifId::SUN, t);
+        let to_caster = self.seen_km(onto, caster, t);
+        let axis = (to_sun - to_caster).normalize();
+        to_caster.cross(axis).length() / self.radius_km(onto)
+    }
+}
+
+fn of_kind<'a>(world: &'a World, kind: &'a str) -> impl Iterator<Item = &'a Moment> {
+    world.catalog.moments().iter().filter(move |m| m.kind == kind)
+}
+
+#[test]
+fn every_kind_has_moments_in_order_of_time() {
+    let world = World::new();
+    for kind in KINDS {
+        let times: Vec<f64> = of_kind(&world, kind).map(|m| m.time.tdb_seconds_past_j2000()).collect();
+        assert!(!times.is_empty(), "{kind}");
+        assert!(times.is_sorted(), "{kind}");
+    }
+}
+
+/// The Moon's axis passes the Earth's centre within its radius; half a day later it does not.
+#[test]
+fn solar_eclipses_are_central() {
+    let world = World::new();
+    for m in of_kind(&world, "solar eclipse") {
+        let miss = world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time);
+        assert!(miss < 1.0, "{}: {miss} radii", m.name);
+        assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(43_200.0)) > 2.0);
+        // The greatest: ten minutes away the axis is farther off.
+        for aside in [-600.0, 600.0] {
+            assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(aside)) > miss, "{}", m.name);
+        }
+    }
+}
+
+/// The whole Moon is within the Earth's umbra.
+#[test]
+fn lunar_eclipses_are_total() {
+    let world = World::new();
+    for m in of_kind(&world, "lunar eclipse") {
+        let (earth, moon, sun) = (world.radius_km(NaifId::EARTH), world.radius_km(NaifId::MOON), world.radius_km(NaifId::SUN));
+        let to_sun = world.seen_km(NaifId::EARTH, NaifId::SUN, m.time);
+        let to_moon = world.seen_km(NaifId::EARTH, NaifId::MOON, m.time);
+        let behind = -to_moon.dot(to_sun.normalize());
+        let umbra_km = earth - behind * (sun - earth) / to_sun.length();
+        let aside = to_moon.cross(to_sun.normalize()).length();
+        assert!(behind > 0.0 && aside + moon < umbra_km, "{}: {aside} km from the axis of an umbra of {umbra_km} km", m.name);
+    }
+}
+
+#[test]
+fn transits_are_before_the_sun() {
+    let world = World::new();
+    for m in of_kind(&world, "transit") {
+        let sun = world.seen_km(NaifId::EARTH, NaifId::SUN, m.time);
+        let sun_rad = world.radius_km(NaifId::SUN) / sun.length();
+        let apart = |id: i32| angle_rad(world.seen_km(NaifId::EARTH, NaifId(id), m.time), sun);
+        let planet = if m.name.contains("Venus") { 299 } else { 199 };
+        assert!(apart(planet) < sun_rad && apart(if planet == 299 { 199 } else { 299 }) > sun_rad, "{}", m.name);
+    }
+}
+
+/// Three shadow axes meet Jupiter when the light left it that is seen.
+#[test]
+fn the_triple_shadow_has_three_shadows() {
+    let world = World::new();
+    let m = of_kind(&world, "shadows").next().expect("a moment");
+    let light_s = world.seen_km(NaifId::EARTH, NaifId(599), m.time).length() / 299_792.458;
+    let then = m.time.plus_seconds(-light_s);
+    let on = [501, 502, 503, 504].map(|id| world.axis_miss_radii(NaifId(id), NaifId(599), then) < 1.0);
+    assert_eq!(on, [true, true, false, true]);
+}
+
+/// Elevation of a viewer (or the Sun) over Saturn's ring plane, degrees.
+fn ring_elevation_deg(world: &World, of: NaifId, t: Instant) -> f64 {
+    let pole = world.ephemeris.body_from_icrf(NaifId(699), t).expect("an orientation").row(2);
+    let to = -world.seen_km(of, NaifId(699), t);
+    90.0 - angle_rad(to, pole).to_degrees()
+}
+
+#[test]
+fn rings_are_edge_on_dark_or_open_as_said() {
+    let world = World::new();
+    let all: Vec<&Moment> = of_kind(&world, "rings").collect();
+    let named = |part: &str| all.iter().find(|m| m.name.contains(part)).unwrap_or_else(|| panic!("{part}")).time;
+    let equinox = ring_elevation_deg(&world, NaifId::SUN, named("equinox"));
+    assert!(equinox.abs() < 0.02, "{equinox} degrees");
+    let crossing = ring_elevation_deg(&world, NaifId::EARTH, named("edge-on"));
+    assert!(crossing.abs() < 0.02, "{crossing} degrees");
+    let open = ring_elevation_deg(&world, NaifId::EARTH, named("open"));
+    assert!((open - 26.98).abs() < 0.1, "{open} degrees");
+}
+
+#[test]
+fn the_great_conjunction_is_six_arcminutes() {
+    let world = World::new();
+    let m = of_kind(&world, "conjunction").next().expect("a moment");
+    let apart = angle_rad(world.seen_km(NaifId::EARTH, NaifId(599), m.time), world.seen_km(NaifId::EARTH, NaifId(699), m.time));
+    assert!((apart.to_degrees() * 60.0 - 6.1).abs() < 0.1, "{} arcmin", apart.to_degrees() * 60.0);
+}
+
+#[test]
+fn a_wrong_moment_is_named_with_its_line() {
+    let text =
+        "[[moment]]\nname = \"x\"\nkind = \"party\"\ntime = \"soon\"\ntarget = \"Erth\"\nabout = \"a\"\nsource = \"b\"\nfrom = \"Moon\"\n";
+    let error = Catalog::with_files(&[("mine.toml".into(), text.into())]).expect_err("it is wrong").to_string();
+    for part in ["mine.toml:3", "solar eclipse", "mine.toml:4", "ISO 8601", "vantage"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    let unknown = text.replace("party", "rings").replace("soon", "2020-01-01").replace("from = \"Moon\"", "from = \"Moon\"\nfov_deg = 1.0");
+    let error = Catalog::with_files(&[("mine.toml".into(), unknown)]).expect_err("it is wrong").to_string();
+    assert!(error.contains("mine.toml:5") && error.contains("did you mean \"earth\""), "{error}");
+}

@@ -1,0 +1,251 @@
+//! The window's interface without a window: its buttons are pressed by their accessible names, its pictures painted by our own painter.
+
+use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::{Harness, TestRenderer};
+use orrery::catalog::NaifId;
+use orrery::session::{Session, Sources};
+use orrery::time::Instant;
+use orrery::view::interface::{Interface, SessionPlaces, Tab};
+use orrery::view::paint::{Canvas, Painter};
+use orrery::view::settings::Settings;
+use orrery::view::sight::Sight;
+use orrery::view::studio::Prompt;
+use orrery::view::viewer::{Places, Subject, Viewer};
+use std::sync::OnceLock;
+
+/// One session for all tests: its maps and modules are read once.
+pub fn session() -> &'static Session {
+    static SESSION: OnceLock<Session> = OnceLock::new();
+    SESSION.get_or_init(|| {
+        let cache = tempfile::tempdir().expect("a folder").keep();
+        let sources = Sources { cache: Some(cache), ..Sources::default() };
+        Session::open(&sources, |line| panic!("{line}")).expect("a session")
+    })
+}
+
+const SATURN: NaifId = NaifId(699);
+
+/// An interface that looks at a body from its lit side, time at rest, in draft.
+pub fn interface(target: NaifId, utc: &str) -> Interface {
+    let session = session();
+    let time = Instant::parse(utc).expect(utc);
+    let catalog = session.catalog();
+    let subjects = orrery::ephemeris::order::by_distance(catalog, session.ephemeris());
+    let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(|b| Subject {
+        id: b.id,
+        name: b.name.clone(),
+        aliases: b.aliases.clone(),
+        kind: b.kind,
+        parent: b.parent,
+        radius_km: b.radii_km.x,
+    });
+    let places = SessionPlaces(session);
+    let radius_km = catalog.body(target).expect("a body").radii_km.x;
+    let sunward = places.between_km(target, NaifId::SUN, time).expect("a place").normalize();
+    let pole = places.body_from_icrf(target, time).expect("an orientation").row(2);
+    let mut sight = Sight::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
+    sight.quality = "draft".into();
+    let mut viewer = Viewer::new(subjects.collect(), sight, || Instant::from_tdb_seconds_past_j2000(0.0));
+    viewer.pace.toggle_pause();
+    Interface::new(viewer, Settings::default())
+}
+
+/// Paints with the window's own painter.
+struct OwnPainter(Painter);
+
+impl TestRenderer for OwnPainter {
+    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
+        for (id, deltas) in delta.set.drain() {
+            deltas.iter().for_each(|d| self.0.set_texture(id, d));
+        }
+        delta.free.drain().for_each(|id| self.0.free_texture(id));
+    }
+    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
+        let size = ctx.content_rect().size() * output.pixels_per_point;
+        let (width, height) = (size.x.round() as usize, size.y.round() as usize);
+        let mut pixels = vec![0; width * height];
+        let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
+        self.0.paint(&mut Canvas { width, height, pixels: &mut pixels }, output.pixels_per_point, &primitives);
+        let bytes = pixels.iter().flat_map(|p| [(p >> 16) as u8, (p >> 8) as u8, *p as u8, 255]).collect();
+        image::RgbaImage::from_raw(width as u32, height as u32, bytes).ok_or_else(|| "the size is wrong".into())
+    }
+}
+
+pub fn harness(interface: Interface) -> Harness<'static, Interface> {
+    let studio = Prompt::new(session());
+    Harness::builder()
+        .with_size([1100.0, 640.0])
+        .with_max_steps(40)
+        .renderer(OwnPainter(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &studio), interface)
+}
+
+/// Lets time pass until the interface rests and its whole picture is there.
+pub fn settle(harness: &mut Harness<'static, Interface>) {
+    // Flights, folds and the still frame are over within three seconds.
+    for _ in 0..14 {
+        harness.run_steps(1);
+        harness.input_mut().predicted_dt = 0.25;
+        let next = harness.input_mut().time.unwrap_or(0.0) + 0.25;
+        harness.input_mut().time = Some(next);
+    }
+    harness.run_steps(2);
+}
+
+fn sky_pixels(harness: &Harness<'static, Interface>) -> (u32, u32) {
+    let d = harness.state().drawing().expect("a picture");
+    (d.width, d.height)
+}
+
+#[test]
+fn saturn_is_found_by_search_and_flown_to() {
+    let mut harness = harness(interface(NaifId::EARTH, "2017-05-17T00:00:00Z"));
+    harness.run_steps(2);
+    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search a body by name").focus();
+    harness.run_steps(1);
+    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search a body by name").type_text("satu");
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(1);
+    assert!(harness.state().viewer.is_flying());
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.sight.target, SATURN);
+    let drawing = harness.state().drawing().expect("a picture");
+    let saturn = drawing.scene.body(SATURN).expect("Saturn");
+    assert!(saturn.diameter_px > 150.0, "{} px", saturn.diameter_px);
+    assert!(harness.state().settings.recent.len() == 1, "the view that was left is remembered");
+}
+
+#[test]
+fn an_effect_switched_off_changes_the_picture_and_says_so() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut harness);
+    let before = harness.render().expect("a picture");
+    assert!(sky_pixels(&harness).0 > 300);
+    harness.state_mut().tab = Some(Tab::Effects);
+    settle(&mut harness);
+    let toggle = harness.get_by_role_and_label(egui::accesskit::Role::CheckBox, "ring-shadow");
+    assert_eq!(toggle.accesskit_node().toggled(), Some(egui::accesskit::Toggled::True));
+    toggle.click();
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.sight.effects, "-ring-shadow");
+    let decided = harness.state().drawing().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
+    let shadow = decided.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
+    assert!(!shadow.on);
+    harness.state_mut().tab = None;
+    settle(&mut harness);
+    let after = harness.render().expect("a picture");
+    let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 4)).count();
+    let all = (before.width() * before.height()) as usize;
+    assert!(changed > 200 && changed < all / 4, "{changed} of {all} pixels changed");
+    // Given back to the scene it is as it was.
+    harness.state_mut().tab = Some(Tab::Effects);
+    settle(&mut harness);
+    harness.get_by_label("Only what the scene needs").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.sight.effects, "");
+}
+
+#[test]
+fn a_moment_is_one_click_away() {
+    let mut harness = harness(interface(NaifId(499), "2000-01-01T12:00:00Z"));
+    harness.state_mut().tab = Some(Tab::Moments);
+    settle(&mut harness);
+    harness.get_by_label("Total eclipse over North America").click();
+    settle(&mut harness);
+    let state = harness.state();
+    assert_eq!(state.viewer.sight.target, NaifId::EARTH);
+    assert!(state.viewer.sight.time().to_utc_iso().starts_with("2024-04-08T18:17:1"));
+    assert!(state.viewer.pace.is_paused());
+    let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    assert!(earth.decisions.iter().any(|d| d.feature == "eclipse" && d.on), "{:?}", earth.decisions);
+    // Back leads to Mars.
+    harness.get_by_label("Back").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.sight.target, NaifId(499));
+}
+
+#[test]
+fn time_is_typed_stepped_and_refused() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut harness);
+    let enter = |h: &mut Harness<'static, Interface>, text: &str| {
+        let name = "Date and time, UTC (ISO 8601)";
+        h.get_by_role_and_label(egui::accesskit::Role::TextInput, name).focus();
+        h.run_steps(1);
+        h.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+        h.run_steps(1);
+        h.get_by_role_and_label(egui::accesskit::Role::TextInput, name).type_text(text);
+        h.run_steps(2);
+    };
+    enter(&mut harness, "1999-08-11T11:03:05Z");
+    harness.key_press(egui::Key::Enter);
+    settle(&mut harness);
+    assert!(harness.state().viewer.sight.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().message);
+    harness.get_by_label("+d").click();
+    settle(&mut harness);
+    assert!(harness.state().viewer.sight.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+    enter(&mut harness, "next Tuesday");
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(1);
+    assert!(harness.state().message.contains("next Tuesday"), "{}", harness.state().message);
+    assert!(harness.state().viewer.sight.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+}
+
+#[test]
+fn the_information_panel_tells_of_the_selected_body() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    harness.state_mut().tab = Some(Tab::Information);
+    settle(&mut harness);
+    for label in ["distance", "illuminated", "right ascension", "rises"] {
+        harness.get_by_label(label);
+    }
+    harness.state_mut().tab = Some(Tab::Performance);
+    settle(&mut harness);
+    harness.get_by_label("bodies shown");
+}
+
+#[test]
+fn every_panel_fits_the_window_and_names_its_controls() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    for tab in Tab::ALL {
+        harness.state_mut().tab = Some(tab);
+        settle(&mut harness);
+        let (width, _) = sky_pixels(&harness);
+        assert!(width > 150, "{}: the sky keeps {width} pixels", tab.title());
+        // The harness itself refuses a control without a name and a glyph that no font has.
+        let picture = harness.render().expect("a picture");
+        let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        picture.save(folder.join(format!("{}.png", tab.title().to_lowercase()))).expect("a file");
+    }
+    harness.state_mut().tab = None;
+    harness.state_mut().help_shown = true;
+    settle(&mut harness);
+    harness.get_by_label("Double-click, g");
+}
+
+#[test]
+fn a_link_restores_the_view_in_another_window() {
+    let mut first = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut first);
+    let link = first.state().viewer.sight.to_link();
+    let mut second = harness(interface(NaifId::EARTH, "2000-01-01T12:00:00Z"));
+    settle(&mut second);
+    let sight = Sight::from_link(&link).expect("a link");
+    second.state_mut().show(sight, &Prompt::new(session()));
+    settle(&mut second);
+    let pictures = [&mut first, &mut second].map(|h| h.state().drawing().expect("a picture").order.request.clone());
+    assert_eq!(pictures[0], pictures[1]);
+}
+
+#[test]
+fn a_window_of_nothing_draws_nothing_and_comes_back() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut harness);
+    harness.set_size(egui::vec2(1.0, 1.0));
+    harness.run_steps(3);
+    harness.set_size(egui::vec2(900.0, 500.0));
+    settle(&mut harness);
+    assert!(sky_pixels(&harness).0 > 300);
+}
