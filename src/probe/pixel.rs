@@ -107,7 +107,7 @@ pub fn look(prober: &Prober<'_>, request: &ViewRequest, fineness: Fineness, [x, 
         let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y]).map_err(|e| e.to_string())?;
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| DrawSeen {
             body: of_body.body,
-            name: of_body.name.clone(),
+            name: prober.catalog().body(of_body.body).map_or_else(|| of_body.name.clone(), |b| b.name.clone()),
             part: of_body.part,
             module: draw.module.clone(),
             ground_deg: ground_deg(prober, of_body, &seen),

@@ -87,7 +87,7 @@ fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
     let Ok(start) = Instant::parse(&format!("{}-01-01T00:00:00Z", &iso[..year_end])) else { return };
     let mut day = (now.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000()) / DAY_S;
     let before = day;
-    let slider = egui::Slider::new(&mut day, 0.0..=365.99).show_value(false).text("day of year");
+    let slider = egui::Slider::new(&mut day, 0.0..=365.99).show_value(false);
     if ui.add(slider).on_hover_text("Drag through the year").changed() {
         actions.push(Action::Step((day - before) * DAY_S));
     }

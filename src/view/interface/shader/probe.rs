@@ -2,6 +2,7 @@
 //!
 //! Always: both precisions are asked of one view and one pixel; nothing is asked until someone clicks the sky with the probe on.
 
+use super::values::number_text;
 use super::{Seen, ShaderPanel};
 use crate::probe::Prober;
 use crate::probe::pixel::{DrawSeen, Looked, look};
@@ -56,7 +57,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
         Ok(both) => both,
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
     };
-    let level = single.radiance.map(|v| format!("{v:.6}")).join(", ");
+    let level = single.radiance.map(number_text).join(", ");
     ui.horizontal(|ui| {
         ui.strong("Pixel");
         let [mut x, mut y] = pixel;

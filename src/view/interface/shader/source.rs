@@ -122,7 +122,10 @@ impl SourcePage {
             ui.spacing_mut().button_padding = vec2(5.0, 1.0);
             ui.spacing_mut().interact_size.y = 16.0;
             ui.horizontal_wrapped(|ui| {
-                for (k, (name, lines)) in text.features.iter().enumerate().filter(|(_, f)| f.1 > 0) {
+                let mut all: Vec<_> = text.features.iter().enumerate().filter(|(_, f)| f.1 > 0).collect();
+                // What is there for want of a feature comes last.
+                all.sort_by_key(|(_, (name, _))| name.starts_with("not "));
+                for (k, (name, lines)) in all {
                     let chosen = self.feature.as_ref() == Some(name);
                     let words = RichText::new(format!("{name} {lines}")).size(11.0).color(feature_colour(name, dark));
                     let hover = format!("{lines} lines that {name} asked for: go there; once more, to the next place");

@@ -19,7 +19,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         return;
     };
     let layout = &module.module.layout;
-    let bytes = seen.draw.map(|d| uniforms_of(layout, &d.amounts));
+    let bytes = seen.draw.map(|d| uniforms_of(layout, &d.amounts, seen.drawing.order.fineness.anisotropy));
     ui.horizontal(|ui| {
         ui.strong(format!("{} uniforms, {} bytes", layout.fields.len(), layout.uniform_size));
         let label = ui.label("named");
@@ -124,7 +124,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
             ui.monospace(s.binding.to_string());
             ui.label(&s.name);
             ui.weak("sampler");
-            ui.label(format!("linear, anisotropy {}", seen.drawing.order.fineness.anisotropy));
+            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.order.fineness.anisotropy));
             ui.end_row();
         }
     });
