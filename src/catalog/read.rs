@@ -6,8 +6,8 @@
 use super::overlay;
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
-    Atmosphere, Body, Catalog, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry,
-    Ring, Rotation, Species, moments,
+    Atmosphere, Body, Catalog, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry, Ring,
+    Rotation, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
