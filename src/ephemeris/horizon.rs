@@ -137,7 +137,7 @@ impl Sky<'_> {
             let (from, to) = ((i - 1) as f64 * RISE_STEP_S, i as f64 * RISE_STEP_S);
             let now = height(to)?;
             if before <= 0.0 && now > 0.0 && day.rise.is_none() {
-                day.rise = Some(start.plus_seconds(root(from, to, |s| height(s))?));
+                day.rise = Some(start.plus_seconds(root(from, to, height)?));
             }
             if before > 0.0 && now <= 0.0 && day.set.is_none() {
                 day.set = Some(start.plus_seconds(root(from, to, |s| Ok(-height(s)?))?));

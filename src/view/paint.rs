@@ -332,8 +332,9 @@ mod tests {
             let pixels = drawn(&painter(), fan(&[at(0.0), at(1.0), at(2.0), at(3.0)], half), 40);
             let once = u32::from_be_bytes([0, 100, 100, 100]);
             assert!(pixels.iter().all(|p| *p == 0 || *p == once), "turned by {angle}");
+            // A quarter of a pixel all around is what a lattice may take or give.
             let covered = pixels.iter().filter(|p| **p == once).count() as f32;
-            assert!((covered - 2.0 * 17.3 * 17.3).abs() < 20.0, "{covered} pixels");
+            assert!((covered - 2.0 * 17.3 * 17.3).abs() < 25.0, "{covered} pixels");
         }
     }
 

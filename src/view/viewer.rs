@@ -289,7 +289,7 @@ impl Viewer {
 
     fn fly_to(&mut self, id: NaifId, places: &dyn Places) {
         let time = self.sight.time();
-        let radius_km = self.radius_km(id);
+        let Some(radius_km) = self.subject(id).map(|s| s.radius_km) else { return };
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_from(id, places);

@@ -69,7 +69,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line("points", drawing.scene.points.len().to_string());
         let shown = drawing.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
         line("bodies shown", format!("{shown} of {}", drawing.scene.bodies.len()));
-        if let Ok(serde_json::Value::Object(library)) = serde_json::to_value(&drawing.library) {
+        if let Ok(serde_json::Value::Object(library)) = serde_json::to_value(drawing.library) {
             for (name, value) in library {
                 line(&format!("library, {}", name.replace('_', " ")), value.to_string());
             }

@@ -64,6 +64,8 @@ pub struct PairView {
 
 /// Room for the buttons above and the figures below a picture.
 const FIGURES_POINTS: f32 = 70.0;
+/// A picture may be this high even where the panel has to be scrolled for it.
+const LEAST_POINTS: f32 = 330.0;
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
@@ -139,7 +141,7 @@ impl PairView {
 /// As large as there is room for across, and no higher than the panel is.
 pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
-    let most = (ui.available_height() - FIGURES_POINTS).max(120.0);
+    let most = (ui.available_height() - FIGURES_POINTS).max(LEAST_POINTS);
     let scale = (width / size.x.max(1.0)).min(most / size.y.max(1.0));
     size * scale
 }

@@ -189,8 +189,11 @@ fn feature(ui: &mut egui::Ui, d: &FeatureDifference) {
     });
 }
 
-/// Rows of a table of costs: what is counted, and how.
-pub fn cost_rows() -> [(&'static str, fn(&Examined) -> usize); 10] {
+/// What is counted, and how.
+type CostRow = (&'static str, fn(&Examined) -> usize);
+
+/// Rows of a table of costs.
+pub fn cost_rows() -> [CostRow; 10] {
     let fragment = |m: &Examined| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
     let vertex = |m: &Examined| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
     [

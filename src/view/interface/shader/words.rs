@@ -54,6 +54,7 @@ pub fn meaning(d: &Dimension, value: usize) -> &'static str {
         "ring-shadow" => {
             &["no shadow of the ring", "one ray to the Sun's centre through the ring", "the ring's shadow softened by the Sun's disc"]
         }
+        "ringshine" => &["the rings throw no light on the globe", "light of the rings on the globe's night and shadowed ground"],
         "body-shadow" => &[
             "no shadow of the globe",
             "a sphere's shadow on the ring, the Sun a point",
