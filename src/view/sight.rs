@@ -70,6 +70,9 @@ pub struct Sight {
     /// As `--effects` takes them.
     #[serde(default)]
     pub effects: String,
+    /// Lines of the orbits.
+    #[serde(default)]
+    pub orbits: bool,
     #[serde(default = "shaded")]
     pub pixels: String,
     #[serde(default = "standard")]
@@ -117,6 +120,7 @@ impl Sight {
             roll_deg: 0.0,
             exposure_stops: None,
             effects: String::new(),
+            orbits: false,
             pixels: shaded(),
             quality: standard(),
         }
@@ -145,6 +149,7 @@ impl Sight {
         (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = EffectOverrides::parse(&self.effects).map_err(|e| e.to_string())?;
+        request.layers.orbits = self.orbits;
         let unknown = |what: &str, value: &str| format!("{what} `{value}` is not known");
         request.pixel_view = PixelView::ALL.into_iter().find(|p| p.name() == self.pixels).ok_or_else(|| unknown("pixels", &self.pixels))?;
         request.quality =

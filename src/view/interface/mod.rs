@@ -242,6 +242,7 @@ impl Interface {
                 }
                 ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Names of bodies over the picture (n)");
                 ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Markers of small bodies (m)");
+                ui.toggle_value(&mut self.viewer.sight.orbits, "Orbits").on_hover_text("Lines of the orbits (o)");
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keys and mouse (?)");
             });
         });
