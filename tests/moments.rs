@@ -1,4 +1,4 @@
-//! Each well-known moment of the catalog shows what it says, by the ephemeris.
+//! The well-known moments of the catalog show what they say, by the ephemeris. Photographs are looked at, not tested.
 
 use glam::DVec3;
 use orrery::catalog::moments::{KINDS, Moment};
@@ -25,8 +25,7 @@ impl World {
     fn radius_km(&self, id: NaifId) -> f64 {
         self.catalog.body(id).expect("a body").radii_km.x
     }
-    /// How far the axis of a body's shadow passes from the centre of the one that it falls on, in that one's radii; at the instant when the
-    /// light passes there, which is `late_s` before the viewer sees it.
+    /// How far the axis of a body's shadow passes from the centre of the one that it falls on, in that one's radii.
     fn axis_miss_radii(&self, caster: NaifId, onto: NaifId, t: Instant) -> f64 {
         let to_sun = self.seen_km(onto, NaifId::SUN, t);
         let to_caster = self.seen_km(onto, caster, t);

@@ -13,7 +13,7 @@ const NEWEST: f64 = 0.4;
 /// What frames cost lately.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tempo {
-    /// Fitted cost of a frame: fixed part and part for each million pixels.
+    /// Running mean; a frame's fixed cost is counted as if it were its pixels'.
     ms_per_megapixel: Option<f64>,
 }
 
