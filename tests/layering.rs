@@ -8,7 +8,8 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("time", &["units", "time"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("scene", &["units", "time", "catalog", "ephemeris", "scene"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("mesh", &["mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("scene", &["units", "time", "catalog", "ephemeris", "mesh", "scene"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("image", &["units", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("shader/key", &["scene::draw", "shader::key"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("shader", &["scene::draw", "shader"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
@@ -16,7 +17,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("render/frame", &["image", "render::frame"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
         "session",
-        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session"],
+        &["units", "time", "catalog", "ephemeris", "mesh", "scene", "shader", "render", "image", "session"],
         &["naga", "wgpu", "winit", "softbuffer"],
     ),
     (

@@ -16,6 +16,7 @@ mod gpu;
 mod horizon;
 mod layering;
 mod library;
+mod mesh;
 mod moments;
 mod orbits;
 mod orientation;

@@ -79,7 +79,6 @@ fn fragment_main(in: Varyings) -> Pixel {
     //: end
   //: end
 //: end
-
 //: if lights.1|view.ring
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra|body-shadow.sphere|body-shadow.ellipsoid-penumbra
     // The body's own equatorial radii.
@@ -152,11 +151,13 @@ fn fragment_main(in: Varyings) -> Pixel {
     sunlight *= sunlight_reaching(in_radii);
     //: end
   //: end
+  //: if shape.mesh
+    sunlight *= seen.sunlit;
+  //: end
   //: if maps.cloud-shadow
     sunlight *= sunlight_through_clouds(seen.position, draw.light_direction[0].xyz, place.dx, place.dy);
   //: end
 //: end
-
     var radiance = vec3f(0.0);
 //: if view.shaded
   //: if surface.emissive
@@ -239,7 +240,6 @@ fn fragment_main(in: Varyings) -> Pixel {
     radiance = aired.rgb;
     coverage = aired.a;
 //: end
-
     var pixel: Pixel;
     pixel.colour = vec4f(radiance * coverage, coverage);
 //: if shape.sphere|shape.ellipsoid

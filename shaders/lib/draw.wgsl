@@ -3,8 +3,10 @@
 
 struct Draw {
 //: if shape.mesh
-    // Reversed depth, no far plane.
+    // Of a point less the anchor; reversed depth, no far plane.
     clip_from_unit_sphere: mat4x4f,
+    // Near the ground the camera: there the difference is exact in f32. Farther out 0.
+    mesh_anchor: vec3f,
     // The camera in the unit-sphere frame.
     camera_in_unit_sphere: vec3f,
 //: else

@@ -1,4 +1,4 @@
-// A body given by triangles: positions in the unit-sphere frame, normals in body axes.
+// A body given by triangles: positions in the unit-sphere frame, normals in body axes. What of the Sun the shape itself hides is known at each vertex.
 
 //: use lib/draw.wgsl
 
@@ -6,9 +6,11 @@ struct Vertex {
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
+    // Of the Sun's centre over the shape's own horizon, in radii of the Sun.
+    @location(3) sun_height: f32,
 //: if flags.vertexcolour
     // Linear RGB; the fourth component is not read.
-    @location(3) colour: vec4f,
+    @location(4) colour: vec4f,
 //: end
 }
 
@@ -17,8 +19,9 @@ struct Varyings {
     @location(0) place: vec3f,
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
+    @location(3) sun_height: f32,
 //: if flags.vertexcolour
-    @location(3) colour: vec3f,
+    @location(4) colour: vec3f,
 //: end
 //: if flags.twosided
     @builtin(front_facing) front: bool,
@@ -30,18 +33,20 @@ struct MeshVertex {
     @location(0) place: vec3f,
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
+    @location(3) sun_height: f32,
 //: if flags.vertexcolour
-    @location(3) colour: vec3f,
+    @location(4) colour: vec3f,
 //: end
 }
 
 @vertex
 fn vertex_main(vertex: Vertex) -> MeshVertex {
     var out: MeshVertex;
-    out.position = draw.clip_from_unit_sphere * vec4f(vertex.position, 1.0);
+    out.position = draw.clip_from_unit_sphere * vec4f(vertex.position - draw.mesh_anchor, 1.0);
     out.place = vertex.position;
     out.normal = vertex.normal;
     out.uv = vertex.uv;
+    out.sun_height = vertex.sun_height;
 //: if flags.vertexcolour
     out.colour = vertex.colour.rgb;
 //: end
@@ -59,6 +64,8 @@ struct Seen {
     cos_emission: f32,
     // Edges are left to multisampling.
     coverage: f32,
+    // Part of the Sun's light that the shape itself lets through.
+    sunlit: f32,
 }
 
 fn seen_surface(in: Varyings) -> Seen {
@@ -73,5 +80,12 @@ fn seen_surface(in: Varyings) -> Seen {
     seen.towards_camera = back * inverseSqrt(max(dot(back, back), 1.0e-20));
     seen.cos_emission = clamp(dot(seen.normal, seen.towards_camera), 0.0, 1.0);
     seen.coverage = 1.0;
+//: if view.eclipse
+    seen.sunlit = 1.0;
+//: else
+    // The part of the Sun over a straight horizon: within 0.03 for a disc darkened to its limb by 0.4 to 0.8. No sharper than a pixel.
+    let blur = max(0.5 * length(vec2f(dpdx(in.sun_height), dpdy(in.sun_height))), 1.0);
+    seen.sunlit = smoothstep(-1.0, 1.0, in.sun_height / blur);
+//: end
     return seen;
 }

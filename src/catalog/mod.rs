@@ -198,6 +198,21 @@ pub struct Overlay {
     pub projection: Projection,
 }
 
+/// A shape given by triangles in place of the ellipsoid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeModel {
+    /// A Wavefront OBJ in `--textures` or beside the catalog files; body axes: x through the prime meridian, z the pole.
+    pub file: String,
+    /// Kilometres to one unit of the file.
+    pub scale_km: f64,
+    /// Both sides of each triangle are seen.
+    pub two_sided: bool,
+    /// The albedo map's alpha cuts it out.
+    pub alpha: bool,
+    /// The colours of the file's vertices multiply the albedo, where it has any.
+    pub vertex_colours: bool,
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
     pub top_km: f64,
@@ -229,6 +244,7 @@ pub struct Body {
     /// The first lies under the second.
     pub overlays: Vec<Overlay>,
     pub clouds: Option<Clouds>,
+    pub mesh: Option<ShapeModel>,
     pub motion: Motion,
     pub rotation: Rotation,
     pub rings: Vec<Ring>,
@@ -246,6 +262,17 @@ impl Body {
             _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),
         };
         self.colour.to_array().map(|c| f64::from(c) * level)
+    }
+
+    /// Factor on z that turns a point of the unit-sphere frame into the direction whose latitude the body's maps count.
+    pub fn map_latitude_stretch(&self) -> f64 {
+        let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
+        let polar_ratio = self.radii_km.z / self.radii_km.x;
+        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. Planetocentric: times them.
+        match latitude {
+            MapLatitude::Planetocentric => polar_ratio,
+            MapLatitude::Planetographic => 1.0 / polar_ratio,
+        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! From catalog files to bodies: drafts per body, later files over earlier ones, then one check of the whole.
 //!
 //! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
-//! replaces that field; photometry, motion, rotation, clouds, atmosphere and the set of rings are replaced whole, maps one by one.
+//! replaces that field; photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced whole, maps one by one.
 
 use super::overlay;
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
     Atmosphere, Body, Catalog, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry, Ring,
-    Rotation, Species, moments,
+    Rotation, ShapeModel, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -28,6 +28,7 @@ struct Draft {
     photometry: Option<Photometry>,
     maps: Maps,
     clouds: Option<Clouds>,
+    mesh: Option<Located<ShapeModel>>,
     motion: Option<Motion>,
     rotation: Option<Rotation>,
     sources: BTreeMap<String, String>,
@@ -172,6 +173,20 @@ fn clouds(mut s: Section) -> Option<Clouds> {
     Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
 }
 
+fn mesh(mut s: Section) -> Option<Located<ShapeModel>> {
+    let place = s.place.clone();
+    let file = s.need::<String>("file", "the name of a .obj file without folders", |f| {
+        f.to_lowercase().ends_with(".obj") && f.len() > 4 && !f.contains(['/', '\\'])
+    });
+    let scale_km = s.take("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
+    let mut flag = |field, default| s.take::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
+    let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
+    let _ = s.take::<String>("source", "a string", |_| true);
+    s.finish();
+    let value = ShapeModel { file: file?.value, scale_km: scale_km.map_or(1.0, |l| l.value), two_sided, alpha, vertex_colours };
+    Some(Located { value, place })
+}
+
 fn maps(mut s: Section, into: &mut Maps) {
     for (field, slot) in
         [("albedo", &mut into.albedo), ("normal", &mut into.normal), ("specular", &mut into.specular), ("night", &mut into.night)]
@@ -222,6 +237,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
         photometry: s.section("photometry").and_then(photometry),
         maps: Maps::default(),
         clouds: s.section("clouds").and_then(clouds),
+        mesh: s.section("mesh").and_then(mesh),
         motion: s.section("motion").and_then(motion),
         rotation: s.section("rotation").and_then(rotation),
         sources: BTreeMap::new(),
@@ -245,6 +261,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
         fresh.photometry = fresh.photometry.or(older.photometry);
         fresh.maps = older.maps;
         fresh.clouds = fresh.clouds.or(older.clouds);
+        fresh.mesh = fresh.mesh.or(older.mesh);
         fresh.motion = fresh.motion.or(older.motion);
         fresh.rotation = fresh.rotation.or(older.rotation);
         fresh.sources = older.sources;
@@ -417,6 +434,15 @@ fn assemble(
         else {
             continue;
         };
+        if let Some(mesh) = &d.mesh {
+            let wrong = |what: &str| problems.add(&mesh.place, format!("{name}.mesh: {what}"));
+            if mesh.value.alpha && d.maps.albedo.is_none() {
+                wrong("alpha = true needs an albedo map, whose alpha cuts the mesh out");
+            }
+            if atmospheres.iter().any(|(of, _)| ids.get(&of.value.to_lowercase()) == Some(&id)) || d.clouds.is_some() {
+                wrong("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
+            }
+        }
         let luminance = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
         bodies.push(Body {
             id: NaifId(id),
@@ -434,6 +460,7 @@ fn assemble(
             maps: d.maps,
             overlays: Vec::new(),
             clouds: d.clouds,
+            mesh: d.mesh.map(|m| m.value),
             motion,
             rotation,
             rings: Vec::new(),

@@ -47,7 +47,7 @@ pub struct ViewWords {
     /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: what the target reflects
     #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true)]
     pub exposure: String,
-    /// Switch features by hand: ellipsoid, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
+    /// Switch features by hand: ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
     /// ring-shine, body-shadow, atmosphere, planet-shine, points, glow; of one body alone as moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
     pub effects: Option<String>,

@@ -92,6 +92,11 @@ pub fn narrow(v: DVec3) -> Vec3 {
     v.as_vec3()
 }
 
+/// The same of four components.
+pub fn narrow4(v: glam::DVec4) -> Vec4 {
+    v.as_vec4()
+}
+
 /// One number from f64 to f32.
 pub fn narrow_scalar(v: f64) -> f32 {
     v as f32

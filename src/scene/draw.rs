@@ -7,7 +7,9 @@ pub use super::overlays::OverlayAmounts;
 pub use super::ring_table::RingTable;
 pub use super::rings::RingAmounts;
 use crate::catalog::NaifId;
-use glam::{Vec2, Vec3, Vec4};
+use crate::mesh::Model;
+use glam::{DVec3, Vec2, Vec3, Vec4};
+use std::sync::Arc;
 
 /// One light: where it comes from in the body's unit-sphere axes' parent frame (body-fixed axes), and how strong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,8 +71,21 @@ pub struct Amounts {
     /// Unit camera position for distant views or camera in unit-sphere frame, f32.
     pub camera_in_unit_sphere: Vec3,
     pub pixel_size: Vec2,
-    /// Clip place of a mesh's points, reversed depth.
+    /// Clip place of a mesh's points less the anchor, reversed depth.
     pub clip_from_unit_sphere: glam::Mat4,
+    /// Near the ground the camera, farther out 0; unit-sphere frame.
+    pub mesh_anchor: Vec3,
+    pub mesh: Option<MeshAmounts>,
+}
+
+/// The triangles of a draw whose shape is a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshAmounts {
+    pub model: Arc<Model>,
+    /// Unit vector towards the Sun in body axes and its angular radius in radians, where the mesh shades itself.
+    pub sun: Option<(DVec3, f64)>,
+    /// Height of the Sun over the shape's own horizon at each vertex, in its radii; brought in where `sun` asks for it.
+    pub sun_heights: Option<Arc<Vec<f32>>>,
 }
 
 /// The cloud shell, for its own draw and for its shadow on the ground.
@@ -110,7 +125,7 @@ pub struct AirAmounts {
     /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
     pub many_heights: Vec2,
     /// [`crate::scene::air_table`]; brought in where the draw asks for it.
-    pub many: std::sync::Arc<Vec<Vec4>>,
+    pub many: Arc<Vec<Vec4>>,
 }
 
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.

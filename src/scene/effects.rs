@@ -4,14 +4,18 @@
 //! validated ahead of time and the keys that frames use come from the same two functions.
 
 use super::SceneError;
-use super::draw::{AirTier, BodyShadow, Eclipse, EclipseModel, MapSet, Needs, PixelView, RingShadow, Shape, Surface};
-use crate::catalog::{Body, Catalog, OVERLAYS_AT_MOST, Photometry};
+use super::draw::{AirTier, BodyShadow, Eclipse, EclipseModel, Flags, MapSet, Needs, PixelView, RingShadow, Shape, Surface};
+use crate::catalog::{Body, Catalog, OVERLAYS_AT_MOST, Photometry, ShapeModel};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A feature that can be switched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effect {
     Ellipsoid,
+    /// Triangles in place of the ellipsoid.
+    Mesh,
+    /// The shadow that a mesh throws on itself.
+    SelfShadow,
     Albedo,
     Overlays,
     Normal,
@@ -32,8 +36,10 @@ pub enum Effect {
 }
 
 impl Effect {
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::Ellipsoid,
+        Self::Mesh,
+        Self::SelfShadow,
         Self::Albedo,
         Self::Overlays,
         Self::Normal,
@@ -55,6 +61,8 @@ impl Effect {
     pub fn name(self) -> &'static str {
         match self {
             Self::Ellipsoid => "ellipsoid",
+            Self::Mesh => "mesh",
+            Self::SelfShadow => "self-shadow",
             Self::Albedo => "albedo",
             Self::Overlays => "overlays",
             Self::Normal => "normal",
@@ -258,6 +266,8 @@ pub fn flattening(body: &Body) -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Chosen {
     pub ellipsoid: bool,
+    /// Triangles in place of the ellipsoid, and how they are drawn.
+    pub mesh: Option<Flags>,
     pub maps: MapSet,
     /// Images over the ground.
     pub overlays: u8,
@@ -292,6 +302,11 @@ impl Chosen {
         let air = super::air::structure(body, self.air);
         // Air lies on the true shape: half as many keys, and nobody misses a round one under it.
         let ellipsoid = self.ellipsoid || air.tier != AirTier::None;
+        let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.tier == AirTier::None).map(|(flags, model)| Flags {
+            two_sided: flags.two_sided && model.two_sided,
+            alpha_texture: flags.alpha_texture && model.alpha && self.maps.albedo && available.maps.albedo,
+            vertex_colour: flags.vertex_colour && model.vertex_colours,
+        });
         let surface = match body.photometry {
             Photometry::Emissive { .. } => Surface::Emissive,
             Photometry::Lambert => Surface::Lambert,
@@ -322,7 +337,12 @@ impl Chosen {
                 RingShadow::None
             },
             ring_shine: self.lit_by_rings(body, air.tier),
-            shape: if ellipsoid && available.ellipsoid { Shape::Ellipsoid } else { Shape::Sphere },
+            shape: match mesh {
+                Some(_) => Shape::Mesh,
+                None if ellipsoid && available.ellipsoid => Shape::Ellipsoid,
+                None => Shape::Sphere,
+            },
+            flags: mesh.unwrap_or_default(),
             air,
             view,
             ..Needs::LEAST
@@ -334,7 +354,7 @@ impl Chosen {
     /// The structure of the cloud shell's draw; `None` where the body has no clouds or the view shows what lies under them.
     pub fn cloud_needs(self, body: &Body, view: PixelView) -> Option<Needs> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Shaded | PixelView::Cost);
-        let ground = self.needs(body, view);
+        let ground = Self { mesh: None, ..self }.needs(body, view);
         shown.then_some(Needs { surface: Surface::Cloud, maps: MapSet::default(), overlays: 0, ring_shine: false, ..ground })
     }
 
@@ -381,10 +401,20 @@ fn possible_maps(body: &Body) -> Vec<MapSet> {
     (0..32).map(set).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// A choice's globe with and without the ring's light, under each number of overlays.
+/// No mesh, and the body's: with and without colours, which its file may have.
+fn possible_meshes(body: &Body) -> Vec<Option<Flags>> {
+    let of = |m: &ShapeModel, vertex_colour| Some(Flags { two_sided: m.two_sided, alpha_texture: m.alpha, vertex_colour });
+    let meshes = body.mesh.iter().flat_map(|m| [false, m.vertex_colours].map(|coloured| of(m, coloured)));
+    std::iter::once(None).chain(meshes).collect()
+}
+
+/// A choice's globe with and without the ring's light, under each number of overlays, by each shape.
 fn ground_needs(chosen: Chosen, body: &Body, view: PixelView) -> impl Iterator<Item = Needs> {
     let overlays = 0..=body.overlays.len().min(usize::from(OVERLAYS_AT_MOST)) as u8;
-    overlays.flat_map(move |overlays| [false, true].map(|ring_shine| Chosen { overlays, ring_shine, ..chosen }.needs(body, view)))
+    possible_meshes(body).into_iter().flat_map(move |mesh| {
+        let of = move |overlays| [false, true].map(|ring_shine| Chosen { overlays, ring_shine, mesh, ..chosen }.needs(body, view));
+        overlays.clone().flat_map(of)
+    })
 }
 
 /// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
@@ -437,7 +467,6 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::draw::Flags;
     use super::*;
 
     #[test]
@@ -480,5 +509,22 @@ mod tests {
         assert!(!all.iter().any(|n| n.shape == Shape::Mesh));
         let foreign = Needs { flags: Flags { two_sided: true, ..Flags::default() }, ..needs };
         assert!(!all.contains(&foreign));
+    }
+
+    #[test]
+    fn a_mesh_is_possible_where_the_catalog_names_one_with_what_it_allows() {
+        let file = |rest: &str| {
+            let text = format!("[[body]]\nid = 401\n[body.mesh]\nfile = \"phobos.obj\"\n{rest}");
+            Catalog::with_files(&[("mine.toml".into(), text)]).expect("reads")
+        };
+        let flags = |catalog: &Catalog| -> BTreeSet<Flags> {
+            possible_needs(catalog).into_iter().filter(|n| n.shape == Shape::Mesh).map(|n| n.flags).collect()
+        };
+        let plain = Flags::default();
+        assert_eq!(flags(&file("")), [plain, Flags { vertex_colour: true, ..plain }].into());
+        let cut = Flags { two_sided: true, alpha_texture: true, vertex_colour: false };
+        // Without its map nothing is cut out.
+        let both = [cut, Flags { alpha_texture: false, ..cut }].into();
+        assert_eq!(flags(&file("two_sided = true\nalpha = true\nvertex_colours = false\n")), both);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::camera::{self, AnchorForm, ClipRect, NEAR_DEPTH_KM};
 use super::draw::{AirTier, Amounts, Draw, Light, MapFiles, MapSet, Part, PixelView, Point};
-use super::draw::{EclipseAmounts, EclipseModel, RingAmounts, RingShadow};
+use super::draw::{EclipseAmounts, EclipseModel, RingAmounts, RingShadow, Shape};
 use super::eclipse::{self, Extent, Receiver, Wanted};
 use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
 use super::lights::{self, LightOn, Reflector};
@@ -11,7 +11,7 @@ use super::request::{Quality, ViewRequest};
 use super::rings;
 use super::silhouette::Outline;
 use super::{Appearance, Exposure, Placed, of_white, photometry};
-use crate::catalog::{Body, Map, MapLatitude, NaifId, Overlay, Photometry};
+use crate::catalog::{Body, Map, NaifId, Overlay, Photometry};
 use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3};
 
@@ -110,7 +110,8 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     if inside {
         return not_shown(ledger, "the camera is at its centre");
     }
-    let rect = p.outline.rect(camera);
+    let model = super::meshes::model(frame.request, body);
+    let rect = model.map_or_else(|| p.outline.rect(camera), |m| super::meshes::rect(camera, &p.placement, m));
     let ring_view = ring_view(frame, p).filter(|v| rect.is_some() || v.meets_frame());
     if rect.is_none() && ring_view.is_none() {
         if let Some(sky) = sky_alone(frame, p, &mut ledger, diameter_px) {
@@ -136,7 +137,8 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     if ledger.effect(Effect::Points, share < 1.0, reason) && share < 1.0 {
         let part = flux.max_element() / frame.exposure.white();
         if part > VISIBLE_CHANGE {
-            point = camera.clip(p.placement.centre_km).map(|clip| sprite(camera, p, clip, flux));
+            let reach = model.map_or(1.0, |m| m.reach.max(1.0));
+            point = camera.clip(p.placement.centre_km).map(|clip| sprite(camera, p, reach, clip, flux));
         } else {
             ledger.note("point-visible", false, of_white(part));
         }
@@ -168,6 +170,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         ledger.note(Effect::PlanetShine.name(), false, "left out where the rings light the globe: they give far more".into());
         shine.clear();
     }
+    let shades = shaped(frame, p, &mut ledger, &mut chosen);
     let needs = chosen.needs(body, frame.request.pixel_view);
     let files = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     let map_files = MapFiles {
@@ -182,7 +185,10 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         let amounts = Amounts { ring: ring.clone(), ..amounts(frame, p, &p.placement, rect, chosen.maps, &shine, share) };
         let factor = tone(p) * share * tint;
         let overlays = laid.iter().map(|o| overlays::amounts(body, o, factor)).collect();
-        let amounts = Amounts { albedo: amounts.albedo * camera::narrow(tint), overlays, ..amounts };
+        let mut amounts = Amounts { albedo: amounts.albedo * camera::narrow(tint), overlays, ..amounts };
+        if let Some(model) = model.filter(|_| needs.shape == Shape::Mesh) {
+            super::meshes::set(&mut amounts, camera, &p.placement, model, shades);
+        }
         Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files }
     });
     let mut draws: Vec<_> = globe.into_iter().chain(sky).chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
@@ -196,6 +202,31 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     draws.extend(ring_draws);
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
     (Seen { appearance, diameter_px, decisions: ledger.decisions }, draws, point)
+}
+
+/// Decides on the mesh and on its own shadow: the direction of the Sun, body axes, and its angular radius where it shades itself.
+fn shaped(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &mut Chosen) -> Option<(DVec3, f64)> {
+    let (name, body) = (Effect::Mesh.name(), p.body);
+    let Some(named) = &body.mesh else {
+        ledger.note(name, false, "the catalog names none".into());
+        return None;
+    };
+    if ledger.request.missing_maps.contains(&named.file) {
+        ledger.note(name, false, format!("{} could not be read: drawn as its ellipsoid", named.file));
+        return None;
+    }
+    let Some(model) = super::meshes::model(frame.request, body) else {
+        ledger.effect(Effect::Mesh, false, format!("{} is not read here: drawn as its ellipsoid", named.file));
+        return None;
+    };
+    let reason = format!("{} triangles of {}, up to {:.3} radii from the centre", model.triangles(), named.file, model.reach);
+    ledger.effect(Effect::Mesh, true, reason);
+    chosen.mesh = Some(super::meshes::flags(body, model));
+    let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != body.id)?;
+    let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
+    let reason = format!("at each vertex, of a Sun of {:.3} degrees across; sharp to an edge's length", 2.0 * radius_rad.to_degrees());
+    let lit = !Available::of(body).emissive;
+    ledger.effect(Effect::SelfShadow, lit, reason).then(|| ((p.body_from_icrf * p.sun_from_body_km).normalize(), radius_rad))
 }
 
 /// The images that are laid over the ground.
@@ -383,9 +414,9 @@ fn point_flux(frame: &Frame<'_>, p: &Placed<'_>) -> DVec3 {
     p.body.colour.as_dvec3() * (p.irradiance * std::f64::consts::PI / pixel_sr)
 }
 
-fn sprite(camera: &camera::Camera, p: &Placed<'_>, clip: DVec2, flux: DVec3) -> Point {
+fn sprite(camera: &camera::Camera, p: &Placed<'_>, reach: f64, clip: DVec2, flux: DVec3) -> Point {
     // Just before the body's near side: its own disc, which carries the other part of the light, must not hide it.
-    let near_km = p.placement.centre_km.dot(camera.forward) - p.body.radii_km.max_element();
+    let near_km = p.placement.centre_km.dot(camera.forward) - p.body.radii_km.max_element() * reach;
     let depth = NEAR_DEPTH_KM / near_km * (1.0 + 4.0 * f64::from(f32::EPSILON));
     Point {
         body: p.body.id,
@@ -514,7 +545,8 @@ fn before_sun<'a>(
     let clouds = body.clouds.as_ref().map_or(1.0, |c| super::clouds::shell_scale(body, c));
     let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
     let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
-    let extent = Extent { reach: reach.unwrap_or(air.max(clouds)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
+    let mesh = super::meshes::model(request, body).map_or(1.0, |m| m.reach);
+    let extent = Extent { reach: reach.unwrap_or(air.max(clouds).max(mesh)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
     let everything = request.effects.asked(Effect::Eclipse) == Some(true);
     let found = eclipse::find_among(candidates, sun, &receiver, extent, everything);
     Some(BeforeSun { receiver, sun, camera, casters: found.casters, reason: found.reason })
@@ -571,13 +603,6 @@ fn amounts(
     };
     let lights =
         if emissive { Vec::new() } else { std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect() };
-    // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. Planetocentric: times them.
-    let latitude = body.maps.albedo.as_ref().or(body.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
-    let polar_ratio = body.radii_km.z / body.radii_km.x;
-    let map_latitude_stretch = match latitude {
-        MapLatitude::Planetocentric => polar_ratio,
-        MapLatitude::Planetographic => 1.0 / polar_ratio,
-    };
     let mut amounts = Amounts {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
         albedo: camera::narrow(reflectance * tone(p) * share),
@@ -585,7 +610,7 @@ fn amounts(
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_u1: camera::narrow(u1),
         limb_u2: camera::narrow(u2),
-        map_latitude_stretch: camera::narrow_scalar(map_latitude_stretch),
+        map_latitude_stretch: camera::narrow_scalar(body.map_latitude_stretch()),
         night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * share),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),

@@ -15,6 +15,7 @@ mod features;
 pub mod glow;
 pub mod legend;
 mod lights;
+mod meshes;
 mod needs;
 pub mod orbits;
 pub mod overlays;
@@ -145,6 +146,8 @@ pub struct Scene {
     pub lines: Vec<orbits::LinePiece>,
     /// Over everything.
     pub glow: Option<glow::Glow>,
+    /// Bodies whose shape model is wanted and was not in the request: drawn as ellipsoids.
+    pub unread_meshes: Vec<NaifId>,
 }
 
 /// Radiance of a fully lit disc in its brightest channel, as a part of white, at automatic exposure: bright features of twice the mean
@@ -219,6 +222,7 @@ impl Scene {
             draws.extend(parts.into_iter().map(|d| (p.distance_km, d)));
             points.extend(point);
         }
+        let unread_meshes = meshes::unread(request, camera, &placed);
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
         let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
@@ -233,6 +237,7 @@ impl Scene {
             points,
             lines,
             glow,
+            unread_meshes,
         })
     }
 

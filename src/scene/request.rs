@@ -7,10 +7,12 @@ use super::SceneError;
 use super::draw::PixelView;
 use super::effects::EffectOverrides;
 use crate::catalog::{Catalog, NaifId};
+use crate::mesh::Model;
 use crate::time::Instant;
 use glam::DVec3;
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Axes in which a vector of a request is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -127,8 +129,10 @@ pub struct ViewRequest {
     pub layers: Layers,
     pub quality: Quality,
     pub pixel_view: PixelView,
-    /// Map files that could not be read: bodies go without, and say so.
+    /// Map and mesh files that could not be read: bodies go without, and say so.
     pub missing_maps: BTreeSet<String>,
+    /// Shape models that were read, by body; [`super::Scene::unread_meshes`] says which are wanted.
+    pub meshes: BTreeMap<NaifId, Arc<Model>>,
 }
 
 /// Field of view when neither it nor a distance is asked for: a long lens, so that nearly a hemisphere shows.
@@ -156,6 +160,7 @@ impl ViewRequest {
             quality: Quality::default(),
             pixel_view: PixelView::Shaded,
             missing_maps: BTreeSet::new(),
+            meshes: BTreeMap::new(),
         }
     }
 

@@ -7,6 +7,7 @@
 mod air_tables;
 mod cpu;
 mod devices;
+mod meshes;
 mod pictures;
 mod sample;
 mod software;
@@ -88,8 +89,9 @@ pub struct Session {
     maps: MapStore,
     library: Library,
     air_tables: air_tables::AirTables,
+    meshes: meshes::Meshes,
     devices: Devices,
-    /// Map files that could not be read, said once.
+    /// Map and mesh files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
     stages: Mutex<Stages>,
@@ -156,6 +158,7 @@ impl Session {
             maps: MapStore::new(sources.textures.clone()),
             library,
             air_tables,
+            meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
             devices,
             missing: Mutex::default(),
             say,
@@ -216,11 +219,30 @@ impl Session {
         done
     }
 
-    /// The scene of a view. Maps already found missing are left out.
-    pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
+    fn scene_of_what_is_read(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
         let mut request = request.clone();
         request.missing_maps.extend(self.missing.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());
-        let mut scene = self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?;
+        request.meshes = self.meshes.read();
+        Ok(self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?)
+    }
+
+    /// The scene of a view. Maps already found missing are left out. A shape model that cannot be read is said once.
+    pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
+        let mut scene = self.scene_of_what_is_read(request)?;
+        if !scene.unread_meshes.is_empty() {
+            self.measured(Stage::Maps, || {
+                for body in scene.unread_meshes.iter().filter_map(|id| self.catalog.body(*id)) {
+                    let (Some(named), Err(why)) = (&body.mesh, self.meshes.load(body)) else { continue };
+                    if self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(named.file.clone()) {
+                        (self.say)(&format!("{why}; {} is drawn as its ellipsoid", body.name));
+                    }
+                }
+            });
+            scene = self.scene_of_what_is_read(request)?;
+        }
+        for mesh in scene.draws.iter_mut().filter_map(|d| d.amounts.mesh.as_mut()) {
+            mesh.sun_heights = self.measured(Stage::Scene, || self.meshes.heights(mesh));
+        }
         for draw in scene.draws.iter_mut().filter(|d| d.needs.air.tier == AirTier::Table) {
             if let Some(body) = self.catalog.body(draw.body) {
                 draw.amounts.air.many = self.air_tables.get(body);

@@ -211,10 +211,11 @@ fn map(binding: u32) -> Result<Texture, SessionError> {
     Texture::from_rgba8(width, height, rgba, map_format(binding)).map_err(|e| SessionError::Renderer(e.to_string()))
 }
 
-/// The sphere as triangles: position, normal, map place, colour; seams closed by doubled vertices.
+/// The sphere as triangles: position, normal, map place, height of the Sun, colour; seams closed by doubled vertices.
 fn mesh(vertex_colour: bool) -> Vertices {
     let (around, down) = MESH;
     let (mut position, mut normal, mut place, mut colour, mut indices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut sun_height = Vec::new();
     for j in 0..=down {
         for i in 0..=around {
             let (u, v) = (i as f32 / around as f32, j as f32 / down as f32);
@@ -223,6 +224,8 @@ fn mesh(vertex_colour: bool) -> Vertices {
             position.extend(p);
             normal.extend(p);
             place.extend([u, v]);
+            // As if a ridge threw its shadow over the western side.
+            sun_height.push(30.0 * p[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if i < around && j < down {
                 let at = j * (around + 1) + i;
@@ -232,7 +235,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
         }
     }
     let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
-    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, place)];
+    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, place), attribute(1, sun_height)];
     if vertex_colour {
         attributes.push(attribute(4, colour));
     }

@@ -11,7 +11,7 @@ use super::{
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::air_nodes;
-use crate::scene::draw::{Amounts, Draw, Light, Part, PixelView, Point, RingTable};
+use crate::scene::draw::{Amounts, Draw, Light, Needs, Part, PixelView, Point, RingTable, Shape};
 use crate::scene::glow::Glow;
 use crate::scene::orbits::{self, LinePiece};
 use crate::scene::request::Quality;
@@ -203,6 +203,7 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "air_layer_extinction" => w.vec3(name, a.air.layer_extinction),
         "camera_in_unit_sphere" => w.vec3(name, a.camera_in_unit_sphere),
         "clip_from_unit_sphere" => w.mat4(name, a.clip_from_unit_sphere),
+        "mesh_anchor" => w.vec3(name, a.mesh_anchor),
         "eclipse_axis" => w.vec4(name, a.eclipse.axis),
         "eclipse_across" => w.vec4_array(name, &a.eclipse.across),
         "eclipse_limb" => w.vec4_array(name, &a.eclipse.limb),
@@ -249,6 +250,29 @@ fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
     [x0.floor() as u32, y0.floor() as u32, (x1.ceil() as u32).min(width), (y1.ceil() as u32).min(height)]
 }
 
+/// A closed shape hides its far side before depth does.
+fn cull_of(needs: &Needs) -> Cull {
+    if needs.flags.two_sided { Cull::None } else { Cull::Back }
+}
+
+/// Heights of a Sun that nothing hides, in its radii.
+const SUN_IS_UP: f32 = 1e3;
+
+/// The attributes of shaders/lib/mesh.wgsl by location: place, normal, map place, height of the Sun, colour.
+fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
+    let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, and its {what} are not there", draw.name));
+    let mesh = draw.amounts.mesh.as_ref().ok_or_else(|| missing("triangles"))?;
+    let model = &mesh.model;
+    let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: values.clone() };
+    let heights = mesh.sun_heights.clone().unwrap_or_else(|| Arc::new(vec![SUN_IS_UP; model.vertices()]));
+    let mut attributes =
+        vec![attribute(3, &model.positions), attribute(3, &model.normals), attribute(2, &model.map_places), attribute(1, &heights)];
+    if key.needs().flags.vertex_colour {
+        attributes.push(attribute(4, model.colours.as_ref().ok_or_else(|| missing("colours"))?));
+    }
+    Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
+}
+
 fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fineness: Fineness) -> Result<PlanDraw, PlanError> {
     let module = ModuleName::Planet(ShaderKey::for_draw(&draw.needs));
     let layout = supplies.layout(&module)?;
@@ -284,17 +308,21 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
     };
     let samplers =
         layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: of_binding(s.binding)? })).collect();
+    let (vertices, cull) = match &module {
+        ModuleName::Planet(key) if key.needs().shape == Shape::Mesh => (triangles(draw, key)?, cull_of(&draw.needs)),
+        _ => (Vertices::Count(6), Cull::None),
+    };
     Ok(PlanDraw {
         label: draw.name.clone(),
         module,
         uniforms,
         textures,
         samplers,
-        vertices: Vertices::Count(6),
+        vertices,
         instances: Instances { count: 1, attributes: Vec::new() },
         // Work adds up; light is covered.
         blend: if draw.needs.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
-        cull: Cull::None,
+        cull,
         // What shows through leaves the depth of what it lies over.
         depth: DepthState { test: true, write: draw.part == Part::Globe },
         scissor: scissor(draw.amounts.rect_in_clip, width, height),

@@ -13,6 +13,7 @@ pub mod kernels;
 pub mod lower;
 pub mod math;
 mod named;
+mod nearest;
 pub mod pass;
 pub mod program;
 pub mod raster;

@@ -1,12 +1,13 @@
 //! What one draw computes at one pixel: its colour and every named value of its module.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or nothing where the draw does not shade the
-//! pixel. The module is lowered anew with its names; the rasteriser, the kernels and the textures are those of every picture.
+//! pixel. Of a mesh the nearest triangle is run alone. The module is lowered anew with its names; the rasteriser, the kernels and the textures are those of every picture.
 
 use super::RenderError;
 use super::exec::{LaneMask, Work};
 use super::lower::lower_named;
 use super::math::Real;
+use super::nearest::nearest_triangle;
 use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
 use super::renderer::{Entries, Precision, SoftwareRenderer};
@@ -64,6 +65,7 @@ impl SoftwareRenderer {
             return Ok(None);
         }
         let one = PlanDraw {
+            vertices: nearest_triangle(draw, &module.layout, [width, height], [x, y]).unwrap_or_else(|| draw.vertices.clone()),
             scissor: [x, y, x + 1, y + 1],
             blend: Blend::Replace,
             depth: DepthState { test: false, write: false },

@@ -1,0 +1,106 @@
+//! Writes an invented shape for Phobos, with lumps and craters, and the catalog file that asks for it.
+//!
+//!     cargo run --release --example lumpy_moon -- FOLDER
+//!     orrery render --catalogs FOLDER --target phobos -o phobos.png
+//!
+//! The shape is not that of Phobos: it shows what a file must hold. 82 000 triangles, 6 MB.
+
+use glam::DVec3;
+use std::collections::HashMap;
+use std::fmt::Write;
+
+/// Each side of the icosahedron is halved this many times.
+const HALVINGS: u32 = 6;
+const RADII_KM: DVec3 = DVec3::new(13.0, 11.4, 9.1);
+const CRATERS: usize = 240;
+
+/// A triangle's corners are on the unit sphere, counter-clockwise from outside.
+fn icosphere() -> (Vec<DVec3>, Vec<[usize; 3]>) {
+    let t = f64::midpoint(1.0, 5.0_f64.sqrt());
+    let mut places = Vec::new();
+    for (a, b) in [(1.0, t), (-1.0, t), (1.0, -t), (-1.0, -t)] {
+        places.extend([DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)].map(DVec3::normalize));
+    }
+    // Three places that lie an edge apart are a face.
+    let edge = |a: usize, b: usize| (places[a] - places[b]).length() < 1.1;
+    let mut faces = Vec::new();
+    for a in 0..12 {
+        for b in a + 1..12 {
+            for c in (b + 1..12).filter(|c| edge(a, b) && edge(b, *c) && edge(a, *c)) {
+                let outward = (places[b] - places[a]).cross(places[c] - places[a]).dot(places[a]) > 0.0;
+                faces.push(if outward { [a, b, c] } else { [a, c, b] });
+            }
+        }
+    }
+    for _ in 0..HALVINGS {
+        let mut middles: HashMap<(usize, usize), usize> = HashMap::new();
+        let mut middle = |a: usize, b: usize| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                places.push((places[a] + places[b]).normalize());
+                places.len() - 1
+            })
+        };
+        let halved = |[a, b, c]: [usize; 3]| {
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        faces = faces.into_iter().flat_map(halved).collect();
+    }
+    (places, faces)
+}
+
+/// Even numbers from 0 to 1, the same on each run.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        // Knuth's multiplier; the upper bits are the good ones.
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn direction(&mut self) -> DVec3 {
+        let (z, turn) = (2.0 * self.roll() - 1.0, std::f64::consts::TAU * self.roll());
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * turn.cos(), r * turn.sin(), z)
+    }
+}
+
+/// Depth of a bowl and height of its rim, in the crater's radii, `x` radii from its middle.
+fn bowl(x: f64) -> f64 {
+    let floor = if x < 1.0 { 0.24 * (x * x - 1.0) } else { 0.0 };
+    floor + 0.06 * (-((x - 1.0) / 0.25).powi(2)).exp()
+}
+
+fn main() {
+    let Some(folder) = std::env::args().nth(1) else {
+        eprintln!("name the folder to write to");
+        std::process::exit(2);
+    };
+    let (places, faces) = icosphere();
+    let mut dice = Dice(2024);
+    let waves: Vec<(DVec3, f64, f64)> =
+        (0..24).map(|k| (dice.direction() * (2.0 + 0.4 * f64::from(k)), dice.roll() * 6.3, 0.05 / (1.0 + 0.25 * f64::from(k)))).collect();
+    // Many small ones to each large one: their number falls with the square of the size.
+    let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (dice.direction(), 0.035 / dice.roll().max(0.006).sqrt())).collect();
+    let height = |d: DVec3| {
+        let lumps: f64 = waves.iter().map(|(k, phase, high)| high * (k.dot(d) + phase).sin()).sum();
+        let bowls: f64 = craters.iter().map(|(middle, radius)| radius * bowl((d - *middle).length() / radius)).sum();
+        1.0 + lumps + bowls
+    };
+    let mut text = String::from("# An invented shape, kilometres, body axes: x through the prime meridian, z the pole.\n");
+    for d in &places {
+        let p = *d * height(*d) * RADII_KM;
+        let _ = writeln!(text, "v {:.5} {:.5} {:.5}", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &faces {
+        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    }
+    let catalog = "[[body]]\nid = 401 # Phobos\n[body.mesh]\nfile = \"lumpy.obj\"\nsource = \"invented\"\n";
+    let write = |name: &str, text: &str| std::fs::write(std::path::Path::new(&folder).join(name), text);
+    if let Err(e) = std::fs::create_dir_all(&folder).and_then(|()| write("lumpy.obj", &text)).and_then(|()| write("lumpy.toml", catalog)) {
+        eprintln!("{folder}: {e}");
+        std::process::exit(1);
+    }
+    println!("{} vertices, {} triangles", places.len(), faces.len());
+}

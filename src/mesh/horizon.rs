@@ -1,0 +1,267 @@
+//! The shadow that a shape throws on itself: how high the Sun stands over the shape's own horizon, at each vertex.
+//!
+//! In: a shape, the direction of the Sun and its angular radius. Out: a height at each vertex, in the Sun's radii: above 1 the whole disc is up, below -1
+//! it is hidden, between it is cut by a horizon taken as straight. Rays are traced in f64 through a tree of boxes, upward from a hidden Sun or
+//! downward from a free one in the plane through the vertex, its normal and the Sun, until the way opens or closes, then by halves.
+//!
+//! Error: the height is that of the nearest edge above or below the Sun, to a quarter of its radius or a tenth of itself. Between vertices it is
+//! interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller or
+//! farther than a triangle can be off by the length of one edge. Light from other bodies is not shaded.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::OnceLock;
+
+/// Heights beyond this count as this: where one vertex looks past a peak and its neighbour does not, what is between must not look steep.
+const MOST_RAD: f64 = 0.0873;
+/// Triangles in a leaf of the tree.
+const LEAF: usize = 4;
+/// Vertices that one thread takes in one go.
+const TOGETHER: usize = 512;
+
+/// A shape as rays meet it.
+pub struct Solid {
+    /// Places in kilometres and unit normals, by vertex.
+    points: Vec<(DVec3, DVec3)>,
+    /// What each vertex lies at: triangles that meet there do not hide the Sun from it.
+    places: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+    /// The Sun may stand over either side.
+    two_sided: bool,
+    tree: OnceLock<Tree>,
+}
+
+struct Tree {
+    nodes: Vec<Node>,
+    /// Triangles in the order of the leaves.
+    order: Vec<u32>,
+    /// Nearer hits are the surface itself.
+    least_km: f64,
+}
+
+struct Node {
+    low: DVec3,
+    high: DVec3,
+    /// Of a leaf: first triangle in the order, and how many. Of an inner node: the second child (the first follows it), and 0.
+    at: u32,
+    count: u32,
+}
+
+impl Tree {
+    fn new(solid: &Solid) -> Self {
+        let mut tree = Self { nodes: Vec::new(), order: (0..solid.triangles.len() as u32).collect(), least_km: 0.0 };
+        let middles: Vec<DVec3> = solid.triangles.iter().map(|t| t.iter().map(|k| solid.place(*k)).sum::<DVec3>() / 3.0).collect();
+        let mut order = std::mem::take(&mut tree.order);
+        tree.grow(solid, &middles, &mut order, 0);
+        tree.order = order;
+        tree.least_km = tree.nodes.first().map_or(0.0, |n| 1e-9 * (n.high - n.low).max_element());
+        tree
+    }
+
+    fn grow(&mut self, solid: &Solid, middles: &[DVec3], part: &mut [u32], first: usize) {
+        let corners = || part.iter().flat_map(|t| solid.triangles[*t as usize]).map(|k| solid.place(k));
+        let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        let me = self.nodes.len();
+        self.nodes.push(Node { low, high, at: first as u32, count: part.len() as u32 });
+        if part.len() <= LEAF {
+            return;
+        }
+        let of = |t: &u32| middles[*t as usize];
+        let (from, to) = part.iter().map(of).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        let axis = (0..3).max_by(|a, b| (to - from)[*a].total_cmp(&(to - from)[*b])).unwrap_or(0);
+        let half = part.len() / 2;
+        part.select_nth_unstable_by(half, |a, b| of(a)[axis].total_cmp(&of(b)[axis]).then(a.cmp(b)));
+        let (left, right) = part.split_at_mut(half);
+        self.grow(solid, middles, left, first);
+        self.nodes[me].at = self.nodes.len() as u32;
+        self.nodes[me].count = 0;
+        self.grow(solid, middles, right, first + half);
+    }
+}
+
+/// Whether a ray from `origin` meets a box ahead of it.
+fn meets(node: &Node, origin: DVec3, inverse: DVec3) -> bool {
+    let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
+    let (near, far) = (a.min(b), a.max(b));
+    near.max_element().max(0.0) <= far.min_element() * (1.0 + 1e-12)
+}
+
+impl Solid {
+    /// `points`: places in kilometres and unit normals; `places`: equal where vertices lie at one place; `indices`: three a triangle.
+    pub fn new(points: Vec<(DVec3, DVec3)>, places: &[u32], indices: &[u32], two_sided: bool) -> Self {
+        let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        Self { points, places: places.to_vec(), triangles, two_sided, tree: OnceLock::new() }
+    }
+
+    fn place(&self, vertex: u32) -> DVec3 {
+        self.points[vertex as usize].0
+    }
+
+    /// Whether a ray from a vertex meets the shape.
+    fn blocked(&self, tree: &Tree, vertex: usize, direction: DVec3) -> bool {
+        let (origin, own) = (self.points[vertex].0, self.places[vertex]);
+        // Finite along an axis too: 0 times infinity would be no number.
+        let inverse = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
+        let mut open = [0_u32; 64];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let at = open[count] as usize;
+            let node = &tree.nodes[at];
+            if !meets(node, origin, inverse) {
+                continue;
+            }
+            if node.count == 0 {
+                // A tree of halves is never deeper than its array.
+                open[count] = node.at;
+                open[count + 1] = at as u32 + 1;
+                count += 2;
+                continue;
+            }
+            let leaf = node.at as usize..(node.at + node.count) as usize;
+            for t in tree.order[leaf].iter().map(|t| self.triangles[*t as usize]) {
+                if t.iter().any(|k| self.places[*k as usize] == own) {
+                    continue;
+                }
+                let [a, b, c] = t.map(|k| self.place(k));
+                let (e1, e2) = (b - a, c - a);
+                let across = direction.cross(e2);
+                let determinant = e1.dot(across);
+                if determinant == 0.0 {
+                    continue;
+                }
+                let from = origin - a;
+                let u = from.dot(across) / determinant;
+                let beside = from.cross(e1);
+                let v = direction.dot(beside) / determinant;
+                if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && e2.dot(beside) / determinant > tree.least_km {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    fn height(&self, tree: &Tree, vertex: usize, sun: DVec3, radius_rad: f64) -> f64 {
+        let outward = self.points[vertex].1;
+        let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
+        let cosine = normal.dot(sun).clamp(-1.0, 1.0);
+        // Over the plane of the surface itself.
+        let own = cosine.asin();
+        if own < -radius_rad {
+            return own / radius_rad;
+        }
+        let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
+        let blocked = |angle: f64| self.blocked(tree, vertex, sun * angle.cos() + up * angle.sin());
+        let hidden = blocked(0.0);
+        let (sign, end) = if hidden { (1.0, FRAC_PI_2) } else { (-1.0, own.max(0.0)) };
+        // From the Sun away until the answer changes.
+        let (mut same, mut step) = (0.0, radius_rad);
+        let mut other = loop {
+            if step >= end {
+                return if hidden { -end / radius_rad } else { own / radius_rad };
+            }
+            if blocked(sign * step) != hidden {
+                break step;
+            }
+            same = step;
+            step *= 4.0;
+        };
+        while other - same > (0.25 * radius_rad).max(0.1 * same) {
+            let middle = 0.5 * (same + other);
+            if blocked(sign * middle) == hidden {
+                same = middle;
+            } else {
+                other = middle;
+            }
+        }
+        -sign * 0.5 * (same + other) / radius_rad
+    }
+
+    /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
+    pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
+        let tree = self.tree.get_or_init(|| Tree::new(self));
+        let radius_rad = radius_rad.clamp(1e-6, 0.5);
+        let most = MOST_RAD / radius_rad;
+        let one = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-most, most) as f32;
+        (0..self.points.len()).into_par_iter().with_min_len(TOGETHER).map(one).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS: f64 = 0.005;
+
+    /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall across it at x = `wall`, `high` above the floor.
+    fn floor_and_wall(n: u32, wall: f64, high: f64) -> Solid {
+        let mut points = Vec::new();
+        let mut indices = Vec::new();
+        for j in 0..=n {
+            for i in 0..=n {
+                let of = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
+                points.push((DVec3::new(of(i), of(j), 0.0), DVec3::Z));
+                if i < n && j < n {
+                    let at = j * (n + 1) + i;
+                    indices.extend([at, at + 1, at + n + 2, at, at + n + 2, at + n + 1]);
+                }
+            }
+        }
+        let at = points.len() as u32;
+        for (y, z) in [(-9.0, -0.1), (9.0, -0.1), (9.0, high), (-9.0, high)] {
+            points.push((DVec3::new(wall, y, z), DVec3::NEG_X));
+        }
+        indices.extend([at, at + 1, at + 2, at, at + 2, at + 3]);
+        let places: Vec<u32> = (0..points.len() as u32).collect();
+        Solid::new(points, &places, &indices, false)
+    }
+
+    #[test]
+    fn a_wall_hides_the_sun_up_to_its_height_seen_from_each_place() {
+        let (n, wall, high) = (8, 1.5, 0.5);
+        let solid = floor_and_wall(n, wall, high);
+        for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
+            let altitude = altitude_deg.to_radians();
+            let heights = solid.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
+            let mut lit = [0, 0];
+            for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
+                let over = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MOST_RAD, MOST_RAD);
+                let allowed = 0.26 + 0.11 * (over / RADIUS).abs();
+                assert!((f64::from(*height) - over / RADIUS).abs() < allowed, "{altitude_deg}: {height} against {}", over / RADIUS);
+                lit[usize::from(over > 0.0)] += 1;
+            }
+            assert!(altitude_deg != 15.0 || lit.iter().all(|n| *n > 8), "both light and shadow: {lit:?}");
+        }
+    }
+
+    #[test]
+    fn the_sun_under_an_arch_is_seen() {
+        // The wall begins above the ground: what stands under its lower edge is free.
+        let mut solid = floor_and_wall(4, 1.5, 0.5);
+        let wall = solid.points.len() - 4;
+        solid.points[wall].0.z = 0.3;
+        solid.points[wall + 1].0.z = 0.3;
+        let at = |altitude: f64| f64::from(solid.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS)[12]);
+        let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());
+        assert!(at(0.5 * foot) > 1.0 && at(0.5 * (foot + top)) < -1.0 && at(top + 0.1) > 1.0);
+    }
+
+    #[test]
+    fn the_sun_over_the_other_side_counts_where_both_do() {
+        let mut solid = floor_and_wall(4, 1.5, 0.5);
+        let below = DVec3::new(0.6, 0.0, -0.8);
+        assert!(solid.sun_heights(below, RADIUS)[12] < -1.0);
+        solid.two_sided = true;
+        assert!(solid.sun_heights(below, RADIUS)[12] > 1.0);
+    }
+
+    #[test]
+    fn no_sun_breaks_it() {
+        let solid = floor_and_wall(2, 1.5, 0.5);
+        for sun in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
+            assert!(solid.sun_heights(sun, 0.0).iter().all(|h| h.is_finite()));
+        }
+    }
+}

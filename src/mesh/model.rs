@@ -1,0 +1,331 @@
+//! From a file's faces to one vertex for each triple of place, direction and map place.
+//!
+//! In: an [`Obj`] and the body's [`Figure`]. Out: a [`Model`]. What the file leaves out is computed: a normal as the mean of the faces around
+//! its place, weighted by their areas; a map place from longitude and latitude as the body's map counts them. A triangle over the map's seam runs on past
+//! its edge (the sampler repeats); at a pole its corner takes the longitude between the other two; one that has a pole inside it is cut in three there.
+//! Triangles without an area are left out.
+
+use super::horizon::Solid;
+use super::obj::{Corner, Obj};
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// What of the body the shape is laid onto.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// Semi-axes of the body's ellipsoid.
+    pub radii_km: DVec3,
+    /// Kilometres to one unit of the file.
+    pub scale_km: f64,
+    /// Factor on z, in the unit-sphere frame, that gives the direction whose latitude the body's map counts.
+    pub latitude_stretch: f64,
+    /// Light falls on both sides of each triangle.
+    pub two_sided: bool,
+}
+
+/// How far from the centre the farthest vertex may lie, in the body's largest semi-axis: what lies outside is in another unit.
+pub const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
+/// A corner this near to the axis, in radii, lies on the pole.
+const ON_AXIS: f64 = 1e-7;
+
+/// A shape ready to be drawn. Attribute arrays are flat, one vertex after the other.
+pub struct Model {
+    /// Unit-sphere frame, 3 a vertex.
+    pub positions: Arc<Vec<f32>>,
+    /// Unit vectors in body axes, 3 a vertex.
+    pub normals: Arc<Vec<f32>>,
+    /// Map places, 2 a vertex; u may lie outside 0 to 1.
+    pub map_places: Arc<Vec<f32>>,
+    /// Linear RGB and 1, 4 a vertex; `None` where the file has no colours.
+    pub colours: Option<Arc<Vec<f32>>>,
+    /// Three a triangle, counter-clockwise seen from outside.
+    pub indices: Arc<Vec<u32>>,
+    /// Distance of the farthest vertex from the centre, in the unit-sphere frame.
+    pub reach: f64,
+    pub(super) solid: Solid,
+}
+
+impl std::fmt::Debug for Model {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Model of {} vertices, {} triangles", self.vertices(), self.triangles())
+    }
+}
+
+/// A model is equal to itself alone: it is large, and read once.
+impl PartialEq for Model {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+    }
+}
+
+/// A vertex before it is narrowed.
+#[derive(Clone, Copy)]
+struct Point {
+    /// Body axes, kilometres.
+    place_km: DVec3,
+    normal: DVec3,
+    map: DVec2,
+    /// Linear.
+    colour: DVec3,
+}
+
+/// What makes two corners one vertex.
+#[derive(PartialEq, Eq, Hash)]
+struct Same {
+    place: u32,
+    normal: [u64; 3],
+    map: [u64; 2],
+}
+
+fn linear(srgb: f64) -> f64 {
+    if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
+}
+
+/// For each place of the file the first one at the same spot: files that repeat a place for each face are one surface all the same.
+fn welded(places: &[DVec3]) -> Vec<u32> {
+    let mut first: FxHashMap<[u64; 3], u32> = FxHashMap::default();
+    // Minus zero is zero.
+    let bits = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
+    (0..).zip(places).map(|(k, p)| *first.entry(bits(p)).or_insert(k)).collect()
+}
+
+impl Figure {
+    fn map_place(&self, place_km: DVec3) -> DVec2 {
+        let m = place_km / self.radii_km * DVec3::new(1.0, 1.0, self.latitude_stretch);
+        DVec2::new(0.5 + m.y.atan2(m.x) / TAU, 0.5 - m.z.atan2(m.truncate().length()) / PI)
+    }
+
+    fn on_axis(&self, place_km: DVec3) -> bool {
+        (place_km / self.radii_km).truncate().length() < ON_AXIS
+    }
+}
+
+/// Where the axis of rotation passes through a triangle, as weights of its corners; `None` where it passes beside or through an edge.
+fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
+    let p = places.map(DVec3::truncate);
+    let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
+    let sum = weights.x + weights.y + weights.z;
+    let weights = weights / sum;
+    (sum != 0.0 && weights.min_element() > 1e-9).then_some(weights)
+}
+
+/// Map places of a triangle's corners that go on across the seam, and at a pole.
+fn unbroken(figure: &Figure, corners: &mut [Point; 3]) {
+    let polar = corners.map(|c| figure.on_axis(c.place_km));
+    let Some(first) = polar.iter().position(|p| !p) else { return };
+    let u0 = corners[first].map.x;
+    for k in (0..3).filter(|k| !polar[*k]) {
+        corners[k].map.x += (u0 - corners[k].map.x).round();
+    }
+    // Counted from the map's edge, so that neighbours agree.
+    let least = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].map.x).fold(f64::INFINITY, f64::min).floor();
+    (0..3).for_each(|k| corners[k].map.x -= least);
+    let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].map.x, n + 1.0));
+    (0..3).filter(|k| polar[*k]).for_each(|k| corners[k].map.x = sum / count);
+}
+
+#[derive(Default)]
+struct Builder {
+    known: FxHashMap<Same, u32>,
+    points: Vec<Point>,
+    /// Of each vertex the place that it is at: those of one place move, and shade, as one.
+    places: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Builder {
+    fn vertex(&mut self, place: u32, point: Point) -> u32 {
+        let same = Same { place, normal: point.normal.to_array().map(f64::to_bits), map: point.map.to_array().map(f64::to_bits) };
+        let next = self.points.len() as u32;
+        let at = *self.known.entry(same).or_insert(next);
+        if at == next {
+            self.points.push(point);
+            self.places.push(place);
+        }
+        at
+    }
+
+    fn triangle(&mut self, figure: &Figure, places: [u32; 3], mut corners: [Point; 3], from_file: bool) {
+        if !from_file {
+            unbroken(figure, &mut corners);
+        }
+        for (place, corner) in places.into_iter().zip(corners) {
+            let at = self.vertex(place, corner);
+            self.indices.push(at);
+        }
+    }
+}
+
+impl Model {
+    pub fn vertices(&self) -> usize {
+        self.positions.len() / 3
+    }
+
+    pub fn triangles(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    /// The height of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
+    pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
+        self.solid.sun_heights(towards_sun, radius_rad)
+    }
+
+    /// The shape of a file on a body.
+    ///
+    /// # Errors
+    /// A size that cannot be the body's, or no triangle with an area: one line.
+    pub fn of(obj: &Obj, figure: &Figure) -> Result<Self, String> {
+        let places_km: Vec<DVec3> = obj.places.iter().map(|p| *p * figure.scale_km).collect();
+        let used = || obj.triangles.iter().flatten().map(|c| places_km[c.place as usize]);
+        let largest_km = figure.radii_km.max_element();
+        let farthest_km = used().map(DVec3::length).fold(0.0, f64::max);
+        if !REACH.contains(&(farthest_km / largest_km)) {
+            return Err(format!(
+                "its farthest vertex is {farthest_km:.6} km from the centre; expected {} to {} times the body's {largest_km} km: is scale_km right?",
+                REACH.start(),
+                REACH.end()
+            ));
+        }
+        let weld = welded(&places_km);
+        let mut normals = vec![DVec3::ZERO; places_km.len()];
+        let at = |c: &Corner| places_km[c.place as usize];
+        let area = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
+        let solid_triangles: Vec<&[Corner; 3]> =
+            obj.triangles.iter().filter(|t| area(t).length() > 1e-18 * largest_km * largest_km).collect();
+        for t in &solid_triangles {
+            t.iter().for_each(|c| normals[weld[c.place as usize] as usize] += area(t));
+        }
+        let mut builder = Builder::default();
+        for t in &solid_triangles {
+            let facing = area(t).normalize();
+            let from_file = t.iter().all(|c| c.texture.is_some());
+            let point = |c: &Corner| {
+                let place_km = at(c);
+                let given = c.normal.map(|n| obj.normals[n as usize]);
+                let of_file = c.texture.filter(|_| from_file).map(|t| obj.textures[t as usize]).map(|t| DVec2::new(t.x, 1.0 - t.y));
+                Point {
+                    place_km,
+                    normal: given.or(normals[weld[c.place as usize] as usize].try_normalize()).unwrap_or(facing),
+                    map: of_file.unwrap_or_else(|| figure.map_place(place_km)),
+                    colour: obj.colours.get(c.place as usize).map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(linear))),
+                }
+            };
+            let corners = [point(&t[0]), point(&t[1]), point(&t[2])];
+            let places = [0, 1, 2].map(|k| weld[t[k].place as usize]);
+            match pole_inside(corners.map(|c| c.place_km)).filter(|_| !from_file) {
+                None => builder.triangle(figure, places, corners, from_file),
+                Some(w) => {
+                    let mixed = |of: fn(&Point) -> DVec3| of(&corners[0]) * w.x + of(&corners[1]) * w.y + of(&corners[2]) * w.z;
+                    let mut place_km = mixed(|c| c.place_km);
+                    (place_km.x, place_km.y) = (0.0, 0.0);
+                    let normal = mixed(|c| c.normal).try_normalize().unwrap_or(facing);
+                    let pole = Point { place_km, normal, map: figure.map_place(place_km), colour: mixed(|c| c.colour) };
+                    // A place of its own, after those of the file.
+                    let own = (places_km.len() + builder.points.len()) as u32;
+                    for [a, b] in [[0, 1], [1, 2], [2, 0]] {
+                        builder.triangle(figure, [places[a], places[b], own], [corners[a], corners[b], pole], false);
+                    }
+                }
+            }
+        }
+        if builder.indices.is_empty() {
+            return Err("none of its faces has an area".into());
+        }
+        Ok(Self::narrowed(builder, figure, !obj.colours.is_empty()))
+    }
+
+    fn narrowed(builder: Builder, figure: &Figure, coloured: bool) -> Self {
+        let flat = |of: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
+            Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
+        };
+        let colours = coloured.then(|| Arc::new(builder.points.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
+        let reach = builder.points.iter().map(|p| (p.place_km / figure.radii_km).length()).fold(0.0, f64::max);
+        Self {
+            positions: flat(&|p| p.place_km / figure.radii_km),
+            normals: flat(&|p| p.normal),
+            map_places: Arc::new(builder.points.iter().flat_map(|p| p.map.as_vec2().to_array()).collect()),
+            colours,
+            reach,
+            solid: Solid::new(
+                builder.points.iter().map(|p| (p.place_km, p.normal)).collect(),
+                &builder.places,
+                &builder.indices,
+                figure.two_sided,
+            ),
+            indices: Arc::new(builder.indices),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::obj::parse;
+    use super::*;
+
+    const ROUND: Figure = Figure { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+
+    fn vertex(values: &[f32], size: usize, k: u32) -> &[f32] {
+        &values[k as usize * size..][..size]
+    }
+
+    #[test]
+    fn an_octahedron_shares_its_vertices_but_at_the_seam_and_the_poles() {
+        let text = "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
+                    f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
+        let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+        assert_eq!((model.triangles(), model.reach), (8, 1.0));
+        // Four around, the one at 180 degrees from both sides, and each pole once for each of its four faces.
+        assert_eq!(model.vertices(), 4 + 1 + 8);
+        for t in model.indices.chunks_exact(3) {
+            let u: Vec<f32> = t.iter().map(|k| vertex(&model.map_places, 2, *k)[0]).collect();
+            let (low, high) = (u.iter().copied().fold(f32::MAX, f32::min), u.iter().copied().fold(f32::MIN, f32::max));
+            assert!(high - low < 0.26, "a face spans a quarter of the map: {u:?}");
+            for k in t {
+                let (p, n, map) = (vertex(&model.positions, 3, *k), vertex(&model.normals, 3, *k), vertex(&model.map_places, 2, *k));
+                assert!(p.iter().zip(n).all(|(p, n)| (p - n).abs() < 1e-6), "the faces around a corner lean evenly");
+                assert!((f64::from(map[1]) - (0.5 - f64::from(p[2]).asin() / PI)).abs() < 1e-6);
+                let longitude = f64::from(p[1]).atan2(f64::from(p[0])) / TAU + 0.5;
+                assert!(p[2].abs() > 0.5 || (f64::from(map[0]) - longitude).rem_euclid(1.0) < 1e-6, "{p:?} at {map:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_face_over_a_pole_is_cut_there() {
+        let text = "v 0.6 0 0.8\nv -0.3 0.5 0.8\nv -0.3 -0.5 0.8\nf 1 2 3\n";
+        let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+        assert_eq!((model.triangles(), model.vertices()), (3, 3 + 1 + 3), "the corner at 180 degrees lies on no seam");
+        let poles = (0..model.vertices() as u32).filter(|k| vertex(&model.positions, 3, *k)[..2] == [0.0, 0.0]);
+        assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&model.map_places, 2, k)[1] == 0.0));
+        let beside = text.replace("v -0.3", "v 0.3");
+        assert_eq!(Model::of(&parse(&beside).expect("reads"), &ROUND).expect("a model").triangles(), 1);
+    }
+
+    #[test]
+    fn normals_are_weighted_by_area_and_those_of_the_file_come_first() {
+        // Two faces on one edge: one twice as large as the other, a right angle between them.
+        let text = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\n";
+        let first = |text: &str| {
+            let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+            vertex(&model.normals, 3, model.indices[0]).to_vec()
+        };
+        let (n, length) = (first(text), 5.0_f32.sqrt());
+        assert!((n[1] - 1.0 / length).abs() < 1e-6 && (n[2] - 2.0 / length).abs() < 1e-6, "{n:?}");
+        let repeated = text.replace("f 1 4 2", "v 0 0 0\nv 1 0 0\nf 5 4 6");
+        assert_eq!(first(&repeated), n, "places repeated for each face are one surface");
+        let given = text.replace("f 1 2 3", "vn 0 3 0\nf 1//1 2//1 3//1");
+        assert_eq!(first(&given), [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_size_in_another_unit_is_refused() {
+        let obj = parse("v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n").expect("reads");
+        let of = |scale_km: f64| Model::of(&obj, &Figure { scale_km, ..ROUND });
+        assert!(of(1.0).is_ok() && of(3.9).is_ok());
+        for scale_km in [1e-3, 1e3] {
+            assert!(of(scale_km).expect_err("another unit").contains("is scale_km right?"));
+        }
+    }
+}

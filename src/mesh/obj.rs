@@ -1,0 +1,219 @@
+//! Reading a Wavefront OBJ file.
+//!
+//! In: the file's text. Out: its places, directions, colours and faces as they stand, faces cut into triangles as fans, every index in its list;
+//! or the first wrong line: which, what it says, what is allowed. Read are `v x y z`, `v x y z r g b`, `vt u v`, `vn x y z` and `f`; groups, materials,
+//! smoothing, lines and points are passed over, and any other word is refused, so that a cut or foreign file is not taken for a small shape.
+//! Not done: curves, `v` with a weight, lines continued by a backslash.
+
+use glam::{DVec2, DVec3};
+
+/// Places of each kind in one file, and triangles, at the most: 4 million triangles are some 0.5 GB while they are prepared.
+pub const COUNT_AT_MOST: usize = 4_000_000;
+/// Corners of one face at the most.
+pub const CORNERS_AT_MOST: usize = 64;
+
+/// A corner of a triangle, by index into the lists of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Corner {
+    pub place: u32,
+    pub texture: Option<u32>,
+    pub normal: Option<u32>,
+}
+
+/// What one file holds. Lengths are in the file's own unit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Obj {
+    pub places: Vec<DVec3>,
+    /// sRGB, 0 to 1: one for each place, or none at all.
+    pub colours: Vec<DVec3>,
+    /// Right and up from the map's lower left corner.
+    pub textures: Vec<DVec2>,
+    pub normals: Vec<DVec3>,
+    pub triangles: Vec<[Corner; 3]>,
+}
+
+/// The first wrong line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{line}: {message}")]
+pub struct ObjError {
+    /// First line is 1.
+    pub line: usize,
+    pub message: String,
+}
+
+/// Words that say nothing of the shape.
+const PASSED_OVER: [&str; 7] = ["o", "g", "s", "usemtl", "mtllib", "l", "p"];
+
+/// A line for a message, shortened.
+fn shown(line: &str) -> String {
+    let mut text: String = line.chars().take(60).collect();
+    if text.len() < line.len() {
+        text.push('…');
+    }
+    text
+}
+
+fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
+    let mut all = [0.0; N];
+    if words.len() != N {
+        return None;
+    }
+    for (slot, word) in all.iter_mut().zip(words) {
+        *slot = word.parse::<f64>().ok().filter(|x| x.is_finite() && x.abs() < 1e12)?;
+    }
+    Some(all)
+}
+
+/// An index counted from 1, or from the end where it is negative, into a list of `length`.
+fn index(word: &str, length: usize) -> Option<u32> {
+    let n: i64 = word.parse().ok()?;
+    let at = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
+    usize::try_from(at).ok().filter(|at| *at < length && n != 0).and_then(|at| u32::try_from(at).ok())
+}
+
+impl Obj {
+    fn corner(&self, word: &str) -> Result<Corner, String> {
+        let mut parts = word.split('/');
+        let lists = [("v", self.places.len()), ("vt", self.textures.len()), ("vn", self.normals.len())];
+        let mut found = [None; 3];
+        for (k, (name, length)) in lists.into_iter().enumerate() {
+            found[k] = match parts.next() {
+                None => None,
+                Some("") if k == 1 => None,
+                Some(part) => Some(index(part, length).ok_or_else(|| match length {
+                    0 => format!("corner `{}` names a `{name}`, of which none stands above", shown(word)),
+                    _ => format!("corner `{}`: expected a `{name}` from 1 to {length}, or from -{length} to -1", shown(word)),
+                })?),
+            };
+        }
+        match (found, parts.next()) {
+            ([Some(place), texture, normal], None) => Ok(Corner { place, texture, normal }),
+            _ => Err(format!("corner `{}`: expected v, v/vt, v//vn or v/vt/vn", shown(word))),
+        }
+    }
+
+    fn line(&mut self, word: &str, rest: &[&str], line: &str) -> Result<(), String> {
+        let expected = |what: &str| format!("`{}`: expected {what}", shown(line));
+        let room = |length: usize, what: &str| match length < COUNT_AT_MOST {
+            true => Ok(()),
+            false => Err(format!("more than {COUNT_AT_MOST} {what}, the most that are read")),
+        };
+        match word {
+            "v" => {
+                room(self.places.len(), "`v`")?;
+                let coloured = rest.len() == 6;
+                let place = numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
+                    .ok_or_else(|| expected("v x y z, or v x y z r g b, below 1e12"))?;
+                if coloured == self.colours.is_empty() && !self.places.is_empty() {
+                    return Err(expected("a colour at each `v` or at none"));
+                }
+                if coloured {
+                    let colour = numbers::<3>(&rest[3..]).filter(|c| c.iter().all(|x| (0.0..=1.0).contains(x)));
+                    self.colours.push(DVec3::from_array(colour.ok_or_else(|| expected("colours from 0 to 1"))?));
+                }
+                self.places.push(DVec3::from_array(place));
+            }
+            "vt" => {
+                room(self.textures.len(), "`vt`")?;
+                let flat = if rest.len() == 3 { &rest[..2] } else { rest };
+                self.textures.push(DVec2::from_array(numbers::<2>(flat).ok_or_else(|| expected("vt u v"))?));
+            }
+            "vn" => {
+                room(self.normals.len(), "`vn`")?;
+                let normal = numbers::<3>(rest).map(DVec3::from_array).and_then(DVec3::try_normalize);
+                self.normals.push(normal.ok_or_else(|| expected("vn x y z, not all 0"))?);
+            }
+            "f" => {
+                if !(3..=CORNERS_AT_MOST).contains(&rest.len()) {
+                    return Err(expected(&format!("a face of 3 to {CORNERS_AT_MOST} corners")));
+                }
+                let corners = rest.iter().map(|w| self.corner(w)).collect::<Result<Vec<_>, _>>()?;
+                for pair in corners[1..].windows(2) {
+                    room(self.triangles.len(), "triangles")?;
+                    self.triangles.push([corners[0], pair[0], pair[1]]);
+                }
+            }
+            w if PASSED_OVER.contains(&w) => {}
+            _ => return Err(expected("v, vt, vn, f, o, g, s, usemtl, mtllib, l, p or a comment by #")),
+        }
+        Ok(())
+    }
+}
+
+/// Reads a whole file.
+///
+/// # Errors
+/// The first line that is wrong, or the last where no face came.
+pub fn parse(text: &str) -> Result<Obj, ObjError> {
+    let mut obj = Obj::default();
+    let mut last = 1;
+    for (k, line) in text.lines().enumerate() {
+        last = k + 1;
+        let said = line.split('#').next().unwrap_or_default().trim();
+        let words: Vec<&str> = said.split_whitespace().collect();
+        if let Some((word, rest)) = words.split_first() {
+            obj.line(word, rest, said).map_err(|message| ObjError { line: last, message })?;
+        }
+    }
+    if obj.triangles.is_empty() {
+        return Err(ObjError { line: last, message: "the file ends without a face: expected at least one `f`".into() });
+    }
+    Ok(obj)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_of_every_form_are_read() {
+        let text = "# a square\nmtllib none.mtl\no it\nv 0 0 0 1 0.5 0\nv 1 0 0 1 1 1 # corner\n\nv 1 1 0 0 0 0\nv 0 1 0 0 1 0\nvt 0 0\nvt 1 0 0\n\
+                    vn 0 0 2\ng part\ns off\nusemtl red\nf 1/1/1 2/2/1 3//1 -1\nf 1 2 3\nf 1//-1 2/-1 3\nl 1 2\np 1\n";
+        let obj = parse(text).expect("reads");
+        assert_eq!((obj.places.len(), obj.colours.len(), obj.textures.len(), obj.normals.len()), (4, 4, 2, 1));
+        assert_eq!(obj.normals[0], DVec3::Z, "its length does not count");
+        assert_eq!(obj.triangles.len(), 4, "a square is two triangles");
+        let corner = |place, texture, normal| Corner { place, texture, normal };
+        assert_eq!(obj.triangles[0], [corner(0, Some(0), Some(0)), corner(1, Some(1), Some(0)), corner(2, None, Some(0))]);
+        assert_eq!(obj.triangles[1], [corner(0, Some(0), Some(0)), corner(2, None, Some(0)), corner(3, None, None)]);
+        assert_eq!(obj.triangles[3], [corner(0, None, Some(0)), corner(1, Some(1), None), corner(2, None, None)]);
+    }
+
+    #[test]
+    fn each_wrong_line_is_named_with_what_is_allowed() {
+        let start = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+        let why = |line: &str| parse(&format!("{start}{line}\nf 1 2 3\n")).expect_err(line);
+        for (line, says) in [
+            ("v 1 2", "expected v x y z, or v x y z r g b"),
+            ("v 1 2 3 1", "expected v x y z, or v x y z r g b"),
+            ("v 1 2 nan", "expected v x y z, or v x y z r g b"),
+            ("v 1 2 1e300", "expected v x y z, or v x y z r g b"),
+            ("v 1 2 3 0 0 0", "a colour at each `v` or at none"),
+            ("vt 1", "expected vt u v"),
+            ("vn 0 0 0", "expected vn x y z, not all 0"),
+            ("f 1 2", "expected a face of 3 to 64 corners"),
+            ("f 1 2 4", "corner `4`: expected a `v` from 1 to 3, or from -3 to -1"),
+            ("f 1 2 0", "corner `0`: expected a `v` from 1 to 3"),
+            ("f 1 2 -4", "corner `-4`: expected a `v` from 1 to 3"),
+            ("f 1/1 2 3", "names a `vt`, of which none stands above"),
+            ("f 1//1 2 3", "names a `vn`, of which none stands above"),
+            ("f 1/ 2 3/x", "names a `vt`, of which none stands above"),
+            ("f 1///2 2 3", "names a `vn`, of which none stands above"),
+            ("f / 2 3", "expected a `v` from 1 to 3"),
+            ("curv 1 2", "expected v, vt, vn, f, o, g, s"),
+            ("<html>", "expected v, vt, vn, f, o, g, s"),
+        ] {
+            let e = why(line);
+            assert_eq!(e.line, 4, "{line}: {e}");
+            assert!(e.message.contains(says) && !e.message.contains('\n'), "{line}: {e}");
+        }
+        assert!(parse("v 0 0 0 0.5 0.5 2\n").expect_err("a colour").message.contains("colours from 0 to 1"));
+        assert_eq!(
+            parse(start).expect_err("no face"),
+            ObjError { line: 3, message: "the file ends without a face: expected at least one `f`".into() }
+        );
+        let long = why(&"x".repeat(500));
+        assert!(long.message.len() < 250, "{long}");
+        assert_eq!(parse("").expect_err("empty").line, 1);
+    }
+}
