@@ -5,7 +5,7 @@ use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::Fineness;
 use orrery::scene::Scene;
 use orrery::scene::draw::{Needs, PixelView, Shape};
-use orrery::scene::effects::EffectOverrides;
+use orrery::scene::effects::{EffectOverrides, possible_needs};
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
 use orrery::session::{RendererWish, Session, Sources};
 use orrery::time::Instant;
@@ -276,6 +276,9 @@ fn what_is_decided_is_said_and_far_away_it_is_a_point() {
     let (on, reason) = decision(&scene, "mesh");
     assert!(on && reason.contains("528 triangles of shape.obj, up to 1.000 radii"), "{reason}");
     assert!(decision(&scene, "self-shadow").0);
+    // The structure that was chosen is among those that are emitted and validated ahead of time.
+    assert!(possible_needs(mine.session.catalog()).contains(&needs(&scene)));
+    assert!(!possible_needs(&Catalog::embedded()).contains(&needs(&scene)));
     let (scene, _) = mine.draw("-mesh", PixelView::Shaded, vantages()[0]);
     assert_eq!(decision(&scene, "mesh"), (false, "asked for".into()));
     let (scene, _) = mine.draw("", PixelView::Shaded, DVec3::X * 2e4);

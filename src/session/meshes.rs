@@ -92,3 +92,34 @@ impl Meshes {
         Some(values)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model() -> Arc<Model> {
+        let text = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
+        let figure = Figure { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+        Arc::new(Model::of(&obj::parse(text).expect("reads"), &figure).expect("a model"))
+    }
+
+    fn lit(model: &Arc<Model>, turned_rad: f64) -> MeshAmounts {
+        let towards = DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0);
+        MeshAmounts { model: model.clone(), sun: Some((towards, 0.005)), sun_heights: None }
+    }
+
+    #[test]
+    fn heights_stand_until_the_sun_has_moved() {
+        let (meshes, model) = (Meshes::default(), model());
+        let heights = |mesh: &MeshAmounts| meshes.heights(mesh).expect("lit");
+        let first = heights(&lit(&model, 0.0));
+        assert!(Arc::ptr_eq(&first, &heights(&lit(&model, 0.8 * TOLERANCE_RAD))));
+        assert!(!Arc::ptr_eq(&first, &heights(&lit(&model, 1.2 * TOLERANCE_RAD))));
+        assert!(!Arc::ptr_eq(&first, &heights(&lit(&model, std::f64::consts::PI))), "from the other side");
+        assert!(!Arc::ptr_eq(&first, &heights(&lit(&self::model(), 0.0))), "another shape");
+        assert!(meshes.heights(&MeshAmounts { sun: None, ..lit(&model, 0.0) }).is_none());
+        // What was not asked for lately goes.
+        (1..=KEPT).for_each(|k| drop(heights(&lit(&model, 0.1 * k as f64))));
+        assert!(!Arc::ptr_eq(&first, &heights(&lit(&model, 0.0))));
+    }
+}
