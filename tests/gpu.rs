@@ -17,7 +17,7 @@ use orrery::render::gpu::{GpuError, GpuRenderer};
 use orrery::render::plan::{Fineness, Plan, TextureSource};
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
-use orrery::session::{RendererWish, Session, Sources, WITH_LIMB, sample_plan};
+use orrery::session::{Readiness, RendererWish, Session, Sources, WITH_LIMB, sample_plan};
 use orrery::shader::Library;
 use orrery::shader::key::covering;
 use std::sync::{Arc, Mutex};
@@ -163,6 +163,31 @@ fn a_window_waits_for_no_compiler() {
         assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
     };
     assert!(!far(&picture(first.frame).difference(&picture(later.frame)).expect("one size")));
+    assert!(said.lock().expect("not poisoned").is_empty());
+}
+
+#[test]
+fn a_picture_at_rest_is_told_when_the_gpu_is_ready_and_another_renderer_is_taken_at_once() {
+    if gpu().is_none() {
+        return;
+    }
+    let (session, said, _cache) = session(RendererWish::Software);
+    let request = orrery::scene::request::ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
+    let by = |s: &Session| s.draw_promptly(&request, FINENESS).expect("drawn").by.renderer;
+    assert_eq!((by(&session), session.readiness()), ("software", Readiness::Settled));
+    session.choose_renderer(RendererWish::Gpu);
+    assert_eq!(by(&session), "software", "nobody waits for a compiler");
+    while session.readiness() == Readiness::Preparing {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert_eq!((session.readiness(), by(&session)), (Readiness::JustReady, "gpu"));
+    assert_eq!(session.readiness(), Readiness::Settled);
+    session.choose_renderer(RendererWish::Software);
+    assert_eq!(by(&session), "software");
+    // A session that is dropped while a driver compiles for it waits for the driver.
+    session.choose_renderer(RendererWish::Gpu);
+    assert_eq!(by(&session), "software");
+    drop(session);
     assert!(said.lock().expect("not poisoned").is_empty());
 }
 

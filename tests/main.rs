@@ -48,4 +48,6 @@ mod toggles;
 mod viewer;
 #[cfg(feature = "view")]
 mod viewer_inspect;
+#[cfg(feature = "view")]
+mod viewer_panels;
 mod views;

@@ -237,6 +237,9 @@ fn a_folder_comes_first_and_a_missing_map_is_named() {
     assert!(matches!(store.get("moon.jpg", TexelFormat::Rgba8Srgb), Err(ImageError::Unreadable { .. })));
     let missing = store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).unwrap_err().to_string();
     assert!(missing.contains("vulcan.jpg") && missing.contains("--textures") && !missing.contains('\n'), "{missing}");
-    let both = store.get_all(&[("mars.jpg", TexelFormat::Rgba8Srgb), ("vulcan.jpg", TexelFormat::Rgba8Srgb)]);
-    assert!(both[0].is_ok() && both[1].is_err());
+    std::fs::write(folder.path().join("own.jpg"), &bytes).unwrap();
+    store.bring(&[("own.jpg", TexelFormat::Rgba8Srgb), ("vulcan.jpg", TexelFormat::Rgba8Srgb)]);
+    std::fs::remove_file(folder.path().join("own.jpg")).unwrap();
+    assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was brought before its file went");
+    assert!(store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).is_err());
 }

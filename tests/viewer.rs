@@ -31,14 +31,7 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let time = Instant::parse(utc).expect(utc);
     let catalog = session.catalog();
     let subjects = orrery::ephemeris::order::by_distance(catalog, session.ephemeris());
-    let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(|b| Subject {
-        id: b.id,
-        name: b.name.clone(),
-        aliases: b.aliases.clone(),
-        kind: b.kind,
-        parent: b.parent,
-        radius_km: b.radii_km.x,
-    });
+    let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(Subject::of);
     let places = SessionPlaces(session);
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
     let sunward = places.between_km(target, NaifId::SUN, time).expect("a place").normalize();
@@ -72,7 +65,11 @@ impl TestRenderer for OwnPainter {
 }
 
 pub fn harness(interface: Interface) -> Harness<'static, Interface> {
-    let studio = Prompt::new(session());
+    harness_of(session(), interface)
+}
+
+pub fn harness_of(session: &'static Session, interface: Interface) -> Harness<'static, Interface> {
+    let studio = Prompt::new(session);
     Harness::builder()
         .with_size([1100.0, 640.0])
         .with_max_steps(40)
@@ -190,6 +187,26 @@ fn time_is_typed_stepped_and_refused() {
     harness.run_steps(1);
     assert!(harness.state().message.contains("next Tuesday"), "{}", harness.state().message);
     assert!(harness.state().viewer.sight.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+}
+
+#[test]
+fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
+    use orrery::view::sight::Eye;
+    let mut harness = harness(interface(NaifId::EARTH, "2024-04-08T18:17:16Z"));
+    settle(&mut harness);
+    harness.get_by_label("Stand there").click();
+    settle(&mut harness);
+    let state = harness.state();
+    assert!(matches!(state.viewer.sight.eye, Eye::Ground { body: NaifId::EARTH, .. }));
+    assert!(state.message.is_empty() && state.drawing().is_some(), "{}", state.message);
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "from").click();
+    harness.run_steps(2);
+    harness.get_by_label("from Mars").click();
+    settle(&mut harness);
+    let state = harness.state();
+    assert_eq!(state.viewer.sight.eye, Eye::Centre { body: NaifId(499) });
+    let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    assert!(earth.distance_km > 5e7, "{} km", earth.distance_km);
 }
 
 #[test]

@@ -212,6 +212,9 @@ fn report(session: &Session, written: &Stages, frames: u32, by: Option<DrawnBy>)
         "renderer": by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
         "process_cpu_ms": whole, "library": library,
     });
+    if let Some(timings) = by.as_ref().and_then(|by| by.software.as_ref()) {
+        report["software_passes"] = serde_json::json!(timings.passes);
+    }
     if let Some(by) = by.filter(|by| by.adapter.is_some()) {
         report["adapter"] = serde_json::json!(by.adapter);
         report["gpu_passes_ms"] =

@@ -50,7 +50,7 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 #[cfg(feature = "view")]
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
-    use crate::catalog::{Body, NaifId};
+    use crate::catalog::NaifId;
     use crate::ephemeris::order::by_distance;
     use crate::session::Session;
     use crate::time::Instant;
@@ -61,23 +61,29 @@ mod windowed {
     use crate::view::watch::Watch;
     use crate::view::window;
     use glam::DVec3;
+    use std::sync::{Arc, Mutex, PoisonError};
 
     /// The first picture is taken from this far, in equatorial radii.
     const START_RADII: f64 = 3.5;
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
-        let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
+        let heard: Arc<Mutex<Vec<String>>> = Arc::default();
+        let hearing = Arc::clone(&heard);
+        let session = Session::open(&common.sources_to_draw(), move |line| {
+            eprintln!("orrery: {line}");
+            hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
+        })?;
         let watch = args.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError)?;
         let sight = match &args.link {
             Some(link) => kept(link)?,
-            None => first(&session, args)?,
+            None => Sight { quality: quality_name(common.quality.of_request()).into(), ..first(&session, args)? },
         };
-        let sight = Sight { quality: quality_name(common.quality.of_request()).into(), ..sight };
         let viewer = Viewer::new(subjects(&session), sight, clock);
         let path = args.settings.clone().or_else(Settings::usual_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
         said.iter().for_each(|line| eprintln!("orrery: {line}"));
         let mut interface = Interface::new(viewer, settings);
+        interface.heard = heard;
         let ended = window::run(&mut interface, &session, watch.as_ref()).map_err(|e| CliError(e.to_string()));
         if let (Ok(()), Some(path)) = (&ended, &path) {
             interface.settings.save(path).map_err(CliError)?;
@@ -112,15 +118,11 @@ mod windowed {
 
     /// Every body, planets from the Sun outwards each with its moons.
     fn subjects(session: &Session) -> Vec<Subject> {
-        let subject = |b: &Body| Subject {
-            id: b.id,
-            name: b.name.clone(),
-            aliases: b.aliases.clone(),
-            kind: b.kind,
-            parent: b.parent,
-            radius_km: b.radii_km.x,
-        };
-        by_distance(session.catalog(), session.ephemeris()).into_iter().filter_map(|id| session.catalog().body(id)).map(subject).collect()
+        by_distance(session.catalog(), session.ephemeris())
+            .into_iter()
+            .filter_map(|id| session.catalog().body(id))
+            .map(Subject::of)
+            .collect()
     }
 
     /// A direction over the lit side, thirty degrees off the Sun's so that the terminator shows.

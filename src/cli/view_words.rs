@@ -6,7 +6,7 @@ use super::CliError;
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ViewRequest, up_by_name};
+use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
 use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
 use std::path::PathBuf;
@@ -47,6 +47,9 @@ pub struct ViewWords {
     /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: what the target reflects
     #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true)]
     pub exposure: String,
+    /// Light beyond white: film (a shoulder from 0.8 on) or plain (true up to white, then cut)
+    #[arg(long, value_name = "HOW", default_value = "film")]
+    pub tone_map: String,
     /// Switch features by hand: ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
     /// ring-shine, body-shadow, atmosphere, planet-shine, points, glow; of one body alone as moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
@@ -131,6 +134,8 @@ impl ViewWords {
         if let Some(layers) = &self.layers {
             request.layers = Layers::parse(layers).map_err(|e| CliError(e.to_string()))?;
         }
+        let tones = ToneMap::ALL.map(ToneMap::name).join(" or ");
+        request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(|| wrong("--tone-map", &self.tone_map, &tones))?;
         request.pixel_view = pixel_view(&self.pixels)?;
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError(e.to_string()))?;
         Ok(request)

@@ -61,9 +61,13 @@ impl MapStore {
         Ok(self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).entry(name.to_owned()).or_insert(texture).clone())
     }
 
-    /// Several maps at once, decoded by all threads; answers in the order asked.
-    pub fn get_all(&self, wanted: &[(&str, TexelFormat)]) -> Vec<Result<SharedTexture, ImageError>> {
-        wanted.par_iter().map(|(name, format)| self.get(name, *format)).collect()
+    /// Decodes by all threads what is not in memory yet. A map that cannot be read is found by whoever gets it.
+    pub fn bring(&self, wanted: &[(&str, TexelFormat)]) {
+        let away: Vec<&(&str, TexelFormat)> = {
+            let decoded = self.decoded.lock().unwrap_or_else(PoisonError::into_inner);
+            wanted.iter().filter(|(name, format)| !decoded.contains_key(&((*name).to_owned(), *format))).collect()
+        };
+        away.into_par_iter().for_each(|(name, format)| drop(self.get(name, *format)));
     }
 
     fn read(&self, name: &str, format: TexelFormat) -> Result<Texture, ImageError> {

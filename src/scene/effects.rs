@@ -9,7 +9,7 @@ use crate::catalog::{Body, Catalog, OVERLAYS_AT_MOST, Photometry, ShapeModel};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A feature that can be switched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Effect {
     Ellipsoid,
     /// Triangles in place of the ellipsoid.

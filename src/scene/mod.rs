@@ -137,6 +137,7 @@ pub struct Scene {
     pub camera: Camera,
     pub exposure: Exposure,
     pub pixel_view: PixelView,
+    pub tone_map: request::ToneMap,
     /// Every body of the catalog, in its order.
     pub bodies: Vec<BodyInView>,
     /// Far to near.
@@ -232,6 +233,7 @@ impl Scene {
             camera: viewer.camera,
             exposure,
             pixel_view: request.pixel_view,
+            tone_map: request.tone_map,
             bodies,
             draws: draws.into_iter().map(|(_, d)| d).collect(),
             points,

@@ -76,6 +76,31 @@ pub enum ExposureRequest {
     Stops(f64),
 }
 
+/// How light beyond white is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ToneMap {
+    /// True to 0.8 of white, then a shoulder, as film has.
+    #[default]
+    Film,
+    /// True up to white, where it is cut.
+    Plain,
+}
+
+impl ToneMap {
+    pub const ALL: [Self; 2] = [Self::Film, Self::Plain];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Film => "film",
+            Self::Plain => "plain",
+        }
+    }
+
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|t| t.name().eq_ignore_ascii_case(name))
+    }
+}
+
 /// What is drawn over the bodies to explain them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
@@ -125,6 +150,7 @@ pub struct ViewRequest {
     pub width: u32,
     pub height: u32,
     pub exposure: ExposureRequest,
+    pub tone_map: ToneMap,
     pub effects: EffectOverrides,
     pub layers: Layers,
     pub quality: Quality,
@@ -155,6 +181,7 @@ impl ViewRequest {
             width: 1024,
             height: 1024,
             exposure: ExposureRequest::Auto,
+            tone_map: ToneMap::Film,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
             quality: Quality::default(),

@@ -5,7 +5,7 @@
 
 use crate::render::frame::Frame;
 use crate::render::plan::Plan;
-use crate::render::software::SoftwareRenderer;
+use crate::render::software::{Precision, SoftwareRenderer, Timings};
 use crate::shader::Library;
 use std::sync::Arc;
 
@@ -20,6 +20,16 @@ pub enum RendererWish {
     Software,
 }
 
+impl RendererWish {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Gpu => "gpu",
+            Self::Software => "software",
+        }
+    }
+}
+
 /// Who drew a frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct DrawnBy {
@@ -29,6 +39,20 @@ pub struct DrawnBy {
     /// Milliseconds on the device by pass, where the adapter tells.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub passes_ms: Vec<(String, f64)>,
+    /// What the software renderer did, where it drew.
+    #[serde(skip)]
+    pub software: Option<Timings>,
+}
+
+/// Whether a picture that was drawn promptly in software could now come from the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Readiness {
+    /// Nothing is under way.
+    Settled,
+    /// A thread makes what the last picture would need.
+    Preparing,
+    /// It has made it.
+    JustReady,
 }
 
 pub struct Devices {
@@ -58,8 +82,8 @@ impl Devices {
     }
 
     fn in_software(&self, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
-        let (frame, _) = self.software.render(plan, library, keep_hdr).map_err(|e| e.to_string())?;
-        Ok((frame, DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new() }))
+        let (frame, timings) = self.software.render(plan, library, keep_hdr).map_err(|e| e.to_string())?;
+        Ok((frame, DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) }))
     }
 
     #[cfg(not(feature = "gpu"))]
@@ -97,6 +121,39 @@ impl Devices {
         self.draw(plan, library, false)
     }
 
+    /// What can be wished for here: software alone where frames are in f64, or the build has no GPU renderer.
+    pub fn choices(&self) -> &'static [RendererWish] {
+        if self.software.options().precision == Precision::F64 || !cfg!(feature = "gpu") {
+            return &[RendererWish::Software];
+        }
+        &[RendererWish::Auto, RendererWish::Gpu, RendererWish::Software]
+    }
+
+    /// What is wished for now.
+    pub fn wish(&self) -> RendererWish {
+        #[cfg(feature = "gpu")]
+        return self.gpu.wish();
+        #[cfg(not(feature = "gpu"))]
+        self.wish
+    }
+
+    /// Never waits.
+    pub fn readiness(&self) -> Readiness {
+        #[cfg(feature = "gpu")]
+        return self.gpu.readiness();
+        #[cfg(not(feature = "gpu"))]
+        Readiness::Settled
+    }
+
+    /// Wishes for another renderer from the next frame on; what is not among the [`Self::choices`] changes nothing.
+    pub fn choose(&self, wish: RendererWish) {
+        let _ = wish;
+        #[cfg(feature = "gpu")]
+        if self.choices().contains(&wish) {
+            self.gpu.choose(wish);
+        }
+    }
+
     /// Begins to open the GPU that was wished for, so that the first frame waits less.
     pub fn begin(&self) {
         #[cfg(feature = "gpu")]
@@ -119,7 +176,7 @@ impl Devices {
 
 #[cfg(feature = "gpu")]
 mod gpu {
-    use super::{DrawnBy, Frame, Library, Plan, RendererWish};
+    use super::{DrawnBy, Frame, Library, Plan, Readiness, RendererWish};
     use crate::render::gpu::{GpuError, GpuRenderer};
     use crate::render::plan::{ModuleName, Modules};
     use crate::shader::ShaderModule;
@@ -130,23 +187,28 @@ mod gpu {
 
     type Say = dyn Fn(&str) + Send + Sync;
 
+    /// What a thread works at: the device, open and with what the plan in hand needs.
+    struct Preparing {
+        thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
+        /// The epoch in which it began.
+        epoch: u64,
+    }
+
     enum State {
         /// Not tried yet.
         Unopened,
-        /// A thread opens the device while the session is made.
-        Opening(JoinHandle<Result<GpuRenderer, GpuError>>),
-        Open(Arc<GpuRenderer>),
         /// A thread opens the device, or makes what a plan needs.
-        Busy,
+        Preparing(Preparing),
+        Open(Arc<GpuRenderer>),
         /// Software draws from here on.
         Closed,
     }
 
     pub struct Gpu {
-        wish: RendererWish,
-        state: Arc<Mutex<State>>,
+        wish: Mutex<RendererWish>,
+        state: Mutex<State>,
         /// Grows when kept pipelines are no longer those of the modules.
-        epoch: Arc<AtomicU64>,
+        epoch: AtomicU64,
         /// Said last: a run of frames says it once.
         said: Mutex<Option<GpuError>>,
     }
@@ -173,15 +235,11 @@ mod gpu {
         State::Closed
     }
 
-    fn joined(thread: JoinHandle<Result<GpuRenderer, GpuError>>) -> Result<GpuRenderer, GpuError> {
-        thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))
-    }
-
     impl Drop for Gpu {
-        /// No driver is still loading when the process ends.
+        /// No driver is still loading or compiling when the process ends: at its exit a driver takes down what such a thread stands on.
         fn drop(&mut self) {
-            if let State::Opening(thread) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
-                let _ = thread.join();
+            if let State::Preparing(preparing) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
+                let _ = preparing.thread.join();
             }
         }
     }
@@ -189,7 +247,35 @@ mod gpu {
     impl Gpu {
         pub fn new(wish: RendererWish) -> Self {
             let state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
-            Self { wish, state: Arc::new(Mutex::new(state)), epoch: Arc::default(), said: Mutex::default() }
+            Self { wish: Mutex::new(wish), state: Mutex::new(state), epoch: AtomicU64::new(0), said: Mutex::default() }
+        }
+
+        pub fn wish(&self) -> RendererWish {
+            *self.wish.lock().unwrap_or_else(PoisonError::into_inner)
+        }
+
+        /// Another wish may mean another device: what is open is given back.
+        pub fn choose(&self, wish: RendererWish) {
+            let before = std::mem::replace(&mut *self.wish.lock().unwrap_or_else(PoisonError::into_inner), wish);
+            if wish == before {
+                return;
+            }
+            self.said.lock().unwrap_or_else(PoisonError::into_inner).take();
+            self.epoch.fetch_add(1, Ordering::SeqCst);
+            let mut state = locked(&self.state);
+            if !matches!(*state, State::Preparing(_)) {
+                *state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
+            }
+        }
+
+        pub fn readiness(&self) -> Readiness {
+            let Ok(state) = self.state.try_lock() else { return Readiness::Settled };
+            match &*state {
+                _ if self.wish() == RendererWish::Software => Readiness::Settled,
+                State::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
+                State::Preparing(_) => Readiness::Preparing,
+                State::Unopened | State::Open(_) | State::Closed => Readiness::Settled,
+            }
         }
 
         pub fn forget_modules(&self) {
@@ -200,12 +286,22 @@ mod gpu {
             }
         }
 
+        fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> State {
+            State::Preparing(Preparing { thread: std::thread::spawn(work), epoch: self.epoch.load(Ordering::SeqCst) })
+        }
+
+        /// Waits for the thread; `Unopened` where what it made was forgotten meanwhile.
+        fn prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
+            let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
+            Ok(if preparing.epoch == self.epoch.load(Ordering::SeqCst) { State::Open(renderer) } else { State::Unopened })
+        }
+
         /// Opens the device beside whatever else is done before the first frame.
         pub fn begin(&self) {
             let mut state = locked(&self.state);
             if matches!(*state, State::Unopened) {
-                let software = self.wish == RendererWish::Gpu;
-                *state = State::Opening(std::thread::spawn(move || GpuRenderer::open(software)));
+                let software = self.wish() == RendererWish::Gpu;
+                *state = self.prepare(move || GpuRenderer::open(software).map(Arc::new));
             }
         }
 
@@ -217,28 +313,27 @@ mod gpu {
 
         /// `None`: software shall draw it.
         pub fn draw(&self, plan: &Plan, library: &Library, keep_hdr: bool, say: &Say) -> Result<Option<(Frame, DrawnBy)>, String> {
-            let mut state = locked(&self.state);
-            let opened = match std::mem::replace(&mut *state, State::Unopened) {
-                State::Unopened => Some(GpuRenderer::open(self.wish == RendererWish::Gpu)),
-                State::Opening(thread) => Some(joined(thread)),
-                other => {
-                    *state = other;
-                    None
-                }
-            };
-            match opened {
-                Some(Ok(renderer)) => *state = State::Open(Arc::new(renderer)),
-                Some(Err(e)) if self.wish == RendererWish::Gpu => {
-                    return Err(format!("{e}; leave --renderer out, or say --renderer software"));
-                }
-                Some(Err(e)) => *state = closed(&e, say),
-                None => {}
+            if self.wish() == RendererWish::Software {
+                return Ok(None);
             }
+            let mut state = locked(&self.state);
+            let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
+            if let Ok(State::Preparing(preparing)) = now {
+                now = self.prepared(preparing);
+            }
+            if let Ok(State::Unopened) = now {
+                now = GpuRenderer::open(self.wish() == RendererWish::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
+            }
+            *state = match now {
+                Ok(now) => now,
+                Err(e) if self.wish() == RendererWish::Gpu => return Err(format!("{e}; leave --renderer out, or say --renderer software")),
+                Err(e) => closed(&e, say),
+            };
             let State::Open(renderer) = &*state else { return Ok(None) };
             match renderer.render(plan, library, keep_hdr) {
                 Ok((frame, timings)) => {
                     let adapter = Some(renderer.facts().to_string());
-                    Ok(Some((frame, DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes })))
+                    Ok(Some((frame, DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None })))
                 }
                 Err(e) => {
                     let said = self.said.lock().unwrap_or_else(PoisonError::into_inner).replace(e.clone());
@@ -255,15 +350,16 @@ mod gpu {
 
         /// `None`: software shall draw it, now or for good. Never waits for a driver.
         pub fn draw_if_ready(&self, plan: &Plan, library: &Library, say: &Arc<Say>) -> Option<(Frame, DrawnBy)> {
-            let mut state = locked(&self.state);
-            if let State::Opening(thread) = &*state {
-                if !thread.is_finished() {
-                    return None;
-                }
-                if let State::Opening(thread) = std::mem::replace(&mut *state, State::Closed) {
-                    *state = joined(thread).map_or_else(|e| closed(&e, &**say), |renderer| State::Open(Arc::new(renderer)));
-                }
+            if self.wish() == RendererWish::Software {
+                return None;
             }
+            let mut state = locked(&self.state);
+            *state = match std::mem::replace(&mut *state, State::Unopened) {
+                State::Preparing(preparing) if preparing.thread.is_finished() => {
+                    self.prepared(preparing).unwrap_or_else(|e| closed(&e, &**say))
+                }
+                other => other,
+            };
             let renderer = match &*state {
                 State::Open(renderer) if renderer.ready(plan) => {
                     drop(state);
@@ -271,26 +367,18 @@ mod gpu {
                 }
                 State::Open(renderer) => Some(Arc::clone(renderer)),
                 State::Unopened => None,
-                State::Opening(_) | State::Busy | State::Closed => return None,
+                State::Preparing(_) | State::Closed => return None,
             };
             let names: Vec<&ModuleName> = plan.passes.iter().flat_map(|p| &p.draws).map(|d| &d.module).collect();
             let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;
-            *state = State::Busy;
-            let (shared, plan, say, wish) = (Arc::clone(&self.state), plan.clone(), Arc::clone(say), self.wish);
-            let (epoch, began) = (Arc::clone(&self.epoch), self.epoch.load(Ordering::SeqCst));
-            std::thread::spawn(move || {
-                let opened = renderer.map_or_else(|| GpuRenderer::open(wish == RendererWish::Gpu).map(Arc::new), Ok);
+            let (plan, wish) = (plan.clone(), self.wish());
+            *state = self.prepare(move || {
+                let renderer = renderer.map_or_else(|| GpuRenderer::open(wish == RendererWish::Gpu).map(Arc::new), Ok)?;
                 // Drawn once to no end: some drivers compile with the first draw only.
-                let drawn = opened.and_then(|renderer| match renderer.render(&plan, &gathered, false) {
+                match renderer.render(&plan, &gathered, false) {
                     Err(e) if e.is_final() => Err(e),
                     _ => Ok(renderer),
-                });
-                let next = match drawn {
-                    Ok(_) if epoch.load(Ordering::SeqCst) != began => State::Unopened,
-                    Ok(renderer) => State::Open(renderer),
-                    Err(e) => closed(&e, &*say),
-                };
-                *locked(&shared) = next;
+                }
             });
             None
         }

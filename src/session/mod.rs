@@ -9,6 +9,7 @@ mod cpu;
 mod devices;
 mod meshes;
 mod pictures;
+mod price;
 mod sample;
 mod software;
 mod stages;
@@ -17,8 +18,9 @@ mod standard_scenes;
 pub use crate::render::software::{TapeCost, tape_costs};
 pub use cpu::process_cpu;
 use devices::Devices;
-pub use devices::{DrawnBy, RendererWish};
-pub use pictures::{is_exr, write_picture};
+pub use devices::{DrawnBy, Readiness, RendererWish};
+pub use pictures::{Readers, is_exr, write_picture, write_whole};
+pub use price::Price;
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
@@ -180,6 +182,21 @@ impl Session {
         &self.devices.software
     }
 
+    /// Which renderers can be wished for, and which one is.
+    pub fn renderers(&self) -> (&'static [RendererWish], RendererWish) {
+        (self.devices.choices(), self.devices.wish())
+    }
+
+    /// Whether the GPU is being made ready for what was drawn promptly in software. Never waits.
+    pub fn readiness(&self) -> Readiness {
+        self.devices.readiness()
+    }
+
+    /// Wishes for another renderer from the next frame on.
+    pub fn choose_renderer(&self, wish: RendererWish) {
+        self.devices.choose(wish);
+    }
+
     /// A renderer like that one, in f64 or in f32.
     ///
     /// # Errors
@@ -290,7 +307,7 @@ impl Session {
             .filter(|(b, _)| !plan::OVERLAY_BINDINGS.contains(b))
             .map(|(binding, file)| (file, plan::map_format(binding)))
             .collect();
-        self.measured(Stage::Maps, || self.maps.get_all(&wanted));
+        self.measured(Stage::Maps, || self.maps.bring(&wanted));
         Ok(())
     }
 

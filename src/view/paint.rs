@@ -142,24 +142,27 @@ impl Band<'_> {
         let first_centre = |v: f32, least: usize| (((v * STEPS).round() / STEPS - 0.5).ceil().max(0.0) as usize).max(least);
         let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
         let (right, bottom) = (first_centre(max.pos.x, 0).min(bounds.right), first_centre(max.pos.y, 0).min(bounds.bottom));
-        if left >= right || top >= bottom {
+        if left >= right || top >= bottom || texture.texels.is_empty() {
             return;
         }
         let step_u = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
         let step_v = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
         let plain = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
+        if let Some(colour) = plain {
+            for y in top..bottom {
+                self.row(y, left, right).iter_mut().for_each(|p| *p = over(colour, *p));
+            }
+            return;
+        }
+        // The texels of a column are the same in every row.
+        let columns: Vec<Tap> =
+            (left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)).collect();
+        let white = min.color == Color32::WHITE;
         for y in top..bottom {
-            let v = min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v;
-            let start_u = min.uv.x + (left as f32 + 0.5 - min.pos.x) * step_u;
-            let row = self.row(y, left, right);
-            match plain {
-                Some(colour) => row.iter_mut().for_each(|p| *p = over(colour, *p)),
-                None if min.color == Color32::WHITE => {
-                    row.iter_mut().enumerate().for_each(|(i, p)| *p = over(texture.at(start_u + i as f32 * step_u, v), *p));
-                }
-                None => row.iter_mut().enumerate().for_each(|(i, p)| {
-                    *p = over(modulate(min.color, texture.at(start_u + i as f32 * step_u, v)), *p);
-                }),
+            let row = texture.tap(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
+            for (p, column) in self.row(y, left, right).iter_mut().zip(&columns) {
+                let texel = texture.mixed(*column, row);
+                *p = over(if white { texel } else { modulate(min.color, texel) }, *p);
             }
         }
     }
@@ -256,39 +259,51 @@ fn over(source: Color32, below: u32) -> u32 {
     u32::from_be_bytes([0, r.saturating_add(times(br, left)), g.saturating_add(times(bg, left)), b.saturating_add(times(bb, left))])
 }
 
+/// Two neighbouring texels of a row or a column, and the weight of the second of 256.
+#[derive(Clone, Copy)]
+struct Tap {
+    near: usize,
+    far: usize,
+    weight: u32,
+}
+
 impl Texture {
-    fn texel(&self, x: i64, y: i64) -> Color32 {
-        let inside = |v: i64, size: usize| {
+    /// The texels of a row (or a column) of `size` at a coordinate of 0 to 1.
+    fn tap(&self, coordinate: f32, size: usize) -> Tap {
+        let inside = |v: i64| {
             let size = size as i64;
-            if self.repeats { v.rem_euclid(size) } else { v.clamp(0, size - 1) }
+            (if self.repeats { v.rem_euclid(size) } else { v.clamp(0, size - 1) }) as usize
         };
-        self.texels[inside(y, self.height) as usize * self.width + inside(x, self.width) as usize]
+        let texels = coordinate * size as f32;
+        if !self.smooth {
+            let near = inside(texels.floor() as i64);
+            return Tap { near, far: near, weight: 0 };
+        }
+        let first = (texels - 0.5).floor();
+        // Weights of 1/256 suffice for bytes; a texel hit in its middle comes out as it is.
+        let weight = ((texels - 0.5 - first) * 256.0) as u32;
+        Tap { near: inside(first as i64), far: inside(first as i64 + 1), weight }
+    }
+
+    fn mixed(&self, x: Tap, y: Tap) -> Color32 {
+        let (upper, lower) = (&self.texels[y.near * self.width..], &self.texels[y.far * self.width..]);
+        if x.weight == 0 && y.weight == 0 {
+            return upper[x.near];
+        }
+        let [a, b, c, d] = [upper[x.near], upper[x.far], lower[x.near], lower[x.far]].map(|t| t.to_array());
+        let channel = |i: usize| {
+            let above = u32::from(a[i]) * (256 - x.weight) + u32::from(b[i]) * x.weight;
+            let below = u32::from(c[i]) * (256 - x.weight) + u32::from(d[i]) * x.weight;
+            ((above * (256 - y.weight) + below * y.weight + 32_768) >> 16) as u8
+        };
+        Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
     }
 
     fn at(&self, u: f32, v: f32) -> Color32 {
         if self.texels.is_empty() {
             return Color32::WHITE;
         }
-        let (x, y) = (u * self.width as f32, v * self.height as f32);
-        if !self.smooth {
-            return self.texel(x.floor() as i64, y.floor() as i64);
-        }
-        let (x, y) = (x - 0.5, y - 0.5);
-        let (left, top) = (x.floor(), y.floor());
-        // Weights of 1/256 suffice for bytes; a texel hit in its middle comes out as it is.
-        let (wx, wy) = (((x - left) * 256.0) as u32, ((y - top) * 256.0) as u32);
-        let (left, top) = (left as i64, top as i64);
-        let a = self.texel(left, top);
-        if wx == 0 && wy == 0 {
-            return a;
-        }
-        let [a, b, c, d] = [a, self.texel(left + 1, top), self.texel(left, top + 1), self.texel(left + 1, top + 1)].map(|t| t.to_array());
-        let channel = |i: usize| {
-            let upper = u32::from(a[i]) * (256 - wx) + u32::from(b[i]) * wx;
-            let lower = u32::from(c[i]) * (256 - wx) + u32::from(d[i]) * wx;
-            ((upper * (256 - wy) + lower * wy + 32_768) >> 16) as u8
-        };
-        Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
+        self.mixed(self.tap(u, self.width), self.tap(v, self.height))
     }
 }
 

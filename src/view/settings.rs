@@ -5,6 +5,7 @@
 
 use super::interface::{Home, Unit};
 use super::sight::Sight;
+use crate::session::{Readers, write_whole};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -86,11 +87,8 @@ impl Settings {
         let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| failed(&e))?;
-        let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
         let text = serde_json::to_string_pretty(self).map_err(|e| failed(&e))?;
-        file.write_all(text.as_bytes()).map_err(|e| failed(&e))?;
-        file.persist(path).map_err(|e| failed(&e.error))?;
-        Ok(())
+        write_whole(path, Readers::Owner, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
     }
 
     /// Where the system keeps a user's settings.

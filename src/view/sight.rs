@@ -9,7 +9,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, Up, ViewRequest};
+use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, ToneMap, Up, ViewRequest};
 use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
 use glam::{DMat3, DQuat, DVec3};
@@ -67,6 +67,9 @@ pub struct Sight {
     /// `None`: automatic.
     #[serde(default)]
     pub exposure_stops: Option<f64>,
+    /// As `--tone-map` takes it.
+    #[serde(default = "film")]
+    pub tone_map: String,
     /// As `--effects` takes them.
     #[serde(default)]
     pub effects: String,
@@ -81,6 +84,9 @@ pub struct Sight {
 
 fn yes() -> bool {
     true
+}
+fn film() -> String {
+    ToneMap::Film.name().to_owned()
 }
 fn shaded() -> String {
     PixelView::Shaded.name().to_owned()
@@ -119,6 +125,7 @@ impl Sight {
             fov_deg: FOV_DEG,
             roll_deg: 0.0,
             exposure_stops: None,
+            tone_map: film(),
             effects: String::new(),
             orbits: false,
             pixels: shaded(),
@@ -152,6 +159,7 @@ impl Sight {
         request.layers.orbits = self.orbits;
         let unknown = |what: &str, value: &str| format!("{what} `{value}` is not known");
         request.pixel_view = PixelView::ALL.into_iter().find(|p| p.name() == self.pixels).ok_or_else(|| unknown("pixels", &self.pixels))?;
+        request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(|| unknown("tone_map", &self.tone_map))?;
         request.quality =
             QUALITIES.into_iter().find(|q| quality_name(*q) == self.quality).ok_or_else(|| unknown("quality", &self.quality))?;
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| e.to_string())?;

@@ -7,7 +7,7 @@ use super::flight::{Flight, Pose};
 use super::orbit::Orbit;
 use super::pace::Pace;
 use super::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG, Sight, looking_aside, orbit_eye};
-use crate::catalog::{Kind, NaifId};
+use crate::catalog::{Body, Kind, NaifId};
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
 
@@ -21,6 +21,19 @@ pub struct Subject {
     pub parent: Option<NaifId>,
     /// Equatorial.
     pub radius_km: f64,
+}
+
+impl Subject {
+    pub fn of(body: &Body) -> Self {
+        Self {
+            id: body.id,
+            name: body.name.clone(),
+            aliases: body.aliases.clone(),
+            kind: body.kind,
+            parent: body.parent,
+            radius_km: body.radii_km.x,
+        }
+    }
 }
 
 /// Where bodies are and how they are turned, for whoever moves the eye.

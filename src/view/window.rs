@@ -59,6 +59,8 @@ pub fn run(interface: &mut Interface, session: &Session, watch: Option<&Watch>) 
         let mut app = App { interface, studio: &studio, proxy, egui: egui::Context::default(), shown: None, due: None, failure: None };
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
+        // The window goes at once; a picture or a driver's compiler that is at work is waited for without it.
+        drop(app);
         studio.close();
         ended.and(failure.map_or(Ok(()), Err))
     })

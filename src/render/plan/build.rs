@@ -14,7 +14,7 @@ use crate::scene::air_nodes;
 use crate::scene::draw::{Amounts, Draw, Light, Needs, Part, PixelView, Point, RingTable, Shape};
 use crate::scene::glow::Glow;
 use crate::scene::orbits::{self, LinePiece};
-use crate::scene::request::Quality;
+use crate::scene::request::{Quality, ToneMap};
 use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
@@ -422,7 +422,8 @@ fn tone_map_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, Pl
     let mut w = layout.writer();
     w.f32("exposure", scene.exposure.factor_f32()).map_err(named)?;
     w.f32("dither", 0.0).map_err(named)?;
-    w.f32("true_to", if scene.pixel_view == PixelView::Shaded { FILM_TRUE_TO } else { f32::MAX }).map_err(named)?;
+    let film = scene.pixel_view == PixelView::Shaded && scene.tone_map == ToneMap::Film;
+    w.f32("true_to", if film { FILM_TRUE_TO } else { f32::MAX }).map_err(named)?;
     Ok(PlanDraw {
         label: "tone map".into(),
         module,

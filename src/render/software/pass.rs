@@ -104,11 +104,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let mut timings = PassTimings { name: pass.name.to_owned(), ..PassTimings::default() };
     let mut jobs = Vec::with_capacity(pass.draws.len());
     for (draw, stages) in pass.draws.iter().zip(stages) {
-        let (job, vertex_seconds, setup_seconds) = prepare(pass, draw, stages)?;
-        timings.vertex_ms += 1e3 * vertex_seconds;
-        timings.setup_ms += 1e3 * setup_seconds;
-        timings.triangles += job.geometry.triangles.len();
-        jobs.push(job);
+        jobs.push(prepare(pass, draw, stages, &mut timings)?);
     }
     let start = Instant::now();
     let bins = Bins::new(pass.width, pass.height, &jobs)?;
@@ -155,15 +151,24 @@ fn counts_work(module: &ModuleName) -> bool {
     matches!(module, ModuleName::Planet(key) if key.counts_work())
 }
 
-fn prepare<'a, R: Real>(pass: &Pass, draw: &PlanDraw, stages: &DrawStages<'a, R>) -> Result<(DrawJob<'a, R>, f64, f64), RenderError> {
+fn prepare<'a, R: Real>(
+    pass: &Pass,
+    draw: &PlanDraw,
+    stages: &DrawStages<'a, R>,
+    timings: &mut PassTimings,
+) -> Result<DrawJob<'a, R>, RenderError> {
     let fragment = stages.fragment;
-    let Assembled { geometry, vertex_seconds, setup_seconds } = assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
+    let Assembled { geometry, given, vertex_seconds, setup_seconds } =
+        assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
+    timings.vertex_ms += 1e3 * vertex_seconds;
+    timings.setup_ms += 1e3 * setup_seconds;
+    timings.given += given;
+    // Each one that is seen has its surface.
+    timings.culled += given - geometry.surfaces.len();
+    timings.clipped += geometry.clipped;
+    timings.triangles += geometry.triangles.len();
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
-    Ok((
-        DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, counts_work: counts_work(&draw.module) },
-        vertex_seconds,
-        setup_seconds,
-    ))
+    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, counts_work: counts_work(&draw.module) })
 }
 
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(

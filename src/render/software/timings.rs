@@ -4,6 +4,12 @@
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PassTimings {
     pub name: String,
+    /// Triangles that the draws gave.
+    pub given: usize,
+    /// Of those, facing away, without area, or beside the target.
+    pub culled: usize,
+    /// Of those, cut by the near plane or the guard band and still seen.
+    pub clipped: usize,
     /// Raster triangles after clipping and culling.
     pub triangles: usize,
     /// Wall time of the vertex programs.

@@ -20,6 +20,8 @@ const SET_UP_TOGETHER: usize = 4096;
 #[derive(Clone, Debug)]
 pub struct Assembled {
     pub geometry: Geometry,
+    /// Triangles before clipping and culling.
+    pub given: usize,
     /// Wall time of the vertex program, and of clipping and set-up.
     pub vertex_seconds: f64,
     pub setup_seconds: f64,
@@ -184,5 +186,5 @@ pub fn assemble<R: Real>(
         }
         all
     };
-    Ok(Assembled { geometry, vertex_seconds, setup_seconds: start.elapsed().as_secs_f64() })
+    Ok(Assembled { given: count, geometry, vertex_seconds, setup_seconds: start.elapsed().as_secs_f64() })
 }

@@ -201,6 +201,10 @@ impl Library {
         slot.get_or_init(|| self.obtain(id)).as_ref().map(|(module, _)| Arc::clone(module)).map_err(Clone::clone)
     }
 
+    fn is_here(&self, id: &ModuleId) -> bool {
+        self.modules.lock().unwrap_or_else(PoisonError::into_inner).get(id).is_some_and(|slot| slot.get().is_some())
+    }
+
     fn obtain(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
         let source = self.source();
         let root = self.root.as_ref().filter(|_| source.fragments.are_built_in());
@@ -274,13 +278,16 @@ impl Library {
 
     /// Obtains these modules on all cores; `done` is called after each. Returns the failures.
     pub fn warm(&self, ids: &[ModuleId], done: impl Fn() + Sync) -> Vec<ShaderError> {
-        ids.par_iter()
-            .filter_map(|id| {
-                let failure = self.get(id).err();
-                done();
-                failure
-            })
-            .collect()
+        let bring = |id: &ModuleId| {
+            let failure = self.get(id).err();
+            done();
+            failure
+        };
+        // A frame finds its modules in memory: that is no work for a pool that paints and draws besides.
+        let (here, away): (Vec<&ModuleId>, Vec<&ModuleId>) = ids.iter().partition(|id| self.is_here(id));
+        let mut failures: Vec<ShaderError> = here.into_iter().filter_map(bring).collect();
+        failures.par_extend(away.into_par_iter().filter_map(bring));
+        failures
     }
 
     pub fn statistics(&self) -> Statistics {

@@ -3,7 +3,6 @@
 use super::Interface;
 use super::studio_line;
 use crate::time::Instant;
-use crate::view::studio::Studio;
 use crate::view::viewer::Action;
 use egui::{Key, TextEdit};
 
@@ -17,7 +16,7 @@ const DAY_S: f64 = 86_400.0;
 /// Steps that a button takes: seconds and name.
 const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (DAY_S, "d"), (365.25 * DAY_S, "yr")];
 
-pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, actions: &mut Vec<Action>) {
+pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         entry(interface, ui, actions);
         if ui.button("Now").on_hover_text("The clock's time, at its own pace (t)").clicked() {
@@ -52,11 +51,7 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, ac
         }
         day_of_year(interface, ui, actions);
         ui.separator();
-        if interface.message.is_empty() {
-            ui.label(studio_line(interface, studio));
-        } else {
-            ui.colored_label(ui.visuals().warn_fg_color, &interface.message);
-        }
+        ui.label(studio_line(interface));
     });
 }
 

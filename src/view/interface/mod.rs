@@ -15,6 +15,7 @@ mod performance;
 mod shader;
 mod share;
 mod sky;
+mod stance;
 
 pub use information::{Home, Unit};
 
@@ -27,10 +28,11 @@ use super::viewer::{Action, Places, Viewer};
 use crate::catalog::NaifId;
 use crate::render::plan::Fineness;
 use crate::scene::request::{Quality, ViewRequest};
-use crate::session::Session;
+use crate::session::{Readiness, RendererWish, Session};
 use crate::time::Instant;
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::{DMat3, DVec3};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What the right side shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +72,10 @@ impl Tab {
 
 /// After this long without input a whole frame replaces the coarse one.
 const STILL_AFTER_S: f64 = 0.18;
+/// How often to look whether the GPU is ready for a picture at rest.
+const READY_LOOK_S: f64 = 0.1;
+/// So long a line of the session stays.
+const NOTICE_S: f64 = 8.0;
 /// While time runs no faster than the clock, a picture a second is enough.
 const CALM_INTERVAL_S: f64 = 1.0;
 
@@ -87,12 +93,18 @@ pub struct Interface {
     pub quits: bool,
     /// The last thing worth saying, for the line below the sky.
     pub message: String,
+    /// Lines that the session says: a fallback, a map that cannot be read.
+    pub heard: Arc<Mutex<Vec<String>>>,
+    /// The last of them, and until when it shows.
+    notice: Option<(String, f64)>,
     browse: browse::Browse,
     clock: clock::Clock,
     shader: shader::ShaderPanel,
     compare: compare::ComparePanel,
     information: information::InformationPanel,
     moments: moments::MomentsPanel,
+    stance: stance::Stance,
+    prices: effects::Prices,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
     sky: Sky,
@@ -113,8 +125,8 @@ struct Sky {
     picked_px: Option<[u32; 2]>,
     /// How many pictures were shown.
     drawings: u64,
-    /// Names what the modules of the pictures were made of.
-    generator: Option<std::sync::Arc<str>>,
+    /// Names what the modules of the pictures were made of, and who was wished to draw them.
+    made_by: Option<(Arc<str>, RendererWish)>,
     marks: Vec<Mark>,
 }
 
@@ -133,11 +145,15 @@ impl Interface {
             effects_of_one: false,
             quits: false,
             message: String::new(),
+            heard: Arc::default(),
+            notice: None,
             browse: browse::Browse::default(),
             clock: clock::Clock::default(),
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
             moments: moments::MomentsPanel::default(),
+            stance: stance::Stance::default(),
+            prices: effects::Prices::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
             sky: Sky {
@@ -151,7 +167,7 @@ impl Interface {
                 size_px: [1, 1],
                 picked_px: None,
                 drawings: 0,
-                generator: None,
+                made_by: None,
                 marks: Vec::new(),
             },
         }
@@ -168,6 +184,10 @@ impl Interface {
         let passed_s = if self.sky.last_s.is_nan() { 0.0 } else { now_s - self.sky.last_s };
         self.sky.last_s = now_s;
         self.viewer.pass(passed_s);
+        if let Some(line) = self.heard.lock().unwrap_or_else(PoisonError::into_inner).drain(..).next_back() {
+            self.notice = Some((line, now_s + NOTICE_S));
+        }
+        self.notice.take_if(|(_, until_s)| *until_s <= now_s);
         self.receive(ui.ctx(), studio);
         let looks = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,
@@ -181,16 +201,19 @@ impl Interface {
         }
         let mut actions = Vec::new();
         keys::pressed(self, ui.ctx(), &mut actions);
-        self.top(ui, studio, &mut actions);
+        self.top(ui, &mut actions);
         if self.bodies_shown {
-            egui::Panel::left("bodies").default_size(190.0).show(ui, |ui| browse::tree(self, ui, &mut actions));
+            egui::Panel::left("bodies").default_size(190.0).show(ui, |ui| {
+                egui::Panel::bottom("stance").show(ui, |ui| stance::panel(self, ui, &mut actions));
+                browse::tree(self, ui, &mut actions);
+            });
         }
         if let Some(tab) = self.tab {
             egui::Panel::right("inspector").default_size(tab.width_points()).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
                     Tab::Moments => moments::panel(self, ui, studio, &mut actions),
-                    Tab::Effects => effects::panel(self, ui),
+                    Tab::Effects => effects::panel(self, ui, studio),
                     Tab::Shader => shader::panel(self, ui, studio),
                     Tab::Compare => compare::panel(self, ui, studio),
                     Tab::Information => information::panel(self, ui, studio),
@@ -219,7 +242,7 @@ impl Interface {
         self.order(ui.ctx(), studio, now_s);
     }
 
-    fn top(&mut self, ui: &mut egui::Ui, studio: &dyn Studio, actions: &mut Vec<Action>) {
+    fn top(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
         egui::Panel::top("top").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("The list of bodies (b)");
@@ -246,7 +269,7 @@ impl Interface {
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keys and mouse (?)");
             });
         });
-        egui::Panel::bottom("time").show(ui, |ui| clock::bar(self, ui, studio, actions));
+        egui::Panel::bottom("time").show(ui, |ui| clock::bar(self, ui, actions));
     }
 
     /// Takes a finished picture.
@@ -284,8 +307,9 @@ impl Interface {
         let [width, height] = self.sky.size_px;
         let divisor = if moving { self.sky.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
         let session = studio.session();
-        let generator = session.library().generator();
-        if self.sky.generator.replace(generator.clone()).is_some_and(|before| before != generator) {
+        let made_by = (session.library().generator(), session.renderers().1);
+        let readiness = session.readiness();
+        if self.sky.made_by.replace(made_by.clone()).is_some_and(|before| before != made_by) || readiness == Readiness::JustReady {
             // The same view is another picture.
             self.sky.ordered = None;
         }
@@ -316,6 +340,8 @@ impl Interface {
         let waits = [
             self.viewer.frame_interval_s(),
             (moving && !self.viewer.races()).then_some(STILL_AFTER_S - (now_s - self.sky.moved_s) + 0.005),
+            (readiness == Readiness::Preparing).then_some(READY_LOOK_S),
+            self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
         ];
         if let Some(wait) = waits.into_iter().flatten().reduce(f64::min) {
             ctx.request_repaint_after(std::time::Duration::from_secs_f64(wait.max(0.0)));
@@ -325,6 +351,11 @@ impl Interface {
     /// The interface itself took so long, painting included.
     pub fn note_painting(&mut self, took: std::time::Duration) {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
+    }
+
+    /// What to say below the sky: what went wrong, else what the session said lately.
+    fn said(&self) -> &str {
+        if self.message.is_empty() { self.notice.as_ref().map_or("", |(line, _)| line) } else { &self.message }
     }
 
     /// For the window's title bar.
@@ -341,9 +372,8 @@ impl Interface {
 }
 
 /// What drew the picture, how fast.
-fn studio_line(interface: &Interface, studio: &dyn Studio) -> String {
+fn studio_line(interface: &Interface) -> String {
     let Some(d) = interface.drawing() else { return "drawing the first picture".into() };
-    let _ = studio;
     format!("{} · {}×{} · {:.0} ms", d.by.renderer, d.width, d.height, d.took_ms)
 }
 

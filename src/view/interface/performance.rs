@@ -1,6 +1,7 @@
 //! Where the time of the last frames went.
 
 use super::Interface;
+use crate::render::software::PassTimings;
 use crate::session::Stage;
 use crate::view::studio::Drawing;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
@@ -63,6 +64,16 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         }
         for (pass, ms) in &drawing.by.passes_ms {
             line(pass, format!("{ms:.2} ms on the device"));
+        }
+        if let Some(timings) = &drawing.by.software {
+            for pass in &timings.passes {
+                line(&format!("pass {}", pass.name), format!("{:.2} ms", pass.wall_ms));
+            }
+            let sum = |of: fn(&PassTimings) -> usize| timings.passes.iter().map(of).sum::<usize>().to_string();
+            line("triangles given", sum(|p| p.given));
+            line("triangles culled", sum(|p| p.culled));
+            line("triangles clipped", sum(|p| p.clipped));
+            line("triangles shaded", sum(|p| p.triangles));
         }
         line("interface", format!("{:.2} ms", account.interface_ms));
         line("draws", drawing.scene.draws.len().to_string());

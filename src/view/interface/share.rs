@@ -4,12 +4,13 @@ use super::Interface;
 use crate::render::plan::Fineness;
 use crate::scene::legend::legend;
 use crate::scene::request::ViewRequest;
-use crate::session::{Session, is_exr, write_picture};
+use crate::session::{Readers, Session, is_exr, write_picture, write_whole};
 use crate::view::settings::Bookmark;
 use crate::view::sight::{SCHEME, Sight};
 use crate::view::studio::{Studio, Ticket, ask};
 use crate::view::viewer::Action;
 use egui::{ProgressBar, ScrollArea, TextEdit};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub struct SharePanel {
@@ -94,10 +95,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
         let path = PathBuf::from(&interface.share.file);
         if ui.button("Save view").clicked() {
             let text = interface.viewer.settled().to_json();
-            interface.message = match std::fs::write(&path, text) {
-                Ok(()) => format!("saved as {}", path.display()),
-                Err(e) => format!("{}: {e}", path.display()),
-            };
+            let written = write_whole(&path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
+            interface.message = written.map_or_else(|why| why, |()| format!("saved as {}", path.display()));
         }
         if ui.button("Open view").clicked() {
             let read = std::fs::read_to_string(&path).map_err(|e| e.to_string()).and_then(|text| Sight::from_json(&text));

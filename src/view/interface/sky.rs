@@ -34,9 +34,25 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     paint_marks(interface, ui, rect, points_per_px);
     let clicked_px = mouse(interface, ui, &response, rect, points_per_px, actions);
     interface.sky.picked_px = clicked_px.or(interface.sky.picked_px);
+    say(interface, ui, rect);
     if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {
         paint_probe(interface, ui, rect);
     }
+}
+
+/// What is worth saying, over the lower edge, so that no line moves the picture.
+fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+    let said = interface.said();
+    if said.is_empty() {
+        return;
+    }
+    let place = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
+    place.fixed_pos(rect.left_bottom() + Vec2::new(8.0, -8.0)).interactable(false).show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width((rect.width() - 40.0).max(60.0));
+            ui.colored_label(ui.visuals().warn_fg_color, said);
+        });
+    });
 }
 
 fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, points_per_px: f64) {

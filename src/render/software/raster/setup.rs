@@ -75,6 +75,8 @@ pub struct Geometry {
     pub triangles: Vec<RasterTriangle>,
     pub surfaces: Vec<Surface>,
     pub planes: Vec<Plane>,
+    /// Source triangles that were cut and are still seen.
+    pub clipped: usize,
 }
 
 /// Raster triangles that one triangle can become: it is cut by the near plane and four sides of the guard band.
@@ -103,6 +105,7 @@ impl Geometry {
         self.triangles.extend(other.triangles.iter().map(|t| RasterTriangle { surface: t.surface + surfaces as u32, ..t.clone() }));
         self.surfaces.extend(other.surfaces.iter().map(|s| Surface { first_plane: s.first_plane + planes, ..s.clone() }));
         self.planes.extend_from_slice(&other.planes);
+        self.clipped += other.clipped;
         Ok(())
     }
 }
@@ -185,7 +188,7 @@ pub fn set_up(
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
-    let Geometry { triangles, surfaces, planes } = geometry;
+    let Geometry { triangles, surfaces, planes, clipped } = geometry;
     let surface = surfaces.len() as u32;
     let before = triangles.len();
     let points = polygon.corners();
@@ -196,6 +199,7 @@ pub fn set_up(
     if triangles.len() == before {
         return;
     }
+    *clipped += usize::from(polygon.cut);
     let affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
     let w = corners[0].w;
     let first_plane = planes.len();
@@ -285,5 +289,7 @@ mod tests {
         assert_eq!(parts.triangles, whole.triangles);
         assert_eq!(parts.surfaces, whole.surfaces);
         assert_eq!(parts.planes, whole.planes);
+        assert_eq!(parts.clipped, whole.clipped);
+        assert!((1..4).contains(&whole.clipped), "the first is whole, the last reaches behind the viewer: {}", whole.clipped);
     }
 }

@@ -1,0 +1,81 @@
+//! What an effect costs in a view, and what it does to the light: the view drawn with it and without it.
+//!
+//! In: a view and an effect. Out: a [`Price`]. Always: measured, in software and on a smaller picture, and counted up by pixels; the exposure
+//! of both is that of the view, so that light is compared with light. Not done: a price on the GPU, whose times come by pass.
+
+use super::{Session, SessionError};
+use crate::render::plan::{Fineness, Plan};
+use crate::scene::effects::Effect;
+use crate::scene::request::{ExposureRequest, ViewRequest};
+use std::time::{Duration, Instant};
+
+/// Pixels of the picture that is measured, at most.
+const MEASURED_PX: f64 = 16_000.0;
+/// Each way is drawn so often, in turn; the quickest counts.
+const ROUNDS: usize = 3;
+
+/// What one effect adds to a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Price {
+    /// Milliseconds of drawing that it adds to a picture of the view's size; noise of some per cent of the whole remains.
+    pub ms: f64,
+    /// Light of the picture that it adds, as a part of the greater of the two pictures' light: -1..=1.
+    pub light: f64,
+    /// Sum of the pixels' changes, whichever way, as a part of the same: what it moves about.
+    pub moved: f64,
+}
+
+/// Luminance of linear RGB with the primaries of sRGB (ITU-R BT.709).
+fn luminance([r, g, b, _]: [f32; 4]) -> f64 {
+    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+}
+
+impl Session {
+    /// Draws `request` with and without `effect`, of one body alone where it is named. `on`: the view has it, in whichever way; else it is
+    /// switched on for the comparison. `stops`: the exposure of the view.
+    ///
+    /// # Errors
+    /// Why the view cannot be drawn.
+    pub fn price(
+        &self,
+        request: &ViewRequest,
+        stops: f64,
+        (effect, on): (Effect, bool),
+        of_body: Option<&str>,
+    ) -> Result<Price, SessionError> {
+        let pixels = f64::from(request.width) * f64::from(request.height);
+        let shrink = (MEASURED_PX / pixels).sqrt().min(1.0);
+        let side = |px: u32| ((f64::from(px) * shrink).round() as u32).max(1);
+        let (width, height) = (side(request.width), side(request.height));
+        let planned = |with: bool| -> Result<Plan, SessionError> {
+            let mut small = ViewRequest { width, height, exposure: ExposureRequest::Stops(stops), ..request.clone() };
+            match of_body {
+                _ if with && on => {}
+                Some(name) => small.effects.of_body(name).set(effect, with),
+                None => small.effects.set(effect, with),
+            }
+            Ok(self.plan(&small, Fineness::of(request.quality))?.1)
+        };
+        let plans = [planned(false)?, planned(true)?];
+        let mut quickest = [Duration::MAX; 2];
+        let mut light: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
+        for _ in 0..ROUNDS {
+            for (which, plan) in plans.iter().enumerate() {
+                let start = Instant::now();
+                let drawn = self.renderer().render(plan, self.library(), true);
+                let (frame, _) = drawn.map_err(|e| SessionError::Renderer(e.to_string()))?;
+                quickest[which] = quickest[which].min(start.elapsed());
+                light[which] = frame.hdr.iter().copied().map(luminance).collect();
+            }
+        }
+        let [without, with] = light;
+        let whole = without.iter().sum::<f64>().max(with.iter().sum());
+        let part = |change: f64| if whole > 0.0 { change / whole } else { 0.0 };
+        let counted_up = pixels / (f64::from(width) * f64::from(height));
+        Ok(Price {
+            ms: (quickest[1].as_secs_f64() - quickest[0].as_secs_f64()) * 1e3 * counted_up,
+            light: part(with.iter().zip(&without).map(|(a, b)| a - b).sum()),
+            moved: part(with.iter().zip(&without).map(|(a, b)| (a - b).abs()).sum()),
+        })
+    }
+}
