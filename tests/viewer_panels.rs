@@ -92,14 +92,14 @@ fn a_price_tells_what_an_effect_does_to_the_light() {
     let view = saturn_view();
     let price = |effect, on, body| session().price(&view, 2.0, (effect, on), body).expect("a price");
     let shadow = price(Effect::RingShadow, true, None);
-    assert!(shadow.light < -1e-3 && shadow.moved >= -shadow.light, "a shadow takes light: {shadow:?}");
+    assert!(shadow.light.net < -1e-3 && shadow.light.moved >= -shadow.light.net, "a shadow takes light: {shadow:?}");
     assert_eq!(price(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "it is Saturn's alone");
     let rings = price(Effect::Rings, true, None);
-    assert!(rings.light > 0.05, "half of the light is the rings': {rings:?}");
+    assert!(rings.light.net > 0.05, "half of the light is the rings': {rings:?}");
     // What nothing here has changes nothing, asked for or not.
     let night = price(Effect::Night, false, None);
-    assert!(night.light == 0.0 && night.moved == 0.0, "{night:?}");
-    assert!(price(Effect::RingShadow, true, Some("Titan")).moved == 0.0, "Titan has no rings");
+    assert!(night.light.net == 0.0 && night.light.moved == 0.0, "{night:?}");
+    assert!(price(Effect::RingShadow, true, Some("Titan")).light.moved == 0.0, "Titan has no rings");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::{CliError, Common};
 use crate::render::plan::Fineness;
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
-use crate::session::{DrawnBy, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
+use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -20,7 +20,7 @@ const EXAMPLE: &str = "Examples:
 
 With --effects each scene also lists what each effect that is on takes (cpu_ms and
 wall_ms: the median frame's less that without it; may be below 0 by chance) and what
-it changes (light: mean absolute change of luminance over the picture's mean).
+it changes (light: the change of luminance, whichever way, over the brighter picture).
 
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system.
 
@@ -135,18 +135,10 @@ fn effects(
             "name": effect.name(),
             "cpu_ms": with.cpu.zip(median.cpu).map(|(a, b)| less(a, b)),
             "wall_ms": less(with.wall, median.wall),
-            "light": change(&whole.frame.hdr, &bare.frame.hdr),
+            "light": LightChange::between(&bare.frame.hdr, &whole.frame.hdr).moved,
         }));
     }
     Ok(rows)
-}
-
-/// Mean absolute change of luminance over the mean luminance of the first picture.
-fn change(with: &[[f32; 4]], without: &[[f32; 4]]) -> f64 {
-    let luminance = |p: &[f32; 4]| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]);
-    let all: f64 = with.iter().map(luminance).sum();
-    let apart: f64 = with.iter().zip(without).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum();
-    if all > 0.0 { apart / all } else { 0.0 }
 }
 
 /// What is printed of a scene; `frames` is not empty.
@@ -178,13 +170,6 @@ fn progress(frames: u64) -> indicatif::ProgressBar {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_change_of_light_is_a_part_of_it() {
-        let (grey, black) = ([0.5, 0.5, 0.5, 1.0], [0.0, 0.0, 0.0, 1.0]);
-        assert!((change(&[grey, grey], &[grey, black]) - 0.5).abs() < 1e-6);
-        assert_eq!((change(&[grey], &[grey]), change(&[black], &[grey])), (0.0, 0.0));
-    }
 
     #[test]
     fn a_row_belongs_to_one_frame() {

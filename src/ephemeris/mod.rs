@@ -21,7 +21,8 @@ use crate::time::Instant;
 use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 use satellites::{drift, galilean, tass};
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Mutex, PoisonError};
 
 /// The kernel that ships: 1900-2100, baked by `examples/bake_kernel.rs`.
 static SHIPPED_KERNEL: &[u8] = include_bytes!("../../catalogs/orrery_1900_2100.bsp");
@@ -113,7 +114,7 @@ struct Orbit {
 /// No chain of places is longer: moon, planet, barycentre, Sun, solar system.
 const LONGEST_CHAIN: usize = 8;
 
-/// All theories behind one interface. Immutable after construction; shared by threads.
+/// All theories behind one interface. What it answers never changes after construction; shared by threads.
 #[derive(Debug)]
 pub struct Ephemeris {
     /// The first that has a body goes before the others; the shipped one is the last.
@@ -125,7 +126,12 @@ pub struct Ephemeris {
     pulls: HashMap<NaifId, Vec<Pull>>,
     theories: satellites::Theories,
     pck: orientation::Pck,
+    /// Planets' centres that were asked for last: a frame asks for one at the same instant for each of the planet's moons.
+    lately: Mutex<VecDeque<(NaifId, Instant, Step)>>,
 }
+
+/// Centres that are remembered.
+const LATELY: usize = 16;
 
 impl Ephemeris {
     /// The shipped kernel, series and theories for the bodies of `catalog`.
@@ -136,7 +142,16 @@ impl Ephemeris {
         let theories = satellites::Theories::embedded()?;
         let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
         let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError(e.to_string()))?;
-        Ok(Self { kernels: vec![shipped], series: series::Series::embedded()?, orbits, rotations, pulls, theories, pck })
+        Ok(Self {
+            kernels: vec![shipped],
+            series: series::Series::embedded()?,
+            orbits,
+            rotations,
+            pulls,
+            theories,
+            pck,
+            lately: Mutex::default(),
+        })
     }
 
     /// Puts the user's SPK (bytes of the file) before the shipped kernel.
@@ -196,14 +211,15 @@ impl Ephemeris {
     /// that time.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
-        // Each round shrinks the error by v/c, under 1e-3 for any body here: four rounds leave less than a millimetre.
+        // Each round shrinks the error by v/c, under 1e-3 for any body here. What is late by less than a second is moved along its velocity: no body
+        // here is bent by more than 1e-3 km/s^2 (Io), so that half a metre is left at most.
         for round in 0.. {
             let state = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None)?.state;
             let light_s = (state.pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
             let next = t.plus_seconds(-light_s);
             let late_s = next.tdb_seconds_past_j2000() - emitted.tdb_seconds_past_j2000();
             emitted = next;
-            if late_s.abs() < 1e-3 || round == 5 {
+            if late_s.abs() < 1.0 || round == 5 {
                 return Ok((state.pos_km + state.vel_km_s * late_s, emitted));
             }
         }
@@ -296,6 +312,10 @@ impl Ephemeris {
     /// The centre of a planet counts from its system's barycentre by what its moons weigh: -Σ m r / Σ m. The moons' own states are
     /// counted from the planet, so this asks for no place of the planet.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<Step> {
+        let mut lately = self.lately.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((.., known)) = lately.iter().find(|(of, at, _)| *of == planet && *at == t) {
+            return Some(*known);
+        }
         let mut step = Step { state: State::REST, source: Source::Kernel, error_km: UNWEIGHED_MOONS_KM };
         for pull in self.pulls.get(&planet).map_or(&[][..], Vec::as_slice) {
             let moon = self.orbit_step(pull.moon, &self.orbits.get(&pull.moon)?.motion, t)?;
@@ -304,6 +324,10 @@ impl Ephemeris {
             step.source = step.source.min(moon.source);
             step.error_km += moon.error_km * pull.mass_share;
         }
+        if lately.len() >= LATELY {
+            lately.pop_front();
+        }
+        lately.push_back((planet, t, step));
         Some(step)
     }
 }

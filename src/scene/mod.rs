@@ -13,6 +13,7 @@ pub mod eclipse;
 pub mod effects;
 mod features;
 pub mod glow;
+mod kept;
 pub mod legend;
 mod lights;
 mod meshes;

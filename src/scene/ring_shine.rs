@@ -9,14 +9,14 @@
 //! globe's shadow, whose edges bound the integrals, so that no quadrature runs across a jump.
 
 use super::camera::narrow_scalar;
-use super::ring_table::{Step, steps};
+use super::kept::Kept;
+use super::ring_table::{self, Step, steps};
 use super::rings::{LEAST_COSINE, phase_with_peak};
 use crate::catalog::Ring;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Heights of one side and hour angles; shaders/lib/ring/shine.wgsl has the same.
 pub const ROWS: usize = 25;
@@ -241,31 +241,14 @@ impl Lit<'_> {
 
     /// The table, kept from frame to frame: the Sun's height counts to eleven binary digits (5e-4 of the light), so that a year of frames asks for few.
     pub fn shine(&self) -> Option<Arc<RingShine>> {
-        /// Tables kept: a view of each ringed body at a few heights of the Sun.
-        const KEPT: usize = 16;
-        static HELD: Mutex<Vec<(u64, Option<Arc<RingShine>>)>> = Mutex::new(Vec::new());
+        static KEPT: Kept<Option<Arc<RingShine>>> = Kept::new();
         let rounded = |v: f64| f64::from_bits((v.abs().to_bits() + (1 << 40)) & !((1 << 41) - 1));
         let tangent = rounded(self.sun_tangent);
         // A Sun that stands clear of the plane is as good as a point.
         let sine = rounded(self.sine);
         let lit = Self { sine, sun_tangent: if sine > tangent { 0.0 } else { tangent }, ..*self };
-        let mut hash = DefaultHasher::new();
-        let mut put = |v: f64| v.to_bits().hash(&mut hash);
-        [lit.sine, lit.sun_tangent, lit.radius_km, lit.polar, lit.dust].into_iter().for_each(&mut put);
-        for ring in lit.rings {
-            [ring.inner_km, ring.outer_km, ring.tau_normal].into_iter().chain(ring.albedo).for_each(&mut put);
-        }
-        let name = hash.finish();
-        let mut held = HELD.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, found)) = held.iter().find(|(n, _)| *n == name) {
-            return found.clone();
-        }
-        let made = lit.table().map(Arc::new);
-        if held.len() >= KEPT {
-            held.remove(0);
-        }
-        held.push((name, made.clone()));
-        made
+        let numbers = [lit.sine, lit.sun_tangent, lit.radius_km, lit.polar, lit.dust];
+        KEPT.get(numbers.into_iter().chain(lit.rings.iter().flat_map(|r| ring_table::numbers(r))), || lit.table().map(Arc::new))
     }
 
     /// More than any place can get, per unit of sunlight: each ring as bright as it can be, all of it over the nearest place of the equator.

@@ -4,7 +4,9 @@
 //! error of reading between rows stand in shaders/lib/ring/profile.wgsl. Always holds: radii rise, integrals never fall.
 
 use super::camera::narrow_scalar;
+use super::kept::Kept;
 use crate::catalog::Ring;
+use std::sync::Arc;
 
 /// Rows of the table besides the radii: slopes x = 2^(k/8), k = 0..=96.
 pub const SLOPES: u32 = 97;
@@ -45,7 +47,20 @@ pub(super) fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: 
     edges.windows(2).map(between).collect()
 }
 
+/// All that a table depends on of a ring.
+pub(super) fn numbers(ring: &Ring) -> [f64; 6] {
+    let [red, green, blue] = ring.albedo;
+    [ring.inner_km, ring.outer_km, ring.tau_normal, red, green, blue]
+}
+
 impl RingTable {
+    /// The same, kept from frame to frame.
+    pub fn kept(rings: &[&Ring], unit_km: f64) -> Option<Arc<Self>> {
+        static KEPT: Kept<Option<Arc<RingTable>>> = Kept::new();
+        let numbers = std::iter::once(unit_km).chain(rings.iter().flat_map(|r| numbers(r)));
+        KEPT.get(numbers, || Self::of(rings.iter().copied(), unit_km).map(Arc::new))
+    }
+
     /// `None` without a ring, or with more edges than `NODES_AT_MOST`. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Option<Self> {
         let steps = steps(rings, unit_km);

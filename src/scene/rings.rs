@@ -260,13 +260,13 @@ impl<'a> View<'a> {
     /// The amounts of both draws; `half` is set by each.
     pub fn amounts(&self, rings: &[&Ring], sun: Option<&Body>) -> RingAmounts {
         let radius_km = self.body.radii_km.x;
-        let Some(table) = RingTable::of(rings.iter().copied(), radius_km) else { return RingAmounts::default() };
+        let Some(table) = RingTable::kept(rings, radius_km) else { return RingAmounts::default() };
         let (u1, u2) = sun.map(limb_law).unwrap_or_default();
         let dust = dust(rings);
         let narrow = camera::narrow_scalar;
         RingAmounts {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
-            table: Some(Arc::new(table)),
+            table: Some(table),
             blur: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec4::new(narrow(phase_factor()), narrow(PHASE_EXPONENT), narrow(dust), narrow(DUST_ASYMMETRY)),
             opposition: Vec2::new(narrow(OPPOSITION[0]), narrow(OPPOSITION[1])),

@@ -20,7 +20,7 @@ pub use cpu::process_cpu;
 use devices::Devices;
 pub use devices::{DrawnBy, Readiness, RendererWish};
 pub use pictures::{Readers, is_exr, write_picture, write_whole};
-pub use price::Price;
+pub use price::{LightChange, Price};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};

@@ -19,15 +19,32 @@ const ROUNDS: usize = 3;
 pub struct Price {
     /// Milliseconds of drawing that it adds to a picture of the view's size; noise of some per cent of the whole remains.
     pub ms: f64,
-    /// Light of the picture that it adds, as a part of the greater of the two pictures' light: -1..=1.
-    pub light: f64,
-    /// Sum of the pixels' changes, whichever way, as a part of the same: what it moves about.
+    pub light: LightChange,
+}
+
+/// From one picture to another of the same size: parts of the luminance of the brighter one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightChange {
+    /// What the second has more: -1..=1.
+    pub net: f64,
+    /// Sum of the pixels' changes, whichever way.
     pub moved: f64,
 }
 
-/// Luminance of linear RGB with the primaries of sRGB (ITU-R BT.709).
-fn luminance([r, g, b, _]: [f32; 4]) -> f64 {
-    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+impl LightChange {
+    pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
+        let sum = |of: &[[f32; 4]]| of.iter().map(luminance).sum::<f64>();
+        let (before, after) = (sum(first), sum(second));
+        let moved = first.iter().zip(second).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum::<f64>();
+        let whole = before.max(after);
+        let part = |of: f64| if whole > 0.0 { of / whole } else { 0.0 };
+        Self { net: part(after - before), moved: part(moved) }
+    }
+}
+
+/// Of linear RGB with the primaries of sRGB (ITU-R BT.709).
+fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
+    0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
 }
 
 impl Session {
@@ -58,24 +75,40 @@ impl Session {
         };
         let plans = [planned(false)?, planned(true)?];
         let mut quickest = [Duration::MAX; 2];
-        let mut light: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
+        let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
             for (which, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
                 let drawn = self.renderer().render(plan, self.library(), true);
                 let (frame, _) = drawn.map_err(|e| SessionError::Renderer(e.to_string()))?;
                 quickest[which] = quickest[which].min(start.elapsed());
-                light[which] = frame.hdr.iter().copied().map(luminance).collect();
+                light[which] = frame.hdr;
             }
         }
-        let [without, with] = light;
-        let whole = without.iter().sum::<f64>().max(with.iter().sum());
-        let part = |change: f64| if whole > 0.0 { change / whole } else { 0.0 };
         let counted_up = pixels / (f64::from(width) * f64::from(height));
         Ok(Price {
             ms: (quickest[1].as_secs_f64() - quickest[0].as_secs_f64()) * 1e3 * counted_up,
-            light: part(with.iter().zip(&without).map(|(a, b)| a - b).sum()),
-            moved: part(with.iter().zip(&without).map(|(a, b)| (a - b).abs()).sum()),
+            light: LightChange::between(&light[0], &light[1]),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_of_light_is_a_part_of_the_brighter_picture() {
+        let (grey, black) = ([0.5, 0.5, 0.5, 1.0], [0.0, 0.0, 0.0, 1.0]);
+        let [to_black, to_grey, swapped, none] = [
+            LightChange::between(&[grey, grey], &[grey, black]),
+            LightChange::between(&[black], &[grey]),
+            LightChange::between(&[grey, black], &[black, grey]),
+            LightChange::between(&[black], &[black]),
+        ];
+        assert!((to_black.net + 0.5).abs() < 1e-6 && (to_black.moved - 0.5).abs() < 1e-6);
+        assert_eq!((to_grey.net, to_grey.moved), (1.0, 1.0));
+        assert_eq!((swapped.net, swapped.moved), (0.0, 2.0), "all of it has left one place for another");
+        assert_eq!((none.net, none.moved), (0.0, 0.0));
     }
 }

@@ -116,13 +116,13 @@ fn kept_in(cell: vec3f) -> vec3f {
     return select(1.0 - 0.5 * cell, (1.0 - exp(-cell)) / max(cell, vec3f(1.0e-3)), cell > vec3f(1.0e-3));
 }
 
-// Of a path through thick air and up again, what can be seen: behind eight optical depths the far side is drawn in, so that the samples stay where the
+// Of a path through thick air and up again, what can be seen: behind four to eight optical depths the far side is drawn in, so that the samples stay where the
 // light comes from, and the limb of an opaque body is as bright as the ground beside it. `depth`: of the whole path.
 fn foreground(path: AirPath, depth: vec3f) -> AirPath {
     var seen = path;
     if path.from_s < 0.0 && path.to_s > 0.0 {
         let near_side = min(depth.x, min(depth.y, depth.z)) * (path.from_s / (path.from_s - path.to_s));
-        seen.to_s = path.to_s * clamp(2.0 - near_side / 8.0, 0.0, 1.0);
+        seen.to_s = path.to_s * clamp(2.0 - near_side / 4.0, 0.0, 1.0);
         seen.to_excess = path.low + seen.to_s * seen.to_s;
     }
     return seen;

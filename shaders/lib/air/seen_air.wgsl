@@ -72,12 +72,13 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
     //: else
     if draw.air_veil > 0.5 {
         // Over a map that holds its air the light of that air goes on where the map's ends: past the terminator. Towards the limb it takes over, so that
-        // none shows there: through many times the air straight up nothing of the map is left. exp(-1/4) for each was judged by eye, on Titan and Mars.
+        // none shows there: through many times the air straight up nothing of the map is left. exp(-1/4) for each, less of
+        // thin air, was judged by eye on Titan and Mars.
         let straight = depth_of(air_of_draw(), columns_from(air_of_draw(), air_node(AIR_NODES + 1u), 1.0));
         let masses = dot(air.depth, vec3f(1.0)) / max(dot(straight, vec3f(1.0)), 1.0e-6);
         // Thin air, straight down, is in the map: what shines past the terminator is that of air which hides the ground.
         let hides = 1.0 - exp(dot(straight, vec3f(-0.33333333)));
-        return vec4f(mix(scattered, max(radiance, scattered * hides * hides), exp(0.25 - 0.25 * max(masses, 1.0))), coverage);
+        return vec4f(mix(scattered, max(radiance, scattered * hides * hides), exp(0.25 * hides * (1.0 - max(masses, 1.0)))), coverage);
     }
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: end

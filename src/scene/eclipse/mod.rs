@@ -16,6 +16,7 @@ use super::viewpoint::aberrated;
 use crate::catalog::{Body, Kind, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::time::Instant;
+use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// The body that is lit, at the moment when light met it.
@@ -84,6 +85,9 @@ impl Axis {
         DVec2::new(v.dot(self.across[0]), v.dot(self.across[1]))
     }
 }
+
+/// Light between bodies of one system takes less: so long a moon's path is straight to 20 m (Io, which turns most, over 7.7 s to Callisto).
+const STRAIGHT_S: f64 = 10.0;
 
 /// A body that may stand before the Sun: its outline in parallel light along the axis, receiver's equatorial radii.
 #[derive(Clone, Debug)]
@@ -213,12 +217,19 @@ impl<'a> Caster<'a> {
         let unit_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / unit_km;
         // Where it is now serves to leave out what is far too small or on the wrong side, with twice the room.
-        let now = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state.pos_km;
-        let rough = (now - receiver.position_km).length() / unit_km;
-        if takes(radius, axis, sun, 0.5 * rough) < 0.1 * VISIBLE_CHANGE {
+        let now = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
+        let away_km = (now.pos_km - receiver.position_km).length();
+        if takes(radius, axis, sun, 0.5 * away_km / unit_km) < 0.1 * VISIBLE_CHANGE {
             return None;
         }
-        let (position_km, passed_at) = ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?;
+        let light_s = away_km / SPEED_OF_LIGHT_KM_S;
+        let (position_km, passed_at) = if light_s < STRAIGHT_S {
+            // The speeds of a system are 1e-4 of light's: one more round leaves nothing to see.
+            let light_s = (now.pos_km - now.vel_km_s * light_s - receiver.position_km).length() / SPEED_OF_LIGHT_KM_S;
+            (now.pos_km - now.vel_km_s * light_s, receiver.time.plus_seconds(-light_s))
+        } else {
+            ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?
+        };
         let centre = receiver.seen(position_km - receiver.position_km);
         let (along, across) = (centre.dot(axis.along), axis.across(centre));
         if along <= 0.0 || along >= axis.sun_distance {

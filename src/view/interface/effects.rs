@@ -180,7 +180,8 @@ fn row(
             overrides.forget(effect);
         }
         if let Some(Ok(price)) = price {
-            ui.weak(price_words(price)).on_hover_text(
+            let words = egui::RichText::new(price_words(price)).weak();
+            ui.add(egui::Label::new(words).truncate()).on_hover_text(
                 "Drawn with it and without it, in software and small, counted up to this picture: milliseconds it adds, light it adds or takes, \
                  and in brackets the light it moves about",
             );
@@ -196,7 +197,7 @@ fn row(
 
 /// As `+1.2 ms, -3.9 % light (4.1 %)`.
 fn price_words(price: &Price) -> String {
-    let [light, moved] = [price.light, price.moved].map(|p| 100.0 * p);
+    let [light, moved] = [price.light.net, price.light.moved].map(|p| 100.0 * p);
     let digits = if moved.abs() < 0.1 { 3 } else { 1 };
     format!("{:+.1} ms, {light:+.digits$} % light ({moved:.digits$} %)", price.ms)
 }

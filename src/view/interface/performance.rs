@@ -1,7 +1,6 @@
 //! Where the time of the last frames went.
 
 use super::Interface;
-use crate::render::software::PassTimings;
 use crate::session::Stage;
 use crate::view::studio::Drawing;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
@@ -69,11 +68,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             for pass in &timings.passes {
                 line(&format!("pass {}", pass.name), format!("{:.2} ms", pass.wall_ms));
             }
-            let sum = |of: fn(&PassTimings) -> usize| timings.passes.iter().map(of).sum::<usize>().to_string();
-            line("triangles given", sum(|p| p.given));
-            line("triangles culled", sum(|p| p.culled));
-            line("triangles clipped", sum(|p| p.clipped));
-            line("triangles shaded", sum(|p| p.triangles));
+            line("triangles given", timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
+            line("triangles culled", timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
+            line("triangles clipped", timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
+            line("triangles shaded", timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
         }
         line("interface", format!("{:.2} ms", account.interface_ms));
         line("draws", drawing.scene.draws.len().to_string());
