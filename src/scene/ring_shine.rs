@@ -170,6 +170,15 @@ fn gauss() -> Vec<[f64; 2]> {
     (0..ARC).map(node).collect()
 }
 
+/// Binary digits after the first of the heights of the Sun that have a table of their own.
+const MILESTONE_DIGITS: u32 = 5;
+
+/// A magnitude to so many binary digits after the first.
+fn rounded(v: f64, digits: u32) -> f64 {
+    let spare = 52 - digits;
+    f64::from_bits((v.abs().to_bits() + (1 << (spare - 1))) >> spare << spare)
+}
+
 impl Lit<'_> {
     /// Irradiance over height at a height and hour angle. `side`: 0 where the Sun's centre is.
     fn at(&self, annuli: &[Annulus], gauss: &[[f64; 2]], side: usize, height: f64, hour: f64) -> DVec3 {
@@ -239,16 +248,36 @@ impl Lit<'_> {
         Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), reach, brightest })
     }
 
-    /// The table, kept from frame to frame: the Sun's height counts to eleven binary digits (5e-4 of the light), so that a year of frames asks for few.
+    /// The table, kept from frame to frame: the Sun's height counts to eleven binary digits (5e-4 of the light), so that a view at rest keeps one.
     pub fn shine(&self) -> Option<Arc<RingShine>> {
         static KEPT: Kept<Option<Arc<RingShine>>> = Kept::new();
-        let rounded = |v: f64| f64::from_bits((v.abs().to_bits() + (1 << 40)) & !((1 << 41) - 1));
-        let tangent = rounded(self.sun_tangent);
-        // A Sun that stands clear of the plane is as good as a point.
-        let sine = rounded(self.sine);
-        let lit = Self { sine, sun_tangent: if sine > tangent { 0.0 } else { tangent }, ..*self };
-        let numbers = [lit.sine, lit.sun_tangent, lit.radius_km, lit.polar, lit.dust];
-        KEPT.get(numbers.into_iter().chain(lit.rings.iter().flat_map(|r| ring_table::numbers(r))), || lit.table().map(Arc::new))
+        let lit = Self { sine: rounded(self.sine, 11), sun_tangent: rounded(self.sun_tangent, 11), ..*self };
+        KEPT.get(lit.numbers(), || lit.between().map(Arc::new))
+    }
+
+    /// Mixed of two tables at heights of the Sun of [`MILESTONE_DIGITS`] binary digits, which a year of frames asks few of: a table takes as long as
+    /// two frames.
+    fn between(&self) -> Option<RingShine> {
+        static MILESTONES: Kept<Option<Arc<RingShine>>> = Kept::new();
+        let milestone = |sine: f64| {
+            // A Sun that stands clear of the plane is as good as a point.
+            let lit = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
+            MILESTONES.get(lit.numbers(), || lit.table().map(Arc::new))
+        };
+        let spare = 52 - MILESTONE_DIGITS;
+        let below = f64::from_bits(self.sine.to_bits() >> spare << spare);
+        let above = f64::from_bits(below.to_bits() + (1 << spare));
+        let (low, high) = (milestone(below)?, milestone(above)?);
+        let share = ((self.sine - below) / (above - below)) as f32;
+        let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
+        let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(share);
+        Some(RingShine { texels, reach: low.reach, brightest })
+    }
+
+    /// All that a table depends on.
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        let own = [self.sine, self.sun_tangent, self.radius_km, self.polar, self.dust];
+        own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::numbers(r)))
     }
 
     /// More than any place can get, per unit of sunlight: each ring as bright as it can be, all of it over the nearest place of the equator.
@@ -305,6 +334,24 @@ mod tests {
         let of = |tau: f64| lit(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
         assert!((of(2e-6) / of(1e-6) - 2.0).abs() < 1e-4);
         assert!(of(2.0) < 1.9 * of(1.0), "thick rings hide themselves");
+    }
+
+    #[test]
+    fn between_two_milestones_the_light_is_that_of_a_table_of_its_own() {
+        let ring = ring(1.24, 2.27, 0.8);
+        let rings = [&ring];
+        for sine in [2e-4, 3e-3, 0.047, 0.13, 0.29, 0.447] {
+            // Halfway between two milestones.
+            let below = rounded(sine, MILESTONE_DIGITS);
+            let lit =
+                Lit { sine: f64::from_bits(below.to_bits() + (1 << (51 - MILESTONE_DIGITS))), sun_tangent: 5e-4, ..lit(&rings, sine) };
+            let (own, mixed) = (lit.table().expect("a table"), lit.between().expect("a table"));
+            let worst = |other: &RingShine| own.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            let most = own.texels.iter().copied().fold(0.0, f32::max);
+            assert!(worst(&mixed) < 1e-3 * most, "sine {sine}: {} of {most}", worst(&mixed));
+            let alone = Lit { sine: below, ..lit }.table().expect("a table");
+            assert!(worst(&alone) > 3.0 * worst(&mixed), "one milestone alone, sine {sine}: {} of {most}", worst(&alone));
+        }
     }
 
     #[test]

@@ -95,7 +95,7 @@ impl Painter {
             .collect();
         canvas.pixels.par_chunks_mut(BAND_ROWS * width).enumerate().for_each(|(i, rows)| {
             let first = i * BAND_ROWS;
-            let mut band = Band { width, first, rows };
+            let mut band = Band { width, first, rows, columns: Vec::new(), mixed: Vec::new() };
             let end = first + band.rows.len() / width;
             for (bounds, mesh, texture) in &meshes {
                 if let Some(bounds) = bounds.within_rows(first, end) {
@@ -111,6 +111,9 @@ struct Band<'a> {
     width: usize,
     first: usize,
     rows: &'a mut [u32],
+    /// Taps of a rectangle's columns, and the texels under one of its rows, mixed of two of the texture's; kept for their memory.
+    columns: Vec<Tap>,
+    mixed: Vec<Mixed>,
 }
 
 impl Band<'_> {
@@ -150,21 +153,30 @@ impl Band<'_> {
         let plain = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
         if let Some(colour) = plain {
             for y in top..bottom {
-                self.row(y, left, right).iter_mut().for_each(|p| *p = over(colour, *p));
+                lay(colour, self.row(y, left, right));
             }
             return;
         }
-        // The texels of a column are the same in every row.
-        let columns: Vec<Tap> =
-            (left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)).collect();
+        // The texels of a column are the same in every row, and those under a row are mixed once for all of its pixels.
+        let (mut columns, mut mixed) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.mixed));
+        columns.clear();
+        columns.extend((left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
+        let least = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
+        let end = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
+        mixed.resize(end - least, Mixed::default());
         let white = min.color == Color32::WHITE;
         for y in top..bottom {
             let row = texture.tap(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
+            let of_row = |k: usize| &texture.texels[k * texture.width + least..k * texture.width + end];
+            for ((m, a), b) in mixed.iter_mut().zip(of_row(row.near)).zip(of_row(row.far)) {
+                *m = row.of_two(*a, *b);
+            }
             for (p, column) in self.row(y, left, right).iter_mut().zip(&columns) {
-                let texel = texture.mixed(*column, row);
+                let texel = column.of_mixed(mixed[column.near - least], mixed[column.far - least]);
                 *p = over(if white { texel } else { modulate(min.color, texel) }, *p);
             }
         }
+        (self.columns, self.mixed) = (columns, mixed);
     }
 
     fn triangle(&mut self, bounds: Bounds, [a, mut b, mut c]: [Vertex; 3], texture: &Texture) {
@@ -189,22 +201,26 @@ impl Band<'_> {
         // A point on an edge belongs to the triangle whose top or left it is.
         let owns = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
         let keep = [owns(pb, pc), owns(pc, pa), owns(pa, pb)];
+        // What one pixel to the right adds.
+        let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * 256);
         for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
-            for x in left..right {
-                let at = [x * 256 + 128, y * 256 + 128];
-                let w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
-                if (0..3).any(|i| w[i] < keep[i]) {
-                    continue;
-                }
-                let colour = plain.unwrap_or_else(|| {
-                    let weight = w.map(|w| w as f32 / area as f32);
-                    let colour = blend([a.color, b.color, c.color], weight);
-                    let mix = |p: f32, q: f32, r: f32| p * weight[0] + q * weight[1] + r * weight[2];
-                    let texel = uniform_texel.unwrap_or_else(|| texture.at(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
-                    modulate(colour, texel)
-                });
-                let pixel = &mut self.row(y as usize, x as usize, x as usize + 1)[0];
-                *pixel = over(colour, *pixel);
+            let at = [left * 256 + 128, y * 256 + 128];
+            let mut w = [cross(pb, pc, at), cross(pc, pa, at), cross(pa, pb, at)];
+            let Some((from, to)) = span_within(w, steps, keep, right - left) else { continue };
+            let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
+            if let Some(colour) = plain {
+                lay(colour, pixels);
+                continue;
+            }
+            let ahead = |w: [i64; 3], n: i64| [w[0] + steps[0] * n, w[1] + steps[1] * n, w[2] + steps[2] * n];
+            w = ahead(w, from);
+            for pixel in pixels {
+                let weight = w.map(|w| w as f32 / area as f32);
+                let colour = blend([a.color, b.color, c.color], weight);
+                let mix = |p: f32, q: f32, r: f32| p * weight[0] + q * weight[1] + r * weight[2];
+                let texel = uniform_texel.unwrap_or_else(|| texture.at(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
+                *pixel = over(modulate(colour, texel), *pixel);
+                w = ahead(w, 1);
             }
         }
     }
@@ -213,6 +229,21 @@ impl Band<'_> {
 /// Twice the area of a triangle, in steps squared; positive when it turns clockwise on the screen.
 fn cross(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// The steps k of `0..count`, half open, for which each `at + step k` is at least `keep`.
+fn span_within(at: [i64; 3], step: [i64; 3], keep: [i64; 3], count: i64) -> Option<(i64, i64)> {
+    let (mut from, mut to) = (0, count);
+    for i in 0..3 {
+        let short = keep[i] - at[i];
+        match step[i] {
+            0 if short > 0 => return None,
+            0 => {}
+            s if s > 0 => from = from.max(-(-short).div_euclid(s)),
+            s => to = to.min((-short).div_euclid(-s) + 1),
+        }
+    }
+    (from < to).then_some((from, to))
 }
 
 /// The least and greatest corner when two triangles make one upright rectangle of one colour with an upright texture.
@@ -259,12 +290,55 @@ fn over(source: Color32, below: u32) -> u32 {
     u32::from_be_bytes([0, r.saturating_add(times(br, left)), g.saturating_add(times(bg, left)), b.saturating_add(times(bb, left))])
 }
 
+/// One colour over a run of pixels.
+fn lay(colour: Color32, pixels: &mut [u32]) {
+    if colour.a() == 255 {
+        pixels.fill(over(colour, 0));
+    } else {
+        pixels.iter_mut().for_each(|p| *p = over(colour, *p));
+    }
+}
+
 /// Two neighbouring texels of a row or a column, and the weight of the second of 256.
 #[derive(Clone, Copy)]
 struct Tap {
     near: usize,
     far: usize,
     weight: u32,
+}
+
+/// Two texels of a column mixed, 256-fold: red and blue, green and alpha in the halves of a word each, so that one product serves two channels.
+#[derive(Clone, Copy, Default)]
+struct Mixed {
+    red_blue: u64,
+    green_alpha: u64,
+}
+
+impl Tap {
+    fn weights(self) -> (u64, u64) {
+        (u64::from(256 - self.weight), u64::from(self.weight))
+    }
+
+    fn of_two(self, near: Color32, far: Color32) -> Mixed {
+        let (of_near, of_far) = self.weights();
+        let pair = |a: u8, b: u8| u64::from(a) | u64::from(b) << 32;
+        let ([nr, ng, nb, na], [fr, fg, fb, fa]) = (near.to_array(), far.to_array());
+        Mixed { red_blue: pair(nr, nb) * of_near + pair(fr, fb) * of_far, green_alpha: pair(ng, na) * of_near + pair(fg, fa) * of_far }
+    }
+
+    /// The mixture of two that are mixed the other way, rounded.
+    fn of_mixed(self, near: Mixed, far: Mixed) -> Color32 {
+        const HALF: u64 = 0x8000_0000_8000;
+        let (of_near, of_far) = self.weights();
+        let red_blue = near.red_blue * of_near + far.red_blue * of_far + HALF;
+        let green_alpha = near.green_alpha * of_near + far.green_alpha * of_far + HALF;
+        Color32::from_rgba_premultiplied(
+            (red_blue >> 16) as u8,
+            (green_alpha >> 16) as u8,
+            (red_blue >> 48) as u8,
+            (green_alpha >> 48) as u8,
+        )
+    }
 }
 
 impl Texture {
@@ -290,13 +364,8 @@ impl Texture {
         if x.weight == 0 && y.weight == 0 {
             return upper[x.near];
         }
-        let [a, b, c, d] = [upper[x.near], upper[x.far], lower[x.near], lower[x.far]].map(|t| t.to_array());
-        let channel = |i: usize| {
-            let above = u32::from(a[i]) * (256 - x.weight) + u32::from(b[i]) * x.weight;
-            let below = u32::from(c[i]) * (256 - x.weight) + u32::from(d[i]) * x.weight;
-            ((above * (256 - y.weight) + below * y.weight + 32_768) >> 16) as u8
-        };
-        Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
+        let column = |k: usize| y.of_two(upper[k], lower[k]);
+        x.of_mixed(column(x.near), column(x.far))
     }
 
     fn at(&self, u: f32, v: f32) -> Color32 {

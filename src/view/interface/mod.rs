@@ -288,7 +288,7 @@ impl Interface {
                     Some(texture) => texture.set(image, TextureOptions::LINEAR),
                     none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
                 }
-                self.performance.note(&drawing);
+                self.performance.note(&drawing, self.sky.last_s);
                 self.sky.drawing = Some(drawing);
                 self.sky.drawings += 1;
             }

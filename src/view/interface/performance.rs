@@ -18,13 +18,19 @@ struct Frame {
 #[derive(Default)]
 pub struct PerformancePanel {
     frames: VecDeque<Frame>,
+    /// When the last of them came, interface seconds.
+    came_s: VecDeque<f64>,
     /// Of the interface itself, milliseconds.
     pub interface_ms: f64,
 }
 
 impl PerformancePanel {
     /// Takes a finished frame into the account.
-    pub fn note(&mut self, drawing: &Drawing) {
+    pub fn note(&mut self, drawing: &Drawing, now_s: f64) {
+        self.came_s.push_back(now_s);
+        while self.came_s.front().is_some_and(|first| now_s - first > RATED_S) {
+            self.came_s.pop_front();
+        }
         let by_stage = Stage::ALL.map(|s| drawing.stages.spent(s).as_secs_f64() * 1e3);
         self.frames.push_back(Frame { by_stage, whole: drawing.took_ms });
         if self.frames.len() > FRAMES {
@@ -32,6 +38,9 @@ impl PerformancePanel {
         }
     }
 }
+
+/// Pictures are counted over so long.
+const RATED_S: f64 = 2.0;
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     let account = &interface.performance;
@@ -58,6 +67,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line("renderer", drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
         line("picture", format!("{}x{} px", drawing.width, drawing.height));
         line("frame", format!("{:.1} ms", drawing.took_ms));
+        line("pictures", format!("{:.1} a second", account.came_s.len() as f64 / RATED_S));
         for stage in shown {
             line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
         }
