@@ -303,7 +303,8 @@ impl Interface {
 
     /// Asks for the picture of the view as it is now, coarse while things move.
     fn order(&mut self, ctx: &egui::Context, studio: &dyn Studio, now_s: f64) {
-        let moving = self.viewer.races() || now_s - self.sky.moved_s < STILL_AFTER_S;
+        // The first picture of all is a coarse one, too: it is there a moment after the window.
+        let moving = self.viewer.races() || now_s - self.sky.moved_s < STILL_AFTER_S || self.sky.drawing.is_none();
         let [width, height] = self.sky.size_px;
         let divisor = if moving { self.sky.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
         let session = studio.session();
