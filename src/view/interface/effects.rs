@@ -72,7 +72,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
     let priced = |e: Effect, d: &Decision| d.on || overrides.asked(e).is_some();
     let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && priced(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
-    weigh(interface, studio, of_body, &decided);
+    weigh(interface, ui.ctx(), studio, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
         // What is drawn, or was switched by hand, comes first; what the scene leaves out follows in short.
@@ -104,7 +104,7 @@ pub struct Prices {
 const WEIGHED_AFTER_S: f64 = 1.0;
 
 /// Measures one effect after the other while the view rests, so that a click waits for one at most.
-fn weigh(interface: &mut Interface, studio: &dyn Studio, of_body: Option<String>, effects: &[(Effect, bool)]) {
+fn weigh(interface: &mut Interface, ctx: &egui::Context, studio: &dyn Studio, of_body: Option<String>, effects: &[(Effect, bool)]) {
     let Some(drawing) = &interface.sky.drawing else { return };
     let request = &drawing.order.request;
     let stops = drawing.scene.exposure.stops;
@@ -112,7 +112,12 @@ fn weigh(interface: &mut Interface, studio: &dyn Studio, of_body: Option<String>
     if prices.of.as_ref().is_none_or(|(of, body)| super::differs(of, request, true) || *body != of_body) {
         *prices = Prices { of: Some((request.clone(), of_body.clone())), known: Answers::default() };
     }
-    if interface.viewer.races() || interface.sky.last_s - interface.sky.moved_s < WEIGHED_AFTER_S {
+    let rested_s = interface.sky.last_s - interface.sky.moved_s;
+    if interface.viewer.races() {
+        return;
+    }
+    if rested_s < WEIGHED_AFTER_S {
+        ctx.request_repaint_after(std::time::Duration::from_secs_f64(WEIGHED_AFTER_S - rested_s));
         return;
     }
     for (effect, on) in effects.iter().copied() {

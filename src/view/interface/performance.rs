@@ -12,6 +12,7 @@ const FRAMES: usize = 240;
 /// One frame's account, milliseconds.
 struct Frame {
     by_stage: [f64; Stage::ALL.len()],
+    by_pass: Vec<(String, f64)>,
     whole: f64,
 }
 
@@ -32,11 +33,17 @@ impl PerformancePanel {
             self.came_s.pop_front();
         }
         let by_stage = Stage::ALL.map(|s| drawing.stages.spent(s).as_secs_f64() * 1e3);
-        self.frames.push_back(Frame { by_stage, whole: drawing.took_ms });
+        self.frames.push_back(Frame { by_stage, by_pass: passes_ms(drawing), whole: drawing.took_ms });
         if self.frames.len() > FRAMES {
             self.frames.pop_front();
         }
     }
+}
+
+/// Milliseconds by pass: of the device where it tells, of the processor in software.
+fn passes_ms(drawing: &Drawing) -> Vec<(String, f64)> {
+    let software = drawing.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
+    drawing.by.passes_ms.iter().cloned().chain(software).collect()
 }
 
 /// Pictures are counted over so long.
@@ -53,6 +60,11 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             };
             for stage in shown {
                 plot.line(Line::new(stage.name(), line(&|f| f.by_stage[stage as usize])));
+            }
+            // A pass that a frame has not took nothing in it.
+            for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
+                let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
+                plot.line(Line::new(format!("pass {pass}"), line(&of)));
             }
             plot.line(Line::new("whole", line(&|f| f.whole)));
         },
@@ -71,13 +83,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         for stage in shown {
             line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
         }
-        for (pass, ms) in &drawing.by.passes_ms {
-            line(pass, format!("{ms:.2} ms on the device"));
+        for (pass, ms) in passes_ms(drawing) {
+            line(&format!("pass {pass}"), format!("{ms:.2} ms"));
         }
         if let Some(timings) = &drawing.by.software {
-            for pass in &timings.passes {
-                line(&format!("pass {}", pass.name), format!("{:.2} ms", pass.wall_ms));
-            }
             line("triangles given", timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
             line("triangles culled", timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
             line("triangles clipped", timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
