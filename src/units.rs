@@ -15,3 +15,8 @@ pub const SECONDS_PER_DAY: f64 = 86_400.0;
 pub const JD_J2000: f64 = 2_451_545.0;
 pub const DAYS_PER_JULIAN_CENTURY: f64 = 36_525.0;
 pub const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
+
+/// Luminance of linear RGB with the primaries of sRGB (ITU-R BT.709-6, item 3.2).
+pub fn luminance([red, green, blue]: [f64; 3]) -> f64 {
+    0.2126 * red + 0.7152 * green + 0.0722 * blue
+}

@@ -3,9 +3,16 @@
 use serde_json::Value;
 use std::process::{Command, Output};
 
+/// Mesa's drivers say a line of their own where the system names no folder for running programs.
 fn orrery(words: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
-    Command::new(env!("CARGO_BIN_EXE_orrery")).args(words).arg("--cache").arg(cache).output().expect("the program starts")
+    Command::new(env!("CARGO_BIN_EXE_orrery"))
+        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
+        .args(words)
+        .arg("--cache")
+        .arg(cache)
+        .output()
+        .expect("the program starts")
 }
 
 fn json(words: &[&str]) -> Value {

@@ -269,3 +269,22 @@ fn the_best_source_that_covers_the_date_answers() {
     }
     assert!(ephemeris.state(NaifId(399), NaifId(0), Instant::from_jd_tdb(3_000_000.0), None).is_err());
 }
+
+#[test]
+fn a_moons_path_is_straight_while_light_crosses_its_system() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("opens");
+    let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    let mut most = [0.0_f64; 2];
+    for moon in catalog.bodies().iter().filter(|b| b.kind == orrery::catalog::Kind::Moon) {
+        let parent = moon.parent.expect("a planet");
+        let state = |t: Instant| ephemeris.state(moon.id, parent, t, None).expect("a place").state;
+        let bent_km = |late_s: f64| (state(t).pos_km - state(t).vel_km_s * late_s - state(t.plus_seconds(-late_s)).pos_km).length();
+        let of = [bent_km(1.0), bent_km(10.0)];
+        assert!(moon.name != "Io" || of[1] < 0.04, "Io: {of:?} km");
+        most = [most[0].max(of[0]), most[1].max(of[1])];
+    }
+    // What light_time_position and the casters' places leave out; and it is not nothing.
+    assert!(most[0] < 6e-3 && most[1] < 0.4, "{most:?} km");
+    assert!(most[1] > 0.2, "{most:?} km");
+}

@@ -1,5 +1,6 @@
 //! Bodies drawn by triangles of a file: the sphere's own picture, what each flag does, what is said of files that cannot be drawn.
 
+use crate::shared::session_over;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::Fineness;
@@ -7,7 +8,7 @@ use orrery::scene::Scene;
 use orrery::scene::draw::{Needs, PixelView, Shape};
 use orrery::scene::effects::{EffectOverrides, possible_needs};
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
-use orrery::session::{RendererWish, Session, Sources};
+use orrery::session::Session;
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -30,16 +31,7 @@ impl Mine {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("mine.toml"), catalog).expect("written");
         files.iter().for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes).expect("written"));
-        let said: Arc<Mutex<Vec<String>>> = Arc::default();
-        let heard = said.clone();
-        let sources = Sources {
-            catalogs: Some(folder.path().to_owned()),
-            textures: Some(folder.path().to_owned()),
-            cache: Some(folder.path().join("cache")),
-            renderer: RendererWish::Software,
-            ..Sources::default()
-        };
-        let session = Session::open(&sources, move |line| heard.lock().expect("a list").push(line.to_owned())).expect("opens");
+        let (session, said) = session_over(folder.path());
         Self { session, said, _folder: folder }
     }
 

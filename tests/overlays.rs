@@ -1,5 +1,6 @@
 //! Images laid over the ground: where they lie, what they leave alone, what is said of wrong ones.
 
+use crate::shared::session_over;
 use glam::{DVec2, DVec3};
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::Fineness;
@@ -7,7 +8,7 @@ use orrery::scene::Scene;
 use orrery::scene::draw::PixelView;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
-use orrery::session::{Session, Sources};
+use orrery::session::Session;
 use orrery::time::Instant;
 use std::sync::{Arc, Mutex};
 
@@ -32,15 +33,7 @@ impl Mine {
             encoder.set_color(png::ColorType::Rgba);
             encoder.write_header().and_then(|mut w| w.write_image_data(&colour.repeat(16 * 8))).expect("written");
         }
-        let said: Arc<Mutex<Vec<String>>> = Arc::default();
-        let heard = said.clone();
-        let sources = Sources {
-            catalogs: Some(folder.path().to_owned()),
-            textures: Some(folder.path().to_owned()),
-            cache: Some(folder.path().join("cache")),
-            ..Sources::default()
-        };
-        let session = Session::open(&sources, move |line| heard.lock().expect("a list").push(line.to_owned())).expect("opens");
+        let (session, said) = session_over(folder.path());
         Self { session, said, _folder: folder }
     }
 

@@ -4,9 +4,24 @@
 //! what a session says, opens its own.
 
 use orrery::session::{Session, Sources};
-use std::sync::LazyLock;
+use std::path::Path;
+use std::sync::{Arc, LazyLock, Mutex};
 
 pub static SESSION: LazyLock<Session> = LazyLock::new(|| {
     let cache = std::env::temp_dir().join(format!("orrery-tests-{}", std::process::id()));
     Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |line| panic!("{line}")).expect("opens")
 });
+
+/// A session over the catalogs and images of a folder, and what it says.
+pub fn session_over(folder: &Path) -> (Session, Arc<Mutex<Vec<String>>>) {
+    let said: Arc<Mutex<Vec<String>>> = Arc::default();
+    let heard = said.clone();
+    let sources = Sources {
+        catalogs: Some(folder.to_owned()),
+        textures: Some(folder.to_owned()),
+        cache: Some(folder.join("cache")),
+        ..Sources::default()
+    };
+    let session = Session::open(&sources, move |line| heard.lock().expect("a list").push(line.to_owned())).expect("opens");
+    (session, said)
+}

@@ -443,7 +443,7 @@ fn assemble(
                 wrong("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
             }
         }
-        let luminance = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+        let luminance = crate::units::luminance([c[0], c[1], c[2]]);
         bodies.push(Body {
             id: NaifId(id),
             name,

@@ -13,6 +13,7 @@ use crate::scene::viewpoint::ground_point_km;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
+use crate::units::luminance;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -57,11 +58,6 @@ impl Model {
             Self::Refracted => EclipseModel::Refracted,
         })
     }
-}
-
-/// Rec. 709 luminance.
-fn luminance(rgb: [f64; 3]) -> f64 {
-    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
 pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {

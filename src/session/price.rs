@@ -42,9 +42,8 @@ impl LightChange {
     }
 }
 
-/// Of linear RGB with the primaries of sRGB (ITU-R BT.709).
 fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
-    0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b)
+    crate::units::luminance([r, g, b].map(|c| f64::from(*c)))
 }
 
 impl Session {

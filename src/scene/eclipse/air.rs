@@ -40,7 +40,7 @@ impl Layers {
             // The part of the ring's circle that lies on the Sun's disc.
             let cosine = (ring * ring + distance * distance - 1.0) / (2.0 * ring * distance).max(1e-9);
             let shows = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-            (edge.z * edge.z - edge.x * edge.x) * scale * scale * shows * (0.2126 * passes.x + 0.7152 * passes.y + 0.0722 * passes.z)
+            (edge.z * edge.z - edge.x * edge.x) * scale * scale * shows * crate::units::luminance(passes.to_array())
         };
         self.edges.iter().zip(&self.passes).map(layer).sum()
     }

@@ -78,10 +78,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
         // What is drawn, or was switched by hand, comes first; what the scene leaves out follows in short.
         let (first, rest): (Vec<Effect>, Vec<Effect>) =
             Effect::ALL.into_iter().partition(|e| asked.asked(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
-        for effects in [first, rest] {
+        for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.feature == effect.name());
-                row(ui, effect, decision.map(|d| (d.on, d.reason.as_str())), interface.prices.known.known(&effect), asked);
+                row(ui, effect, decision.map(|d| (d.on, d.reason.as_str())), interface.prices.known.known(&effect), short, asked);
             }
             ui.separator();
         }
@@ -120,12 +120,11 @@ fn weigh(interface: &mut Interface, ctx: &egui::Context, studio: &dyn Studio, of
         ctx.request_repaint_after(std::time::Duration::from_secs_f64(WEIGHED_AFTER_S - rested_s));
         return;
     }
-    for (effect, on) in effects.iter().copied() {
+    let unknown = |prices: &mut Prices, effect: Effect| prices.known.known(&effect).is_none();
+    if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(prices, *effect)) {
         let (request, of_body) = (request.clone(), of_body.clone());
         let question = move |session: &Session| session.price(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| e.to_string());
-        if prices.known.get(studio, &effect, question).is_none() {
-            return;
-        }
+        let _ = prices.known.get(studio, &effect, question);
     }
 }
 
@@ -151,19 +150,18 @@ fn renderers(ui: &mut egui::Ui, studio: &dyn Studio) {
     });
 }
 
-/// One effect: drawn or not, by whom, in which way, for what price, and why.
+/// One effect: drawn or not, by whom, in which way, for what price, and why; in one line where `short`.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
     decided: Option<(bool, &str)>,
     price: Option<&Result<Price, String>>,
+    short: bool,
     overrides: &mut EffectOverrides,
 ) {
     let reason = decided.map_or("nothing here has it", |d| d.1);
     let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
     let asked = overrides.asked(effect);
-    // What is not drawn and was not asked for is told in one line.
-    let short = asked.is_none() && !decided.is_some_and(|d| d.0);
     let mut on = asked.unwrap_or(decided.is_some_and(|d| d.0));
     ui.horizontal(|ui| {
         let hover = format!("Switch {} on or off by hand", effect.name());
