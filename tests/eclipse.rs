@@ -441,6 +441,9 @@ impl Supplies for Layouts {
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         self.map(file, TexelFormat::Rgba8Srgb)
     }
+    fn letters(&self, size_px: f64) -> std::sync::Arc<orrery::image::Letters> {
+        SESSION.letters(size_px)
+    }
 }
 
 #[test]

@@ -66,8 +66,11 @@ fn golden_views_are_the_software_renderers() {
     let mut failures = Vec::new();
     let with_orbits = views().into_iter().find(|(name, _)| *name == "jupiter-moons").map(|(_, request)| {
         (
-            "jupiter-moons with orbits",
-            orrery::scene::request::ViewRequest { layers: orrery::scene::request::Layers { orbits: true }, ..request },
+            "jupiter-moons with all layers",
+            orrery::scene::request::ViewRequest {
+                layers: orrery::scene::request::Layers { orbits: true, labels: true, outline: true, bloom: true },
+                ..request
+            },
         )
     });
     for (name, request) in views().into_iter().chain(with_orbits) {

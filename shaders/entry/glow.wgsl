@@ -3,6 +3,8 @@
 // Coming in: the Sun's direction in camera axes and the strength of the veil. Going out: linear RGB radiance to be added. src/scene/glow.rs says
 // where the law and its numbers come from.
 
+//: use lib/screen.wgsl
+
 struct Draw {
     // Unit vector to the Sun: x right, y up, z forward.
     sun_direction: vec3f,
@@ -21,14 +23,12 @@ struct Varyings {
     @location(0) ray: vec3f,
 }
 
-// One triangle that covers the screen.
 @vertex
 fn vertex_main(@builtin(vertex_index) index: u32) -> Varyings {
-    let x = f32((index & 2u) << 1u) - 1.0;
-    let y = 1.0 - f32((index & 1u) << 2u);
+    let corner = screen_corner(index);
     var out: Varyings;
-    out.position = vec4f(x, y, 0.0, 1.0);
-    out.ray = vec3f(vec2f(x, y) * draw.tan_half_fov, 1.0);
+    out.position = vec4f(corner, 0.0, 1.0);
+    out.ray = vec3f(corner * draw.tan_half_fov, 1.0);
     return out;
 }
 

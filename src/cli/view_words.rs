@@ -54,7 +54,7 @@ pub struct ViewWords {
     /// ring-shine, body-shadow, atmosphere, planet-shine, points, glow; of one body alone as moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
     pub effects: Option<String>,
-    /// Lines over the bodies: +orbits
+    /// Over the bodies: +orbits, +labels (names and markers), +outline (a line around the target); as a lens: +bloom
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
     pub layers: Option<String>,
     /// What each pixel shows: shaded, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the file's metadata say what

@@ -7,12 +7,14 @@ use std::sync::Arc;
 
 mod compare;
 mod embedded;
+mod letters;
 mod maps;
 mod mips;
 pub use mips::{linear_to_srgb, srgb_to_linear};
 mod write;
 
 pub use compare::{Difference, Picture};
+pub use letters::{Cell, Letters};
 pub use maps::{MapOrigin, MapStore};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 

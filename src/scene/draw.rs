@@ -165,6 +165,15 @@ pub struct Draw {
     pub map_files: MapFiles,
 }
 
+impl Draw {
+    /// The same shape, black and without anything on it: what it covers.
+    pub fn shape_alone(&self) -> Self {
+        let two_sided = self.needs.flags.two_sided;
+        let needs = Needs { shape: self.needs.shape, flags: Flags { two_sided, ..Flags::default() }, ..Needs::LEAST };
+        Self { needs, map_files: MapFiles::default(), ..self.clone() }
+    }
+}
+
 /// File names of a draw's maps inside the textures folder.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MapFiles {

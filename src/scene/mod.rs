@@ -16,6 +16,7 @@ pub mod glow;
 mod kept;
 pub mod legend;
 mod lights;
+pub mod marks;
 mod meshes;
 mod needs;
 pub mod orbits;
@@ -34,7 +35,7 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::KM_PER_AU;
 use camera::{Camera, Placement};
-use draw::{Draw, PixelView, Point};
+use draw::{Draw, Part, PixelView, Point};
 use effects::{Decision, VISIBLE_CHANGE};
 pub use features::disc_share;
 use features::{Frame, Seen};
@@ -148,6 +149,12 @@ pub struct Scene {
     pub lines: Vec<orbits::LinePiece>,
     /// Over everything.
     pub glow: Option<glow::Glow>,
+    /// The selected body as a black shape, where its outline is wanted.
+    pub outlined: Option<Draw>,
+    /// Light beyond white spreads.
+    pub bloom: bool,
+    /// Over the finished picture, where they are wanted.
+    pub labels: Option<marks::Labels>,
     /// Bodies whose shape model is wanted and was not in the request: drawn as ellipsoids.
     pub unread_meshes: Vec<NaifId>,
 }
@@ -229,6 +236,15 @@ impl Scene {
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
         let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
         draws.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.part.cmp(&b.1.part)));
+        let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
+        let outlined = draws.iter().map(|(_, d)| d).find(|d| d.body == selected && d.part == Part::Globe);
+        let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
+        let labels = request.layers.labels.then(|| {
+            let size_px = marks::letter_size_px(camera.height);
+            let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
+            let marks = marks::marks(camera, &bodies, selected, parent, &marks::Lettering::of_size(size_px));
+            marks::Labels { size_px, selected, marks }
+        });
         Ok(Self {
             time: request.time,
             camera: viewer.camera,
@@ -240,6 +256,9 @@ impl Scene {
             points,
             lines,
             glow,
+            outlined,
+            bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,
+            labels,
             unread_meshes,
         })
     }

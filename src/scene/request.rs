@@ -101,27 +101,43 @@ impl ToneMap {
     }
 }
 
-/// What is drawn over the bodies to explain them.
+/// What is drawn over the bodies to explain them, or as a lens would.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
     /// The lines on which bodies move about their parents.
     pub orbits: bool,
+    /// Names and markers of bodies.
+    pub labels: bool,
+    /// A line of light around the selected body.
+    pub outline: bool,
+    /// Light beyond white spreads, as in a lens.
+    pub bloom: bool,
 }
 
 impl Layers {
-    /// Reads `+orbits,-labels`. Labels belong to the window; a picture has none to switch on.
+    pub const NAMES: [&str; 4] = ["orbits", "labels", "outline", "bloom"];
+
+    fn by_name(&mut self, name: &str) -> Option<&mut bool> {
+        match name {
+            "orbits" => Some(&mut self.orbits),
+            "labels" => Some(&mut self.labels),
+            "outline" => Some(&mut self.outline),
+            "bloom" => Some(&mut self.bloom),
+            _ => None,
+        }
+    }
+
+    /// Reads `+orbits,-labels`.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut layers = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let wrong = |why: &str| Err(SceneError::Request(format!("layer `{part}`: {why}")));
-            match (part.strip_prefix('+'), part.strip_prefix('-')) {
-                (Some("orbits"), _) => layers.orbits = true,
-                (_, Some("orbits")) => layers.orbits = false,
-                (_, Some("labels")) => {}
-                (Some("labels"), _) => return wrong("labels are the window's; pictures have none"),
-                (None, None) => return wrong("write + or - before its name"),
-                _ => return wrong("there are orbits and labels"),
-            }
+            let wrong = |why: String| SceneError::Request(format!("layer `{part}`: {why}"));
+            let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
+                (Some(name), _) => (true, name),
+                (_, Some(name)) => (false, name),
+                (None, None) => return Err(wrong("write + or - before its name".into())),
+            };
+            *layers.by_name(name).ok_or_else(|| wrong(format!("there are {}", Self::NAMES.join(", "))))? = on;
         }
         Ok(layers)
     }
@@ -153,6 +169,8 @@ pub struct ViewRequest {
     pub tone_map: ToneMap,
     pub effects: EffectOverrides,
     pub layers: Layers,
+    /// What the viewer has picked out; `None`: the target.
+    pub selected: Option<NaifId>,
     pub quality: Quality,
     pub pixel_view: PixelView,
     /// Map and mesh files that could not be read: bodies go without, and say so.
@@ -184,6 +202,7 @@ impl ViewRequest {
             tone_map: ToneMap::Film,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
+            selected: None,
             quality: Quality::default(),
             pixel_view: PixelView::Shaded,
             missing_maps: BTreeSet::new(),

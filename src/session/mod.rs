@@ -27,11 +27,12 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Catalog, CatalogError};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{MapStore, SharedTexture, TexelFormat};
+use crate::image::{Letters, MapStore, SharedTexture, TexelFormat};
 use crate::render::frame::Frame;
-use crate::render::plan::{self, Fineness, ModuleName, Plan, PlanError, Supplies};
+use crate::render::plan::{self, Fineness, ModuleName, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
 use crate::scene::draw::AirTier;
+use crate::scene::marks;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Scene, SceneError};
 use crate::shader::fragments::Fragments;
@@ -81,6 +82,8 @@ pub enum SessionError {
 /// A drawn frame with the scene it shows.
 pub struct Drawn {
     pub scene: Scene,
+    /// Draws that are not of one body.
+    pub shared: Vec<SharedDraw>,
     pub frame: Frame,
     pub by: DrawnBy,
 }
@@ -92,6 +95,8 @@ pub struct Session {
     library: Library,
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
+    /// Those of the last size that was asked for.
+    letters: Mutex<Option<(f64, Arc<Letters>)>>,
     devices: Devices,
     /// Map and mesh files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
@@ -161,6 +166,7 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
+            letters: Mutex::default(),
             devices,
             missing: Mutex::default(),
             say,
@@ -316,7 +322,7 @@ impl Session {
         let (scene, plan) = self.plan(request, fineness)?;
         let (frame, by) =
             self.measured(Stage::Draw, || self.devices.draw(&plan, &self.library, keep_hdr)).map_err(SessionError::Renderer)?;
-        Ok(Drawn { scene, frame, by })
+        Ok(Drawn { scene, shared: plan.shared_draws(), frame, by })
     }
 }
 
@@ -332,7 +338,7 @@ impl Session {
         let (scene, plan) = self.plan(request, fineness)?;
         let (frame, by) =
             self.measured(Stage::Draw, || self.devices.draw_promptly(&plan, &self.library)).map_err(SessionError::Renderer)?;
-        Ok(Drawn { scene, frame, by })
+        Ok(Drawn { scene, shared: plan.shared_draws(), frame, by })
     }
 }
 
@@ -345,5 +351,17 @@ impl Supplies for Session {
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    }
+    fn letters(&self, size_px: f64) -> Arc<Letters> {
+        let mut kept = self.letters.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*kept {
+            Some((size, letters)) if *size == size_px => Arc::clone(letters),
+            _ => {
+                let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
+                let letters = Arc::new(Letters::draw(names, size_px as f32, marks::MARKER_RADIUS as f32));
+                *kept = Some((size_px, Arc::clone(&letters)));
+                letters
+            }
+        }
     }
 }

@@ -11,8 +11,11 @@ macro_rules! fragments {
 }
 
 fragments![
+    "entry/blur.wgsl",
     "entry/glow.wgsl",
+    "entry/label.wgsl",
     "entry/line.wgsl",
+    "entry/outline.wgsl",
     "entry/planet.wgsl",
     "entry/point.wgsl",
     "entry/probe_disc_overlap.wgsl",
@@ -20,7 +23,9 @@ fragments![
     "entry/probe_sunlight.wgsl",
     "entry/probe_ring_shadow.wgsl",
     "entry/probe_ring_transmission.wgsl",
+    "entry/shrink.wgsl",
     "entry/tone_map.wgsl",
+    "entry/tone_map_bloom.wgsl",
     "lib/air/along.wgsl",
     "lib/air/columns.wgsl",
     "lib/air/many.wgsl",
@@ -32,6 +37,7 @@ fragments![
     "lib/air/shaded.wgsl",
     "lib/air/sums.wgsl",
     "lib/clouds.wgsl",
+    "lib/display.wgsl",
     "lib/draw.wgsl",
     "lib/eclipse/casters.wgsl",
     "lib/eclipse/chords.wgsl",
@@ -64,6 +70,7 @@ fragments![
     "lib/ring/shadow.wgsl",
     "lib/ring/shine.wgsl",
     "lib/ring/surface.wgsl",
+    "lib/screen.wgsl",
     "lib/sunlight.wgsl",
     "lib/view_ray.wgsl",
 ];
@@ -104,7 +111,7 @@ impl Fragments {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
-pub const SIMPLE_MODULES: [&str; 4] = ["glow", "line", "point", "tone_map"];
+pub const SIMPLE_MODULES: [&str; 9] = ["blur", "glow", "label", "line", "outline", "point", "shrink", "tone_map", "tone_map_bloom"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];

@@ -6,7 +6,6 @@
 pub mod answers;
 pub mod flight;
 pub mod interface;
-pub mod marks;
 pub mod moments;
 pub mod orbit;
 pub mod pace;

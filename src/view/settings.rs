@@ -29,6 +29,8 @@ pub struct Settings {
     pub zoom: f32,
     pub names: bool,
     pub markers: bool,
+    /// A line of light around the selected body, where it is not what the view is of.
+    pub outline: bool,
     pub unit: Unit,
     pub home: Home,
     pub bookmarks: Vec<Bookmark>,
@@ -43,6 +45,7 @@ impl Default for Settings {
             zoom: 1.0,
             names: true,
             markers: true,
+            outline: true,
             unit: Unit::default(),
             home: Home::default(),
             bookmarks: Vec::new(),

@@ -76,6 +76,9 @@ pub struct Sight {
     /// Lines of the orbits.
     #[serde(default)]
     pub orbits: bool,
+    /// Light beyond white spreads, as in a lens.
+    #[serde(default)]
+    pub bloom: bool,
     #[serde(default = "shaded")]
     pub pixels: String,
     #[serde(default = "standard")]
@@ -128,6 +131,7 @@ impl Sight {
             tone_map: film(),
             effects: String::new(),
             orbits: false,
+            bloom: false,
             pixels: shaded(),
             quality: standard(),
         }
@@ -157,6 +161,7 @@ impl Sight {
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = EffectOverrides::parse(&self.effects).map_err(|e| e.to_string())?;
         request.layers.orbits = self.orbits;
+        request.layers.bloom = self.bloom;
         let unknown = |what: &str, value: &str| format!("{what} `{value}` is not known");
         request.pixel_view = PixelView::ALL.into_iter().find(|p| p.name() == self.pixels).ok_or_else(|| unknown("pixels", &self.pixels))?;
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(|| unknown("tone_map", &self.tone_map))?;

@@ -3,7 +3,7 @@
 //! In: orders (a view at a size) and tasks (anything asked of the session). Out: drawings and answers, when they are done. Always: of several
 //! orders only the newest is drawn; pictures go before tasks; whoever waits is woken once for each result. It decides nothing about what is seen.
 
-use crate::render::plan::Fineness;
+use crate::render::plan::{Fineness, SharedDraw};
 use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
 use crate::session::{DrawnBy, Session, Stages};
@@ -23,6 +23,7 @@ pub struct Order {
 pub struct Drawing {
     pub order: Order,
     pub scene: Scene,
+    pub shared: Vec<SharedDraw>,
     pub width: u32,
     pub height: u32,
     /// Rows top first, opaque.
@@ -52,6 +53,13 @@ pub trait Studio {
 
 /// An answer that may still be on its way.
 pub struct Ticket<T>(Arc<Mutex<Option<T>>>);
+
+/// Of a question that was not asked: no answer comes.
+impl<T> Default for Ticket<T> {
+    fn default() -> Self {
+        Self(Arc::default())
+    }
+}
 
 impl<T> Ticket<T> {
     /// The answer, once it is there.
@@ -85,6 +93,7 @@ pub fn draw(session: &Session, order: Order) -> Result<Drawing, String> {
     Ok(Drawing {
         order,
         scene: drawn.scene,
+        shared: drawn.shared,
         width: drawn.frame.width,
         height: drawn.frame.height,
         rgba: drawn.frame.display,

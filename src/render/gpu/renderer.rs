@@ -234,8 +234,7 @@ impl GpuRenderer {
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
-            let scene =
-                state.targets.iter().rev().find(|t| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (width, height));
+            let scene = state.targets.iter().find(|t| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (width, height));
             if let Some(scene) = scene.filter(|_| keep_hdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }

@@ -3,23 +3,22 @@
 //! In: the scene, the layouts of the modules (read from the modules themselves) and the decoded maps. Out: a [`Plan`]. Uniform fields are
 //! filled by name from [`Amounts`]; a field that the module wants and scene does not give is an error, not a zero.
 
-use super::graph::{self, GraphError, Read, Step, Target, Write};
+use super::graph::{self, GraphError, Step, Target, Write};
+use super::shared;
 use super::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Plan, PlanDraw, SamplerBinding, SamplerState,
     TextureBinding, TextureSource, Vertices,
 };
-use crate::image::{Level, SharedTexture, TexelFormat, Texture};
+use crate::image::{Letters, Level, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::air_nodes;
-use crate::scene::draw::{Amounts, Draw, Light, Needs, Part, PixelView, Point, RingTable, Shape};
-use crate::scene::glow::Glow;
-use crate::scene::orbits::{self, LinePiece};
-use crate::scene::request::{Quality, ToneMap};
+use crate::scene::draw::{Amounts, Draw, Light, Needs, Part, PixelView, RingTable, Shape};
+use crate::scene::request::Quality;
 use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
-use glam::{Vec2, Vec4};
+use glam::Vec4;
 use std::sync::Arc;
 
 #[derive(Debug, thiserror::Error)]
@@ -42,6 +41,8 @@ pub trait Supplies {
     fn map(&self, file: &str, format: TexelFormat) -> Result<SharedTexture, PlanError>;
     /// A colour image premultiplied by its alpha.
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
+    /// The letters of all bodies' names for texts of a size, pixels.
+    fn letters(&self, size_px: f64) -> Arc<Letters>;
 }
 
 /// How finely the frame is drawn.
@@ -73,12 +74,6 @@ pub const RING_SHINE_BINDING: u32 = 6;
 /// The bindings of the images over the ground, and of their samplers.
 pub const OVERLAY_BINDINGS: [u32; 2] = [9, 10];
 const OVERLAY_SAMPLER_BINDINGS: [u32; 2] = [11, 12];
-/// The binding of the tone map's input.
-const HDR_BINDING: u32 = 1;
-
-/// Part of white up to which the tone map leaves a photograph as it is.
-const FILM_TRUE_TO: f32 = 0.8;
-
 /// Albedo and night maps hold colours, normal, water and cloud maps plain numbers.
 pub fn map_format(binding: u32) -> TexelFormat {
     match binding {
@@ -89,17 +84,9 @@ pub fn map_format(binding: u32) -> TexelFormat {
 
 /// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
 pub fn modules(scene: &Scene) -> Vec<ModuleName> {
-    let mut all: Vec<_> = scene.draws.iter().map(|d| ModuleName::Planet(ShaderKey::for_draw(&d.needs))).collect();
-    if !scene.points.is_empty() {
-        all.push(ModuleName::Simple("point"));
-    }
-    if !scene.lines.is_empty() {
-        all.push(ModuleName::Simple("line"));
-    }
-    if scene.glow.is_some() {
-        all.push(ModuleName::Simple("glow"));
-    }
-    all.push(ModuleName::Simple("tone_map"));
+    let of_draw = |d: &Draw| ModuleName::Planet(ShaderKey::for_draw(&d.needs));
+    let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(of_draw).collect();
+    all.extend(shared::modules(scene).into_iter().map(ModuleName::Simple));
     all.sort();
     all.dedup();
     all
@@ -115,26 +102,34 @@ pub fn plan(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Resu
 }
 
 /// The steps of one frame. Bodies with their shells and rings go far to near, because soft limbs are blended over what lies behind them; then
-/// lines, points and the glow, then the tone map.
+/// lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let black = [0.0, 0.0, 0.0, 1.0];
     let light =
         Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
-    let picture = Target { resource: PICTURE, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
     let bodies = scene.draws.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
-    let lines = if scene.lines.is_empty() { Vec::new() } else { vec![line_draw(scene, supplies)?] };
-    let points = if scene.points.is_empty() { Vec::new() } else { vec![point_draw(scene, supplies)?] };
-    let glow = scene.glow.iter().map(|glow| glow_draw(scene, glow, supplies)).collect::<Result<_, _>>()?;
-    let hdr = Read { resource: LIGHT, binding: HDR_BINDING };
-    Ok(vec![
+    let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(LIGHT), draws };
+    let mut steps = vec![
         Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] },
-        Step { name: "bodies", reads: vec![], writes: Write::Over(LIGHT), draws: bodies },
-        Step { name: "lines", reads: vec![], writes: Write::Over(LIGHT), draws: lines },
-        Step { name: "points", reads: vec![], writes: Write::Over(LIGHT), draws: points },
-        Step { name: "glow", reads: vec![], writes: Write::Over(LIGHT), draws: glow },
-        Step { name: "tone map", reads: vec![hdr], writes: Write::New(picture), draws: vec![tone_map_draw(scene, supplies)?] },
-    ])
+        over_light("bodies", bodies),
+        over_light("lines", shared::lines(scene, supplies)?),
+        over_light("points", shared::points(scene, supplies)?),
+        over_light("glow", shared::glow(scene, supplies)?),
+    ];
+    if scene.bloom {
+        steps.extend(shared::bloom_steps(scene, supplies, LIGHT)?);
+    }
+    steps.push(shared::tone_map_step(scene, supplies, LIGHT, PICTURE)?);
+    if let Some(draw) = &scene.outlined {
+        let shape = body_draw(draw, width, height, supplies, fineness)?;
+        steps.extend(shared::outline_steps(scene, shape, supplies, PICTURE)?);
+    }
+    if let Some(labels) = &scene.labels {
+        let draws = shared::labels(scene, labels, supplies)?;
+        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(PICTURE), draws });
+    }
+    Ok(steps)
 }
 
 /// Writes each field that the layout has, by name; fails on a name that the amounts do not have. `map_taps`: taps on a map at most.
@@ -242,7 +237,7 @@ pub fn ring_shine(table: &RingShine) -> SharedTexture {
 }
 
 /// Pixels that a clip rectangle touches.
-fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
+pub(super) fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
     let across = |clip: f32, size: u32| f64::from(clip).mul_add(0.5, 0.5) * f64::from(size);
     let (x0, x1) = (across(rect.x, width), across(rect.z, width));
     let (y0, y1) = (across(-rect.y, height), across(-rect.w, height));
@@ -326,115 +321,5 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         // What shows through leaves the depth of what it lies over.
         depth: DepthState { test: true, write: draw.part == Part::Globe },
         scissor: scissor(draw.amounts.rect_in_clip, width, height),
-    })
-}
-
-fn point_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
-    let module = ModuleName::Simple("point");
-    let layout = supplies.layout(&module)?;
-    let mut w = layout.writer();
-    let pixel_size: Vec2 = scene.camera.clip_per_pixel();
-    w.vec2("pixel_size", pixel_size).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
-    let uniforms = w.finish().map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
-    let of = |components: u32, values: fn(&Point) -> Vec<f32>| Attribute {
-        components,
-        values: Arc::new(scene.points.iter().flat_map(values).collect()),
-    };
-    let attributes = vec![of(3, |p| p.centre.to_array().to_vec()), of(1, |p| vec![p.radius_px]), of(3, |p| p.flux.to_array().to_vec())];
-    Ok(PlanDraw {
-        label: "points".into(),
-        module,
-        uniforms,
-        textures: Vec::new(),
-        samplers: Vec::new(),
-        vertices: Vertices::Count(6),
-        instances: Instances { count: u32::try_from(scene.points.len()).unwrap_or(u32::MAX), attributes },
-        blend: Blend::Add,
-        cull: Cull::None,
-        depth: DepthState { test: true, write: false },
-        scissor: [0, 0, scene.camera.width, scene.camera.height],
-    })
-}
-
-fn line_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
-    let module = ModuleName::Simple("line");
-    let layout = supplies.layout(&module)?;
-    let named = |source| PlanError::Layout { module: ModuleName::Simple("line").to_string(), source };
-    let mut w = layout.writer();
-    w.vec2("pixel_size", scene.camera.clip_per_pixel()).map_err(named)?;
-    w.f32("half_width_px", orbits::HALF_WIDTH_PX).map_err(named)?;
-    w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32()).map_err(named)?;
-    let of = |components: u32, values: fn(&LinePiece) -> Vec<f32>| Attribute {
-        components,
-        values: Arc::new(scene.lines.iter().flat_map(values).collect()),
-    };
-    let attributes = vec![
-        of(3, |p| p.ends[0].to_array().to_vec()),
-        of(3, |p| p.ends[1].to_array().to_vec()),
-        of(2, |p| p.across[0].to_array().to_vec()),
-        of(2, |p| p.across[1].to_array().to_vec()),
-        of(2, |p| p.strength.to_vec()),
-        of(3, |p| p.colour.to_array().to_vec()),
-    ];
-    Ok(PlanDraw {
-        label: "orbits".into(),
-        module,
-        uniforms: w.finish().map_err(named)?,
-        textures: Vec::new(),
-        samplers: Vec::new(),
-        vertices: Vertices::Count(6),
-        instances: Instances { count: u32::try_from(scene.lines.len()).unwrap_or(u32::MAX), attributes },
-        blend: Blend::PremultipliedOver,
-        cull: Cull::None,
-        depth: DepthState { test: true, write: false },
-        scissor: [0, 0, scene.camera.width, scene.camera.height],
-    })
-}
-
-fn glow_draw(scene: &Scene, glow: &Glow, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
-    let module = ModuleName::Simple("glow");
-    let layout = supplies.layout(&module)?;
-    let named = |source| PlanError::Layout { module: ModuleName::Simple("glow").to_string(), source };
-    let mut w = layout.writer();
-    w.vec3("sun_direction", glow.sun_direction).map_err(named)?;
-    w.f32("least_sq", glow.least_sq).map_err(named)?;
-    w.vec3("strength", glow.strength).map_err(named)?;
-    w.vec2("tan_half_fov", glow.tan_half_fov).map_err(named)?;
-    Ok(PlanDraw {
-        label: "glow".into(),
-        module,
-        uniforms: w.finish().map_err(named)?,
-        textures: Vec::new(),
-        samplers: Vec::new(),
-        vertices: Vertices::Count(3),
-        instances: Instances { count: 1, attributes: Vec::new() },
-        blend: Blend::Add,
-        cull: Cull::None,
-        depth: DepthState { test: false, write: false },
-        scissor: scissor(glow.rect_in_clip, scene.camera.width, scene.camera.height),
-    })
-}
-
-fn tone_map_draw(scene: &Scene, supplies: &impl Supplies) -> Result<PlanDraw, PlanError> {
-    let module = ModuleName::Simple("tone_map");
-    let layout = supplies.layout(&module)?;
-    let named = |source| PlanError::Layout { module: ModuleName::Simple("tone_map").to_string(), source };
-    let mut w = layout.writer();
-    w.f32("exposure", scene.exposure.factor_f32()).map_err(named)?;
-    w.f32("dither", 0.0).map_err(named)?;
-    let film = scene.pixel_view == PixelView::Shaded && scene.tone_map == ToneMap::Film;
-    w.f32("true_to", if film { FILM_TRUE_TO } else { f32::MAX }).map_err(named)?;
-    Ok(PlanDraw {
-        label: "tone map".into(),
-        module,
-        uniforms: w.finish().map_err(named)?,
-        textures: Vec::new(),
-        samplers: Vec::new(),
-        vertices: Vertices::Count(3),
-        instances: Instances { count: 1, attributes: Vec::new() },
-        blend: Blend::Replace,
-        cull: Cull::None,
-        depth: DepthState { test: false, write: false },
-        scissor: [0, 0, scene.camera.width, scene.camera.height],
     })
 }

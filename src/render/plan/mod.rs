@@ -2,6 +2,7 @@
 
 mod build;
 pub mod graph;
+mod shared;
 pub use build::{
     Fineness, OVERLAY_BINDINGS, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, modules, plan, ring_profile,
     ring_shine, steps, uniforms_of,
@@ -135,6 +136,29 @@ pub struct Pass {
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub passes: Vec<Pass>,
+}
+
+/// What a shared module was given for one of its draws.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SharedDraw {
+    pub module: &'static str,
+    /// The pass that it draws in, and the draw.
+    pub label: String,
+    pub uniforms: Vec<u8>,
+}
+
+impl Plan {
+    /// The draws of shared modules, in their order.
+    pub fn shared_draws(&self) -> Vec<SharedDraw> {
+        let of_draw = |pass: &Pass, d: &PlanDraw| match d.module {
+            ModuleName::Simple(module) => {
+                let label = format!("{}, for {}", d.label, pass.name);
+                Some(SharedDraw { module, label, uniforms: d.uniforms.clone() })
+            }
+            _ => None,
+        };
+        self.passes.iter().flat_map(|p| p.draws.iter().filter_map(move |d| of_draw(p, d))).collect()
+    }
 }
 
 /// Where a plan's modules come from.

@@ -126,7 +126,8 @@ impl SoftwareRenderer {
             PassImage::Unorm(bytes) => {
                 frame.display = bytes;
                 if keep_hdr {
-                    let scene = images.into_iter().rev().find_map(|(image, w, h)| match image {
+                    // The scene's light comes first; what is made of it may be as large.
+                    let scene = images.into_iter().find_map(|(image, w, h)| match image {
                         PassImage::Float(hdr) if (w, h) == (width, height) => Some(hdr),
                         _ => None,
                     });

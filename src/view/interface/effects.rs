@@ -43,6 +43,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
                 sight.tone_map = tone_map.name().to_owned();
             }
         }
+        ui.checkbox(&mut sight.bloom, "bloom").on_hover_text("Light beyond white spreads, as in a lens");
     });
     ComboBox::from_label("what each pixel shows").selected_text(sight.pixels.clone()).show_ui(ui, |ui| {
         for view in PixelView::ALL {

@@ -23,7 +23,7 @@ const SHEET: &[(&str, &str)] = &[
     (". and ,", "time faster, slower"),
     ("l and j", "time forward, backward"),
     ("t", "now"),
-    ("b, n, m, o", "list of bodies, names, markers, orbits"),
+    ("b, n, m, o, x", "list of bodies, names, markers, orbits, outline"),
     ("1 to 7", "moments, effects, shader, compare, information, performance, share"),
     ("Ctrl+S, Ctrl+C", "save a picture, copy the link"),
     ("?", "this sheet"),
@@ -55,6 +55,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
                 let tab = letter.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
                 interface.tab = if interface.tab == tab { None } else { tab };
             }
+            "x" => interface.settings.outline = !interface.settings.outline,
             "o" => interface.viewer.sight.orbits = !interface.viewer.sight.orbits,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {

@@ -19,7 +19,6 @@ mod stance;
 
 pub use information::{Home, Unit};
 
-use super::marks::{Lettering, Mark, marks};
 use super::settings::Settings;
 use super::sight::Sight;
 use super::studio::{Drawing, Order, Studio};
@@ -27,6 +26,7 @@ use super::tempo::Tempo;
 use super::viewer::{Action, Places, Viewer};
 use crate::catalog::NaifId;
 use crate::render::plan::Fineness;
+use crate::scene::marks::{Lettering, Mark, marks};
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::{Readiness, RendererWish, Session};
 use crate::time::Instant;
@@ -266,6 +266,8 @@ impl Interface {
                 ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Names of bodies over the picture (n)");
                 ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Markers of small bodies (m)");
                 ui.toggle_value(&mut self.viewer.sight.orbits, "Orbits").on_hover_text("Lines of the orbits (o)");
+                ui.toggle_value(&mut self.settings.outline, "Outline")
+                    .on_hover_text("A line of light around the selected body, where the view is of another (x)");
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keys and mouse (?)");
             });
         });
@@ -298,7 +300,7 @@ impl Interface {
     fn refresh_marks(&mut self, lettering: &Lettering) {
         let Some(drawing) = &self.sky.drawing else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
-        self.sky.marks = marks(&drawing.scene, self.viewer.selected, parent, lettering);
+        self.sky.marks = marks(&drawing.scene.camera, &drawing.scene.bodies, self.viewer.selected, parent, lettering);
     }
 
     /// Asks for the picture of the view as it is now, coarse while things move.
@@ -326,6 +328,10 @@ impl Interface {
         if moving {
             request.quality = Quality::Draft;
         }
+        // The body that fills the view needs no line around it.
+        let selected = self.viewer.selected;
+        request.layers.outline = self.settings.outline && selected != self.viewer.sight.target;
+        request.selected = request.layers.outline.then_some(selected);
         let order = Order { fineness: Fineness::of(request.quality), request };
         // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
         let interval_s = CALM_INTERVAL_S.max(1e-2 * self.sky.drawing.as_ref().map_or(0.0, |d| d.took_ms));

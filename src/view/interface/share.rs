@@ -21,6 +21,8 @@ pub struct SharePanel {
     size: [u32; 2],
     frames: u32,
     step_s: f64,
+    /// Pictures have the names of bodies in them.
+    names: bool,
     shot: Option<Ticket<Result<String, String>>>,
     run: Option<Run>,
     /// A picture was asked for by key.
@@ -37,6 +39,7 @@ impl Default for SharePanel {
             size: [1920, 1080],
             frames: 100,
             step_s: 60.0,
+            names: false,
             shot: None,
             run: None,
             wants_picture: false,
@@ -49,6 +52,7 @@ struct Run {
     sight: Sight,
     picture: String,
     size: [u32; 2],
+    names: bool,
     step_s: f64,
     done: u32,
     frames: u32,
@@ -124,13 +128,14 @@ fn pictures(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
         ui.add(side(&mut panel.size[0])).on_hover_text("Width, pixels");
         ui.label("x");
         ui.add(side(&mut panel.size[1])).on_hover_text("Height, pixels");
+        ui.checkbox(&mut panel.names, "with names").on_hover_text("Names and markers of bodies in saved pictures");
     });
     let busy = panel.is_busy();
     let asked = std::mem::take(&mut panel.wants_picture);
     if ui.add_enabled(!busy, egui::Button::new("Save picture")).clicked() || (asked && !busy) {
         let sight = interface.viewer.settled().clone();
-        let (path, size) = (PathBuf::from(panel.picture.replace("%05d", "00000")), panel.size);
-        panel.shot = Some(ask(studio, move |session| save(session, &sight, size, &path)));
+        let (path, size, names) = (PathBuf::from(panel.picture.replace("%05d", "00000")), panel.size, panel.names);
+        panel.shot = Some(ask(studio, move |session| save(session, &sight, size, names, &path)));
     }
     if let Some(said) = panel.shot.as_ref().and_then(Ticket::take) {
         panel.shot = None;
@@ -147,8 +152,9 @@ fn pictures(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
         if panel.picture.contains("%05d") {
             let sight = interface.viewer.settled().clone();
             let (picture, size, step_s, frames) = (panel.picture.clone(), panel.size, panel.step_s, panel.frames);
-            let frame = next_frame(studio, &sight, &picture, size, step_s, 0);
-            panel.run = Some(Run { sight, picture, size, step_s, done: 0, frames, frame });
+            let mut run = Run { sight, picture, size, names: panel.names, step_s, done: 0, frames, frame: Ticket::default() };
+            run.frame = next_frame(studio, &run);
+            panel.run = Some(run);
         } else {
             interface.message = "a run needs %05d in the file's name, as out-%05d.png".into();
         }
@@ -175,7 +181,7 @@ fn progress(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
             interface.message = format!("{} of {}: {said}", run.done, run.frames);
             goes_on = run.done < run.frames;
             if goes_on {
-                run.frame = next_frame(studio, &run.sight, &run.picture, run.size, run.step_s, run.done);
+                run.frame = next_frame(studio, &run);
             }
         }
     }
@@ -190,26 +196,21 @@ fn progress(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
     }
 }
 
-fn next_frame(
-    studio: &dyn Studio,
-    sight: &Sight,
-    picture: &str,
-    size: [u32; 2],
-    step_s: f64,
-    number: u32,
-) -> Ticket<Result<String, String>> {
-    let sight = Sight { tdb_s: sight.tdb_s + f64::from(number) * step_s, ..sight.clone() };
-    let path = PathBuf::from(picture.replace("%05d", &format!("{number:05}")));
-    ask(studio, move |session| save(session, &sight, size, &path))
+fn next_frame(studio: &dyn Studio, run: &Run) -> Ticket<Result<String, String>> {
+    let sight = Sight { tdb_s: run.sight.tdb_s + f64::from(run.done) * run.step_s, ..run.sight.clone() };
+    let path = PathBuf::from(run.picture.replace("%05d", &format!("{:05}", run.done)));
+    let (size, names) = (run.size, run.names);
+    ask(studio, move |session| save(session, &sight, size, names, &path))
 }
 
 /// Draws a view and writes it; the answer is what to say.
-fn save(session: &Session, sight: &Sight, [width, height]: [u32; 2], path: &Path) -> Result<String, String> {
+fn save(session: &Session, sight: &Sight, [width, height]: [u32; 2], names: bool, path: &Path) -> Result<String, String> {
     let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(path);
     if !known {
         return Err(format!("{}: pictures end in .png or .exr", path.display()));
     }
-    let request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
+    let mut request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
+    request.layers.labels = names;
     let drawn = session.draw(&request, Fineness::of(request.quality), is_exr(path)).map_err(|e| e.to_string())?;
     let text = vec![
         ("Title", session.catalog().body(sight.target).map_or("Orrery".into(), |b| b.name.clone())),

@@ -1,14 +1,18 @@
 //! The picture, its marks, and the mouse on it.
 
 use super::Interface;
-use crate::view::marks::{Lettering, hit};
+use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, hit};
 use crate::view::viewer::Action;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2, pos2};
 use glam::DVec2;
 
 const NAME_POINTS: f32 = 13.0;
-const NAME_COLOUR: Color32 = Color32::from_rgb(200, 208, 220);
-const SELECTED_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
+const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
+const SELECTED_COLOUR: Color32 = opaque(marks::SELECTED_COLOUR);
+
+const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
+    Color32::from_rgb(r, g, b)
+}
 
 pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
@@ -29,7 +33,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
         return;
     };
     let points_per_px = f64::from(rect.width()) / drawn;
-    let lettering = Lettering { letter_px: 6.6 / points_per_px, line_px: f64::from(NAME_POINTS + 2.0) / points_per_px };
+    let lettering = Lettering::of_size(f64::from(NAME_POINTS) / points_per_px);
     interface.refresh_marks(&lettering);
     paint_marks(interface, ui, rect, points_per_px);
     let clicked_px = mouse(interface, ui, &response, rect, points_per_px, actions);
@@ -62,12 +66,13 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, points_per_px: 
         let radius = (mark.radius_px * points_per_px) as f32;
         let selected = mark.body == interface.viewer.selected;
         let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
-        if interface.settings.markers && radius < 5.0 {
-            painter.circle_stroke(at, 5.0, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { 0.55 })));
+        let marker = MARKER_RADIUS as f32 * NAME_POINTS;
+        if interface.settings.markers && radius < marker {
+            painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
         // A body that fills the picture says its name in the title.
-        if interface.settings.names && (mark.named || selected) && radius < 0.45 * rect.height() {
-            let beside = (radius * std::f32::consts::FRAC_1_SQRT_2).max(5.0) + 4.0;
+        if interface.settings.names && (mark.named || selected) && radius < FILLS as f32 * rect.height() {
+            let beside = Lettering::of_size(f64::from(NAME_POINTS)).beside_px(f64::from(radius)) as f32;
             let place = at + Vec2::new(beside, -beside);
             let font = FontId::proportional(NAME_POINTS);
             painter.text(place + Vec2::splat(1.0), Align2::LEFT_CENTER, &mark.name, font.clone(), Color32::from_black_alpha(180));

@@ -4,13 +4,15 @@
 
 use super::{Seen, ShaderPanel};
 use crate::render::plan::{RING_PROFILE_BINDING, uniforms_of};
-use crate::shader::Layout;
 use crate::shader::reflect::Field;
-use egui::{Grid, RichText, ScrollArea, TextEdit};
+use crate::shader::{Layout, ModuleId};
+use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 #[derive(Default)]
 pub struct ValuesPage {
     wanted: String,
+    /// Which draw of a shared module.
+    draw: usize,
 }
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
@@ -19,7 +21,11 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         return;
     };
     let layout = &module.module.layout;
-    let bytes = seen.draw.map(|d| uniforms_of(layout, &d.amounts, seen.drawing.order.fineness.anisotropy));
+    let bytes = match (seen.draw, &seen.id) {
+        (Some(d), _) => Some(uniforms_of(layout, &d.amounts, seen.drawing.order.fineness.anisotropy)),
+        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, seen, name).map(Ok),
+        (None, _) => None,
+    };
     ui.horizontal(|ui| {
         ui.strong(format!("{} uniforms, {} bytes", layout.fields.len(), layout.uniform_size));
         let label = ui.label("named");
@@ -28,7 +34,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
             .on_hover_text("Show only uniforms whose names hold this");
     });
     match &bytes {
-        None => drop(ui.weak("This module is shared by the whole picture; its values are not shown.")),
+        None => drop(ui.weak("The picture does not run this module.")),
         Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, format!("this draw has no amounts for this key: {e}"))),
         Some(Ok(_)) => {}
     }
@@ -39,6 +45,23 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         ui.strong(format!("Textures: {}, samplers: {}", layout.textures.len(), layout.samplers.len()));
         textures(panel, ui, seen, layout);
     });
+}
+
+/// What a shared module was given, for the draw that is chosen where it has several.
+fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, module: &str) -> Option<Vec<u8>> {
+    let draws: Vec<_> = seen.drawing.shared.iter().filter(|d| d.module == module).collect();
+    let chosen = &mut panel.values.draw;
+    *chosen = (*chosen).min(draws.len().checked_sub(1)?);
+    if draws.len() > 1 {
+        ComboBox::from_label("draw").selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
+            for (k, draw) in draws.iter().enumerate() {
+                ui.selectable_value(chosen, k, draw.label.as_str());
+            }
+        });
+    } else {
+        ui.weak(draws[*chosen].label.as_str());
+    }
+    Some(draws[*chosen].uniforms.clone())
 }
 
 /// The f32 numbers of a field.

@@ -1,10 +1,12 @@
 //! Names and markers beside the bodies of a picture, thinned where they crowd, and what a click means.
 //!
-//! In: a drawn [`Scene`] and what is selected. Out: marks in pixels of its picture, the important ones first, and the body under a place. Always:
-//! two shown names do not overlap; the selected body is shown whenever it is before the camera. A body behind the disc of a nearer one has none.
+//! In: the bodies that a camera sees and which is selected. Out: marks in pixels of its picture, the important ones first, and the body under a place.
+//! Always: two shown names do not overlap, as far as a letter's mean width tells; the selected body is shown whenever it is before the camera. A body behind
+//! the disc of a nearer one has none. Not here: letters.
 
+use super::camera::Camera;
+use super::{Appearance, BodyInView, Scene};
 use crate::catalog::NaifId;
-use crate::scene::{Appearance, BodyInView, Scene};
 use glam::DVec2;
 
 /// One body on the picture.
@@ -34,9 +36,49 @@ fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option
 }
 
 /// Room that a name takes: a letter's mean width and a line's height, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lettering {
     pub letter_px: f64,
     pub line_px: f64,
+}
+
+/// sRGB of a name and of the selected body's name, marker and outline.
+pub const NAME_COLOUR: [u8; 3] = [200, 208, 220];
+pub const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
+/// Opacity of a marker beside that of a name, of a body that is not selected.
+pub const MARKER_OPACITY: f32 = 0.55;
+/// Radius of a marker in parts of the size of the letters; bodies smaller than it have one.
+pub const MARKER_RADIUS: f64 = 5.0 / 13.0;
+/// A letter's mean width in parts of its size (Ubuntu Light, over English names).
+pub const LETTER_WIDTH: f64 = 6.6 / 13.0;
+/// A line's height in parts of the size of its letters.
+pub const LINE_HEIGHT: f64 = 15.0 / 13.0;
+/// Part of the picture's height beyond which a body needs no name: it fills the picture.
+pub const FILLS: f64 = 0.45;
+
+/// The names of a picture, for letters of `size_px`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Labels {
+    pub size_px: f64,
+    pub selected: NaifId,
+    pub marks: Vec<Mark>,
+}
+
+/// Letters of a picture: readable in a small one, in proportion in a large one, pixels.
+pub fn letter_size_px(height: u32) -> f64 {
+    (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
+}
+
+impl Lettering {
+    pub fn of_size(size_px: f64) -> Self {
+        Self { letter_px: LETTER_WIDTH * size_px, line_px: LINE_HEIGHT * size_px }
+    }
+
+    /// Pixels from a body's centre to its name, right and up.
+    pub fn beside_px(&self, radius_px: f64) -> f64 {
+        let size_px = self.line_px / LINE_HEIGHT;
+        (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
+    }
 }
 
 /// Marks nearer than this to a more important one are left out, pixels.
@@ -44,12 +86,16 @@ const CROWDED_PX: f64 = 7.0;
 /// A click this far from a mark still means it, pixels.
 pub const REACH_PX: f64 = 14.0;
 
-/// The marks of a scene, most important first.
-pub fn marks(scene: &Scene, selected: NaifId, parent: impl Fn(NaifId) -> Option<NaifId>, lettering: &Lettering) -> Vec<Mark> {
-    let camera = &scene.camera;
+/// The marks of the bodies that a camera sees, most important first.
+pub fn marks(
+    camera: &Camera,
+    bodies: &[BodyInView],
+    selected: NaifId,
+    parent: impl Fn(NaifId) -> Option<NaifId>,
+    lettering: &Lettering,
+) -> Vec<Mark> {
     let size = camera.half_size() * 2.0;
-    let mut seen: Vec<(&BodyInView, DVec2, f64)> = scene
-        .bodies
+    let mut seen: Vec<(&BodyInView, DVec2, f64)> = bodies
         .iter()
         .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
         .filter_map(|b| {
@@ -90,7 +136,7 @@ pub fn marks(scene: &Scene, selected: NaifId, parent: impl Fn(NaifId) -> Option<
 
 /// Least and greatest corner of a body's name, right of its disc or marker.
 pub fn name_box(centre_px: DVec2, radius_px: f64, name: &str, lettering: &Lettering) -> (DVec2, DVec2) {
-    let beside = (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(5.0) + 4.0;
+    let beside = lettering.beside_px(radius_px);
     let corner = centre_px + DVec2::new(beside, -beside - 0.5 * lettering.line_px);
     (corner, corner + DVec2::new(name.chars().count() as f64 * lettering.letter_px, lettering.line_px))
 }

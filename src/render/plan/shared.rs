@@ -1,0 +1,313 @@
+//! The draws that are not planets: points, lines, glow, tone map, bloom, outline, names. One shared module each.
+//!
+//! In: the scene and the layouts of the shared modules. Out: draws and steps with their uniform bytes filled by field name. Always: a module that
+//! [`modules`] does not name is not run. Not here: what is drawn (scene decides), planets.
+
+use super::build::{PlanError, Supplies, scissor};
+use super::graph::{Read, Step, Target, Write};
+use super::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, PlanDraw, TextureBinding, TextureSource, Vertices};
+use crate::image::{Cell, Letters};
+use crate::scene::Scene;
+use crate::scene::draw::{PixelView, Point};
+use crate::scene::marks::{FILLS, Labels, Lettering, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR};
+use crate::scene::orbits::{self, LinePiece};
+use crate::scene::request::ToneMap;
+use crate::shader::UniformWriter;
+use crate::shader::reflect::LayoutError;
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// The binding of the first picture that a screen-wide module reads; others follow it.
+const READS_BINDING: u32 = 1;
+
+/// Part of white up to which the tone map leaves a photograph as it is.
+const FILM_TRUE_TO: f32 = 0.8;
+
+/// What bloom adds: these parts of the light beyond white, spread by Gaussians of these standard deviations in parts of the picture's height. Chosen by
+/// eye, after the halo of a clean camera lens; no measurement.
+pub(super) const BLOOM_NEAR: (f32, f32) = (0.10, 0.006);
+pub(super) const BLOOM_FAR: (f32, f32) = (0.05, 0.03);
+/// Light beyond white that counts at most, in whites: the Sun's disc, a million whites beside a planet, has its own law in the glow.
+pub(super) const BLOOM_MOST: f32 = 16.0;
+/// What each of bloom's two pictures is smaller by.
+const SHRINK: u32 = 4;
+
+/// Standard deviation of the outline's fall in parts of the picture's height, and in pixels at least.
+const OUTLINE_SIGMA: f32 = 0.0025;
+const OUTLINE_SIGMA_LEAST_PX: f32 = 1.5;
+/// Standard deviations that a blur reaches: shaders/entry/blur.wgsl.
+const BLUR_REACH: f32 = 3.0;
+
+/// Opacity of the shadow that keeps a name readable before something bright.
+const NAME_SHADOW: f32 = 0.7;
+
+/// The shared modules that a scene's plan runs.
+pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
+    let wanted = [
+        (!scene.points.is_empty(), "point"),
+        (!scene.lines.is_empty(), "line"),
+        (scene.glow.is_some(), "glow"),
+        (scene.bloom, "shrink"),
+        (scene.bloom || scene.outlined.is_some(), "blur"),
+        (scene.bloom, "tone_map_bloom"),
+        (!scene.bloom, "tone_map"),
+        (scene.outlined.is_some(), "outline"),
+        (scene.labels.is_some(), "label"),
+    ];
+    wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, name)| name).collect()
+}
+
+/// A draw of a shared module: one triangle over the whole target, without depth, until something else is said.
+fn of_module(
+    module: &'static str,
+    scene: &Scene,
+    supplies: &impl Supplies,
+    fill: impl FnOnce(&mut UniformWriter<'_>) -> Result<(), LayoutError>,
+) -> Result<PlanDraw, PlanError> {
+    let name = ModuleName::Simple(module);
+    let layout = supplies.layout(&name)?;
+    let mut w = layout.writer();
+    let uniforms = fill(&mut w).and_then(|()| w.finish()).map_err(|source| PlanError::Layout { module: module.to_owned(), source })?;
+    Ok(PlanDraw {
+        label: module.replace('_', " "),
+        module: name,
+        uniforms,
+        textures: Vec::new(),
+        samplers: Vec::new(),
+        vertices: Vertices::Count(3),
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::Replace,
+        cull: Cull::None,
+        depth: DepthState { test: false, write: false },
+        scissor: [0, 0, scene.camera.width, scene.camera.height],
+    })
+}
+
+/// Numbers an instance, and which.
+type Column<T> = (u32, fn(&T) -> Vec<f32>);
+
+/// Rectangles, one an instance, with an attribute of each column.
+fn rectangles<T>(all: &[T], attributes: &[Column<T>]) -> (Vertices, Instances) {
+    let attribute =
+        |(components, values): &Column<T>| Attribute { components: *components, values: Arc::new(all.iter().flat_map(values).collect()) };
+    let count = u32::try_from(all.len()).unwrap_or(u32::MAX);
+    (Vertices::Count(6), Instances { count, attributes: attributes.iter().map(attribute).collect() })
+}
+
+/// Hidden by what is nearer.
+const BEHIND: DepthState = DepthState { test: true, write: false };
+
+pub(super) fn points(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+    if scene.points.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (vertices, instances) = rectangles::<Point>(
+        &scene.points,
+        &[(3, |p| p.centre.to_array().to_vec()), (1, |p| vec![p.radius_px]), (3, |p| p.flux.to_array().to_vec())],
+    );
+    let draw = of_module("point", scene, supplies, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+    Ok(vec![PlanDraw { label: "points".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw }])
+}
+
+pub(super) fn lines(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+    if scene.lines.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (vertices, instances) = rectangles::<LinePiece>(
+        &scene.lines,
+        &[
+            (3, |p| p.ends[0].to_array().to_vec()),
+            (3, |p| p.ends[1].to_array().to_vec()),
+            (2, |p| p.across[0].to_array().to_vec()),
+            (2, |p| p.across[1].to_array().to_vec()),
+            (2, |p| p.strength.to_vec()),
+            (3, |p| p.colour.to_array().to_vec()),
+        ],
+    );
+    let draw = of_module("line", scene, supplies, |w| {
+        w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
+        w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
+    })?;
+    Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
+}
+
+pub(super) fn glow(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+    let Some(glow) = &scene.glow else { return Ok(Vec::new()) };
+    let draw = of_module("glow", scene, supplies, |w| {
+        w.vec3("sun_direction", glow.sun_direction)?;
+        w.f32("least_sq", glow.least_sq)?;
+        w.vec3("strength", glow.strength)?;
+        w.vec2("tan_half_fov", glow.tan_half_fov)
+    })?;
+    let scissor = scissor(glow.rect_in_clip, scene.camera.width, scene.camera.height);
+    Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
+}
+
+/// Bloom's resources: a quarter and a sixteenth of the picture's sides.
+const BEYOND: [&str; 3] = ["beyond white", "beyond white across", "near halo"];
+const HALO: [&str; 3] = ["near halo shrunk", "near halo across", "far halo"];
+
+/// A target of linear light of a size.
+fn linear(resource: &'static str, [width, height]: [u32; 2]) -> Target {
+    Target { resource, width, height, format: ColourFormat::Rgba32Float, samples: 1, clear: [0.0; 4], depth: false }
+}
+
+fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> Step {
+    let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
+    let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };
+    Step { name, reads, writes: Write::New(target), draws: vec![draw] }
+}
+
+fn blur(scene: &Scene, supplies: &impl Supplies, axis: Vec2, sigma_px: f32) -> Result<PlanDraw, PlanError> {
+    let draw = of_module("blur", scene, supplies, |w| {
+        w.vec2("axis", axis)?;
+        w.f32("sigma_px", sigma_px)
+    })?;
+    Ok(PlanDraw { label: format!("blur along {}", if axis == Vec2::X { "x" } else { "y" }), ..draw })
+}
+
+/// Light beyond white, spread near and far.
+pub(super) fn bloom_steps(scene: &Scene, supplies: &impl Supplies, light: &'static str) -> Result<Vec<Step>, PlanError> {
+    let smaller = |size: [u32; 2]| size.map(|s| s.div_ceil(SHRINK));
+    let quarter = smaller([scene.camera.width, scene.camera.height]);
+    let sixteenth = smaller(quarter);
+    let shrink = |exposure: f32, beyond: f32, most: f32| {
+        of_module("shrink", scene, supplies, |w| {
+            w.f32("exposure", exposure)?;
+            w.f32("beyond", beyond)?;
+            w.f32("most", most)
+        })
+    };
+    let height = scene.camera.height as f32;
+    let [near_px, far_px] = [BLOOM_NEAR.1 * height / SHRINK as f32, BLOOM_FAR.1 * height / (SHRINK * SHRINK) as f32];
+    let blur = |axis: Vec2, sigma_px: f32| blur(scene, supplies, axis, sigma_px);
+    Ok(vec![
+        screen_step("bloom, beyond white", &[light], linear(BEYOND[0], quarter), shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MOST)?),
+        screen_step("bloom, near, across", &[BEYOND[0]], linear(BEYOND[1], quarter), blur(Vec2::X, near_px)?),
+        screen_step("bloom, near", &[BEYOND[1]], linear(BEYOND[2], quarter), blur(Vec2::Y, near_px)?),
+        screen_step("bloom, shrunk", &[BEYOND[2]], linear(HALO[0], sixteenth), shrink(1.0, 0.0, f32::MAX)?),
+        screen_step("bloom, far, across", &[HALO[0]], linear(HALO[1], sixteenth), blur(Vec2::X, far_px)?),
+        screen_step("bloom, far", &[HALO[1]], linear(HALO[2], sixteenth), blur(Vec2::Y, far_px)?),
+    ])
+}
+
+/// From light to bytes, with the light that bloom spread where there is some.
+pub(super) fn tone_map_step(
+    scene: &Scene,
+    supplies: &impl Supplies,
+    light: &'static str,
+    picture: &'static str,
+) -> Result<Step, PlanError> {
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    let film = scene.pixel_view == PixelView::Shaded && scene.tone_map == ToneMap::Film;
+    let (module, reads) = if scene.bloom { ("tone_map_bloom", &[light, BEYOND[2], HALO[2]][..]) } else { ("tone_map", &[light][..]) };
+    let draw = of_module(module, scene, supplies, |w| {
+        w.f32("exposure", scene.exposure.factor_f32())?;
+        w.f32("dither", 0.0)?;
+        w.f32("true_to", if film { FILM_TRUE_TO } else { f32::MAX })?;
+        if scene.bloom {
+            w.f32("near_part", BLOOM_NEAR.0)?;
+            w.f32("far_part", BLOOM_FAR.0)?;
+        }
+        Ok(())
+    })?;
+    let black = [0.0, 0.0, 0.0, 1.0];
+    let target = Target { resource: picture, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
+    Ok(screen_step("tone map", reads, target, draw))
+}
+
+const SHAPE: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
+
+/// sRGB bytes as the shaders take them.
+fn colour(bytes: [u8; 3]) -> Vec3 {
+    Vec3::from_array(bytes.map(f32::from)) / 255.0
+}
+
+/// The selected body's outline: its shape as a mask, blurred, and what of that lies beside the shape.
+pub(super) fn outline_steps(
+    scene: &Scene,
+    shape: PlanDraw,
+    supplies: &impl Supplies,
+    picture: &'static str,
+) -> Result<Vec<Step>, PlanError> {
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_SIGMA_LEAST_PX);
+    let reach = (BLUR_REACH * sigma_px).ceil() as u32 + 1;
+    let [x0, y0, x1, y1] = shape.scissor;
+    let around =
+        [x0.saturating_sub(reach), y0.saturating_sub(reach), x1.saturating_add(reach).min(width), y1.saturating_add(reach).min(height)];
+    let mask = |resource| Target { resource, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
+    let blurred = |name, from, to, axis| -> Result<Step, PlanError> {
+        let mut step = screen_step(name, &[from], mask(to), blur(scene, supplies, axis, sigma_px)?);
+        step.draws.iter_mut().for_each(|d| d.scissor = around);
+        Ok(step)
+    };
+    // A planet's module writes depth.
+    let shape_target = Target { depth: true, ..mask(SHAPE[0]) };
+    let line = of_module("outline", scene, supplies, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
+    let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: around, ..line };
+    let reads = [SHAPE[0], SHAPE[2]];
+    let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
+    Ok(vec![
+        Step { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
+        blurred("outline, blurred across", SHAPE[0], SHAPE[1], Vec2::X)?,
+        blurred("outline, blurred", SHAPE[1], SHAPE[2], Vec2::Y)?,
+        Step { name: "outline", reads, writes: Write::Over(picture), draws: vec![line] },
+    ])
+}
+
+/// One letter or marker in the picture.
+struct Stamp {
+    corner_px: [f32; 2],
+    cell: [f32; 4],
+    colour: [f32; 4],
+}
+
+/// A cell whose pen stands at a place: whole pixels, so that each texel falls on one.
+fn stamp(cell: &Cell, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> Stamp {
+    let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(cell.from_pen[k])) as f32);
+    let [x, y, w, h] = [cell.at[0], cell.at[1], cell.size[0], cell.size[1]].map(|v| v as f32);
+    Stamp { corner_px, cell: [x, y, w, h], colour: [r, g, b, opacity] }
+}
+
+/// Markers and names, the least important first, each name over its own shadow.
+fn stamps(labels: &Labels, letters: &Letters, height: u32) -> Vec<Stamp> {
+    let lettering = Lettering::of_size(labels.size_px);
+    let shade_px = (labels.size_px / 13.0).round().max(1.0);
+    let mut all = Vec::new();
+    for mark in labels.marks.iter().rev() {
+        let selected = mark.body == labels.selected;
+        let ink = colour(if selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
+        let at = mark.centre_px.to_array();
+        if mark.radius_px < MARKER_RADIUS * labels.size_px {
+            let at = [at[0] - 0.5, at[1] - 0.5];
+            all.push(stamp(&letters.marker, at, ink, if selected { 1.0 } else { MARKER_OPACITY }));
+        }
+        if (mark.named || selected) && mark.radius_px < FILLS * f64::from(height) {
+            let beside = lettering.beside_px(mark.radius_px);
+            let pen = [at[0] + beside, at[1] - beside + f64::from(letters.middle_to_base)];
+            for (away_px, ink, opacity) in [(shade_px, [0.0; 3], NAME_SHADOW), (0.0, ink, 1.0)] {
+                let written = letters.lay(&mark.name).filter(|(_, cell)| cell.size[0] > 0);
+                all.extend(
+                    written.map(|(along, cell)| stamp(&cell, [pen[0] + f64::from(along) + away_px, pen[1] + away_px], ink, opacity)),
+                );
+            }
+        }
+    }
+    all
+}
+
+/// Names and markers of bodies.
+pub(super) fn labels(scene: &Scene, labels: &Labels, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+    let letters = supplies.letters(labels.size_px);
+    let all = stamps(labels, &letters, scene.camera.height);
+    if all.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (vertices, instances) =
+        rectangles::<Stamp>(&all, &[(2, |s| s.corner_px.to_vec()), (4, |s| s.cell.to_vec()), (4, |s| s.colour.to_vec())]);
+    let draw = of_module("label", scene, supplies, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+    let textures = vec![TextureBinding { binding: READS_BINDING, source: TextureSource::Image(Arc::clone(&letters.texture)) }];
+    Ok(vec![PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw }])
+}
