@@ -5,13 +5,15 @@ use orrery::render::software::exec::{Executor, Gradients, LaneMask, TextureUnit}
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::lower;
 use orrery::render::software::program::{LaneInput, Program};
+use orrery::shader::emit::emit_module;
 
 const LANES: usize = 128;
 /// Half of what the eight-bit picture could show is 2e-3; f32 leaves this much.
 const TOLERANCE: f64 = 1.5e-6;
 
 fn program() -> Program {
-    let module = naga::front::wgsl::parse_str(include_str!("../shaders/entry/tone_map.wgsl")).expect("WGSL");
+    let id = "tone_map".parse().expect("a shared module");
+    let module = naga::front::wgsl::parse_str(&emit_module(&id).expect("emitted").wgsl).expect("WGSL");
     let info = orrery::shader::module::validate(&module).expect("valid");
     lower(&module, &info, "fragment_main").expect("lowers")
 }
