@@ -1,4 +1,4 @@
-//! Bakes `orrery_1900_2100.bsp` and `pluto_1551_2646.bsp` from JPL's DE440: `cargo run --release --example bake_kernel -- de440.bsp catalogs`.
+//! Bakes `orrery_1900_2100.bsp` and `pluto_1551_2646.bsp` from JPL's DE440: `cargo run --release --features bake --example bake_kernel -- de440.bsp catalogs`.
 //!
 //! Each body is refitted with Chebyshev polynomials through the Chebyshev nodes of equal intervals. For a list of interval lengths the
 //! lowest degree that keeps the stated error is found, and the smallest of these choices is written as an SPK of type 2

@@ -1,4 +1,4 @@
-//! Writes catalogs/rings.toml's Saturn: `cargo run --example bake_rings`.
+//! Writes catalogs/rings.toml's Saturn: `cargo run --features bake --example bake_rings`.
 //!
 //! Places and optical depths of named edges, gaps, plateaus and ringlets are those of the published occultation profiles (Colwell et al. 2009 and 2010;
 //! Cuzzi et al. 1984 for what Voyager saw), entered from memory and rounded. Between named features the B ring's hundreds of ringlets are not in any table

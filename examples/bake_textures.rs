@@ -1,4 +1,4 @@
-//! Makes textures/ from a folder of source maps: `cargo run --release --example bake_textures -- SOURCE [OUT]`.
+//! Makes textures/ from a folder of source maps: `cargo run --release --features bake --example bake_textures -- SOURCE [OUT]`.
 //!
 //! In: SOURCE/textures and SOURCE/catalogs/nomenclature_usgs.csv, named and credited in textures/README.md. Out: the files of textures/, and on
 //! standard output each colour map's gain for the catalog. No randomness but a fixed hash: the same sources give the same files.

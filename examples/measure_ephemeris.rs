@@ -1,4 +1,4 @@
-//! Measures each source against JPL's DE440: `cargo run --release --example measure_ephemeris -- de440.bsp`.
+//! Measures each source against JPL's DE440: `cargo run --release --features bake --example measure_ephemeris -- de440.bsp`.
 //!
 //! Prints per place the worst and the root-mean-square error over 4000 dates spread evenly over the span: in km, relative to what the source's theory
 //! counts from, and in arcseconds as seen from there. `error_km` of the sources quotes these figures, rounded up.

@@ -18,8 +18,28 @@ pub struct Mark {
     pub centre_px: DVec2,
     /// Of its disc.
     pub radius_px: f64,
-    /// There is room for its name.
-    pub named: bool,
+    /// Where there is room for its name.
+    pub named: Option<Side>,
+}
+
+/// The side of its body on which a name stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Side {
+    pub left: bool,
+    pub below: bool,
+}
+
+impl Side {
+    pub const USUAL: Self = Self { left: false, below: false };
+    /// In the order in which they are tried.
+    pub const ALL: [Self; 4] =
+        [Self::USUAL, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
+
+    /// From the body to the near end of the middle line of its name, pixels.
+    pub fn way_px(self, beside_px: f64) -> DVec2 {
+        let along = |back: bool| if back { -beside_px } else { beside_px };
+        DVec2::new(along(self.left), along(!self.below))
+    }
 }
 
 /// A body's rank among those that want room: lower comes first.
@@ -124,21 +144,24 @@ pub fn marks(
         if kept.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
             continue;
         }
-        let name_box = name_box(centre_px, radius_px, &b.name, lettering);
-        let free = names.iter().all(|n| name_box.1.x < n.0.x || name_box.0.x > n.1.x || name_box.1.y < n.0.y || name_box.0.y > n.1.y);
-        if free {
-            names.push(name_box);
-        }
-        kept.push(Mark { body: b.id, name: b.name.clone(), centre_px, radius_px, named: free });
+        let of_side = |side: Side| (side, name_box(centre_px, radius_px, &b.name, lettering, side));
+        let apart = |a: &(DVec2, DVec2), b: &(DVec2, DVec2)| a.1.cmplt(b.0).any() || a.0.cmpgt(b.1).any();
+        let fits = |(_, place): &(Side, (DVec2, DVec2))| {
+            names.iter().all(|n| apart(place, n)) && place.0.cmpge(DVec2::ZERO).all() && place.1.cmple(size).all()
+        };
+        let named = Side::ALL.map(of_side).into_iter().find(fits);
+        names.extend(named.map(|(_, place)| place));
+        kept.push(Mark { body: b.id, name: b.name.clone(), centre_px, radius_px, named: named.map(|(side, _)| side) });
     }
     kept
 }
 
-/// Least and greatest corner of a body's name, right of its disc or marker.
-pub fn name_box(centre_px: DVec2, radius_px: f64, name: &str, lettering: &Lettering) -> (DVec2, DVec2) {
-    let beside = lettering.beside_px(radius_px);
-    let corner = centre_px + DVec2::new(beside, -beside - 0.5 * lettering.line_px);
-    (corner, corner + DVec2::new(name.chars().count() as f64 * lettering.letter_px, lettering.line_px))
+/// Least and greatest corner of a body's name beside its disc or marker.
+pub fn name_box(centre_px: DVec2, radius_px: f64, name: &str, lettering: &Lettering, side: Side) -> (DVec2, DVec2) {
+    let width_px = name.chars().count() as f64 * lettering.letter_px;
+    let near_end = centre_px + side.way_px(lettering.beside_px(radius_px));
+    let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * lettering.line_px);
+    (corner, corner + DVec2::new(width_px, lettering.line_px))
 }
 
 /// The body that a click at `at_px` means: the nearest small one within reach, else the disc under it, the nearest to the viewer first.

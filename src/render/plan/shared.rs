@@ -9,7 +9,7 @@ use super::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleN
 use crate::image::{Cell, Letters};
 use crate::scene::Scene;
 use crate::scene::draw::{PixelView, Point};
-use crate::scene::marks::{FILLS, Labels, Lettering, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR};
+use crate::scene::marks::{FILLS, Labels, Lettering, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR, Side};
 use crate::scene::orbits::{self, LinePiece};
 use crate::scene::request::ToneMap;
 use crate::shader::UniformWriter;
@@ -284,9 +284,13 @@ fn stamps(labels: &Labels, letters: &Letters, height: u32) -> Vec<Stamp> {
             let at = [at[0] - 0.5, at[1] - 0.5];
             all.push(stamp(&letters.marker, at, ink, if selected { 1.0 } else { MARKER_OPACITY }));
         }
-        if (mark.named || selected) && mark.radius_px < FILLS * f64::from(height) {
-            let beside = lettering.beside_px(mark.radius_px);
-            let pen = [at[0] + beside, at[1] - beside + f64::from(letters.middle_to_base)];
+        let side = mark.named.or_else(|| selected.then_some(Side::USUAL));
+        if let Some(side) = side
+            && mark.radius_px < FILLS * f64::from(height)
+        {
+            let [x, y] = side.way_px(lettering.beside_px(mark.radius_px)).to_array();
+            let width = letters.lay(&mark.name).last().map_or(0.0, |(along, cell)| f64::from(along + cell.advance));
+            let pen = [at[0] + x - if side.left { width } else { 0.0 }, at[1] + y + f64::from(letters.middle_to_base)];
             for (away_px, ink, opacity) in [(shade_px, [0.0; 3], NAME_SHADOW), (0.0, ink, 1.0)] {
                 let written = letters.lay(&mark.name).filter(|(_, cell)| cell.size[0] > 0);
                 all.extend(

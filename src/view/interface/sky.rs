@@ -1,7 +1,7 @@
 //! The picture, its marks, and the mouse on it.
 
 use super::Interface;
-use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, hit};
+use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, Side, hit};
 use crate::view::viewer::Action;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2, pos2};
 use glam::DVec2;
@@ -71,12 +71,16 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, points_per_px: 
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
         // A body that fills the picture says its name in the title.
-        if interface.settings.names && (mark.named || selected) && radius < FILLS as f32 * rect.height() {
-            let beside = Lettering::of_size(f64::from(NAME_POINTS)).beside_px(f64::from(radius)) as f32;
-            let place = at + Vec2::new(beside, -beside);
+        let side = mark.named.or_else(|| selected.then_some(Side::USUAL));
+        if let Some(side) = side
+            && interface.settings.names
+            && radius < FILLS as f32 * rect.height()
+        {
+            let place = at + vec2(side.way_px(Lettering::of_size(f64::from(NAME_POINTS)).beside_px(f64::from(radius))));
+            let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(place + Vec2::splat(1.0), Align2::LEFT_CENTER, &mark.name, font.clone(), Color32::from_black_alpha(180));
-            painter.text(place, Align2::LEFT_CENTER, &mark.name, font, colour);
+            painter.text(place + Vec2::splat(1.0), end, &mark.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(place, end, &mark.name, font, colour);
         }
     }
 }
