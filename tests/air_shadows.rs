@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, Ring};
 use orrery::render::plan::{self, Fineness};
 use orrery::scene::Scene;
-use orrery::scene::draw::{AirTier, Eclipse, Part, RingShadow, RingTable};
+use orrery::scene::draw::{AirTier, Eclipse, Light, Needs, Part, RingShadow, RingTable};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
 use orrery::time::Instant;
@@ -150,5 +150,65 @@ fn no_line_stands_at_the_limb_of_a_hazy_moon() {
         // The haze itself bends by 0.05 a pixel; too few samples behind the limb, or a map that does not fade, make 0.14 of it.
         assert!(hazy < 0.08, "{hazy} from {towards:?}");
         assert!(bare > 0.2, "{bare} from {towards:?}");
+    }
+}
+
+/// Two scenes whose draws may differ in the eclipse alone.
+fn differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
+    assert_eq!(eclipsed.draws.len(), plain.draws.len());
+    assert!(eclipsed.draws.iter().any(|d| d.needs.eclipse.casters > 0 && d.needs.air.tier != AirTier::None), "air in an eclipse");
+    for (a, b) in eclipsed.draws.iter().zip(&plain.draws) {
+        let shadow = (a.needs.eclipse, a.needs.ring_shadow);
+        let lights = if b.needs.lights > 1 { 3 } else { 1 };
+        assert_eq!(Needs { eclipse: shadow.0, ring_shadow: shadow.1, lights, ..b.needs }, a.needs, "{}", a.name);
+        let (ours, theirs) = (&a.amounts.lights, &b.amounts.lights);
+        assert_eq!(ours[..theirs.len()], theirs[..], "{}", a.name);
+        assert!(ours.len() == usize::from(lights) && ours[theirs.len()..].iter().all(|l| l.irradiance == glam::Vec3::ZERO), "{}", a.name);
+    }
+}
+
+/// Half of the Earth by night on the day of an eclipse, and a thousandth of sunlight from the Sun's antipode: the night is as bright as without the eclipse, which
+/// takes the Sun's light alone; and casters out of reach take nothing.
+#[test]
+fn other_lights_stay_in_an_eclipse() {
+    let time = "2024-04-08T18:17:16Z";
+    let sunward = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
+    let sun = SESSION.scene(&request(NaifId::EARTH, time, sunward, "")).expect("a scene");
+    let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").amounts.lights[0].direction_in_body;
+    let abeam = glam::Vec3::new(-sun.y, sun.x, 0.0).normalize().as_dvec3() * 3.0 * 6378.0;
+    let position = Position::Offset { body: NaifId::EARTH, offset_km: abeam, axes: Axes::BodyFixed };
+    for way in ["pixel-8", "table"] {
+        let of = |switched: &str| {
+            let effects = format!("+atmosphere,+atmosphere={way},-night,{switched}");
+            let asked = ViewRequest { width: 160, height: 160, ..request(NaifId::EARTH, time, position, &effects) };
+            let mut scene = SESSION.scene(&asked).expect("a scene");
+            for light in scene.draws.iter_mut().flat_map(|d| d.amounts.lights.iter_mut().skip(1).take(1)) {
+                *light = Light { direction_in_body: -sun, irradiance: glam::Vec3::splat(5e-4) };
+            }
+            scene
+        };
+        let (eclipsed, plain) = (of("+planet-shine,+eclipse"), of("+planet-shine,-eclipse"));
+        differ_in_the_eclipse_alone(&eclipsed, &plain);
+        let mut far = eclipsed.clone();
+        far.draws.iter_mut().flat_map(|d| &mut d.amounts.eclipse.places).for_each(|p| p.x += 1000.0);
+        let (shown, far, plain, unlit) = (pixels(&eclipsed), pixels(&far), pixels(&plain), pixels(&of("-planet-shine,+eclipse")));
+        let placement = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
+        let (mut night, mut day) = (0, 0);
+        for k in 0..shown.len() {
+            assert!((0..4).all(|c| (far[k][c] - plain[k][c]).abs() <= 1e-6 * plain[k][c].max(1e-3)), "{way} {k}: {:?} {:?}", far[k], plain[k]);
+            let middle = DVec2::new(f64::from(k as u32 % 160) + 0.5, f64::from(k as u32 / 160) + 0.5);
+            let Some(hit) = eclipsed.camera.surface_under_pixel(&placement, middle) else { continue };
+            let height = (hit / placement.radii_km).normalize().dot(sun.as_dvec3());
+            if height < -0.3 {
+                // A thousandth of sunlight on sea of albedo 0.03 or more, aslant.
+                assert!((0..3).all(|c| (shown[k][c] - plain[k][c]).abs() <= 1e-5 * plain[k][c]), "{way} {k}: {:?} {:?}", shown[k], plain[k]);
+                let brighter = (0..3).any(|c| shown[k][c] > unlit[k][c] + 1e-8);
+                assert!(brighter, "{way} {k}: the night is {:?} with and {:?} without", shown[k], unlit[k]);
+                night += 1;
+            } else if shown[k][1] < 0.9 * plain[k][1] {
+                day += 1;
+            }
+        }
+        assert!(night > 1000 && day > 20, "{way}: {night} by night, {day} in the shadow");
     }
 }

@@ -9,6 +9,7 @@ mod cli;
 mod clouds;
 mod eclipse;
 mod ephemeris;
+mod exposure;
 mod glint;
 mod golden;
 #[cfg(feature = "gpu")]

@@ -285,15 +285,10 @@ pub struct Chosen {
 }
 
 impl Chosen {
-    /// Under air in an eclipse the Sun alone lights: what stands before the Sun turns its night side to the body, and the keys are a third.
-    pub fn shine_is_left_out(self, air: AirTier) -> bool {
-        air != AirTier::None && self.eclipse.casters > 0
-    }
-
     /// Whether the rings light the globe. Moons give a thousandth of it (less beside rings that the Sun hardly lights): with both the keys of ringed bodies would be twice as many.
-    fn lit_by_rings(self, body: &Body, air: AirTier) -> bool {
+    fn lit_by_rings(self, body: &Body) -> bool {
         let available = Available::of(body);
-        self.ring_shine && available.rings && !available.emissive && !self.shine_is_left_out(air)
+        self.ring_shine && available.rings && !available.emissive
     }
 
     /// The structure of the draw. What the body does not have is left out, so no choice can ask for it.
@@ -324,10 +319,12 @@ impl Chosen {
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(OVERLAYS_AT_MOST)) as u8),
-            lights: match (available.emissive, self.shine_is_left_out(air.tier) || self.lit_by_rings(body, air.tier)) {
-                (true, _) => 0,
-                (false, true) => 1,
-                (false, false) => (1 + self.shine).min(LIGHTS_AT_MOST),
+            lights: match (available.emissive, self.lit_by_rings(body), self.shine) {
+                (true, ..) => 0,
+                (false, true, _) | (false, false, 0) => 1,
+                // The last of them may be dark: half as many keys.
+                (false, false, _) if air.tier != AirTier::None && self.eclipse.casters > 0 => LIGHTS_AT_MOST,
+                (false, false, shine) => (1 + shine).min(LIGHTS_AT_MOST),
             },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
             // Under air in an eclipse the ring's shadow is left out: features.rs says so.
@@ -336,7 +333,7 @@ impl Chosen {
             } else {
                 RingShadow::None
             },
-            ring_shine: self.lit_by_rings(body, air.tier),
+            ring_shine: self.lit_by_rings(body),
             shape: match mesh {
                 Some(_) => Shape::Mesh,
                 None if ellipsoid && available.ellipsoid => Shape::Ellipsoid,
@@ -494,6 +491,28 @@ mod tests {
         assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
         assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("+night"));
         assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("planet-shine"));
+    }
+
+    /// What an eclipse changes in the structure of a draw: itself, and under air the ring's shadow and the number of lights, upward.
+    #[test]
+    fn an_eclipse_takes_no_light_but_the_suns() {
+        let catalog = Catalog::embedded();
+        let eclipse = Eclipse { casters: 1, model: EclipseModel::LimbDarkened };
+        let (mut under_air, mut by_rings) = (0, 0);
+        for body in catalog.bodies() {
+            for air in super::super::air::possible_tiers(body) {
+                for (shine, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
+                    let chosen = Chosen { shine, ring_shine, air, ..Chosen::default() };
+                    let plain = chosen.needs(body, PixelView::Shaded);
+                    let dim = Chosen { eclipse, ..chosen }.needs(body, PixelView::Shaded);
+                    assert_eq!(Needs { eclipse: plain.eclipse, lights: plain.lights, ..dim }, plain, "{}", body.name);
+                    assert!(dim.lights == plain.lights || air != AirTier::None && plain.lights > 1 && dim.lights > plain.lights);
+                    under_air += usize::from(air != AirTier::None && shine > 0 && dim.lights > 1 && dim.eclipse == eclipse);
+                    by_rings += usize::from(air != AirTier::None && dim.ring_shine && dim.eclipse == eclipse);
+                }
+            }
+        }
+        assert!(under_air > 20 && by_rings > 10, "{under_air} {by_rings}");
     }
 
     #[test]

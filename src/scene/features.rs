@@ -13,7 +13,7 @@ use super::silhouette::Outline;
 use super::{Appearance, Exposure, Placed, of_white, photometry};
 use crate::catalog::{Body, Map, NaifId, Overlay, Photometry};
 use crate::ephemeris::Ephemeris;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// What the decisions of all bodies of a frame share.
 #[derive(Clone, Copy)]
@@ -158,14 +158,6 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
         ledger.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
         chosen.ring_shadow = RingShadow::None;
     }
-    if chosen.shine_is_left_out(chosen.air) && !shine.is_empty() {
-        ledger.note(Effect::PlanetShine.name(), false, "left out under air in an eclipse".into());
-        shine.clear();
-    }
-    if chosen.ring_shine && chosen.shine_is_left_out(chosen.air) {
-        ledger.note(Effect::RingShine.name(), false, "left out under air in an eclipse".into());
-        chosen.ring_shine = false;
-    }
     if chosen.ring_shine && !shine.is_empty() {
         ledger.note(Effect::PlanetShine.name(), false, "left out where the rings light the globe: they give far more".into());
         shine.clear();
@@ -193,6 +185,11 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     });
     let mut draws: Vec<_> = globe.into_iter().chain(sky).chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
     for draw in &mut draws {
+        // Needs round the number of lights up.
+        let dark = Light { direction_in_body: draw.amounts.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
+        while draw.amounts.lights.len() < usize::from(draw.needs.lights) {
+            draw.amounts.lights.push(dark);
+        }
         draw.amounts.eclipse.clone_from(&eclipse);
         if draw.part == Part::Sky && draw.needs.ring_shadow != RingShadow::None {
             draw.amounts.ring.clone_from(&ring);

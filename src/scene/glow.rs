@@ -7,7 +7,7 @@
 //! [`LEAST_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
 //! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
 
-use super::camera::{Camera, ClipRect, narrow, narrow_scalar};
+use super::camera::{Camera, ClipRect, Placement, narrow, narrow_scalar};
 use super::effects::VISIBLE_CHANGE;
 use super::{Placed, of_white};
 use crate::catalog::NaifId;
@@ -42,15 +42,27 @@ fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
 }
 
+/// Angle from the middle of a body to its limb, on the side of a unit vector that is not along the middle. Outside the body.
+fn limb_towards(body: &Placement, towards: DVec3) -> f64 {
+    let distance_km = body.centre_km.length();
+    let middle = body.centre_km / distance_km;
+    let aside = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
+    // In the unit-sphere frame the ray a + u b, u the angle's tangent, grazes where its squared distance from the centre is 1.
+    let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(aside));
+    let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
+    let radii = distance_km / body.radii_km.x;
+    let q = radii * radii * a.cross(b).length_squared() - bb;
+    (ab + (ab * ab + q * aa).max(0.0).sqrt()).atan2(q)
+}
+
 /// The part of the Sun's disc that no body hides from the camera.
-fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
+pub(super) fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
     let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0).asin();
     let towards = sun.placement.centre_km / sun.distance_km;
     let nearer = placed.iter().filter(|p| p.body.id != sun.body.id && p.distance_km > 0.0 && p.distance_km < sun.distance_km);
     nearer.fold(1.0, |left, p| {
-        let angular = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let separation = crate::ephemeris::angle_rad(p.placement.centre_km, towards);
-        left * left_by(separation, angular, radius)
+        left * left_by(separation, limb_towards(&p.placement, towards), radius)
     })
 }
 
@@ -146,6 +158,32 @@ mod tests {
             }
             assert!(inside > 100 && nearest < 0.03, "{direction:?}, {chord}: the rectangle is wider than it must be by {nearest}");
             assert_eq!(outside > 0, chord < 0.7 || direction == [0.5, 0.5, 0.8], "{direction:?}, {chord}");
+        }
+    }
+
+    /// A long body from near, as Phobos: rays just inside of the limb meet it, rays just outside do not; a sphere's limb is known.
+    #[test]
+    fn the_limb_is_where_rays_begin_to_miss() {
+        let radii_km = DVec3::new(13.0, 11.4, 9.1);
+        for (k, distance_km) in [(0, 14.0), (1, 20.0), (2, 99.0), (3, 1e6)] {
+            let turned = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.3 + f64::from(k), 1.1, 0.7 * f64::from(k));
+            let body = Placement { centre_km: DVec3::X * distance_km, body_from_icrf: turned, radii_km };
+            let meets = |towards: DVec3| {
+                let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(towards).normalize());
+                c.dot(d) < 0.0 && c.cross(d).length() < 1.0
+            };
+            let mut angles = Vec::new();
+            for n in 0..12 {
+                let aside = DVec3::new(0.0, f64::from(n).cos(), f64::from(n).sin());
+                let limb = limb_towards(&body, (DVec3::X + 0.3 * aside).normalize());
+                let at = |angle: f64| DVec3::X * angle.cos() + aside * angle.sin();
+                assert!(meets(at(limb * 0.9999)) && !meets(at(limb * 1.0001)), "{distance_km} km, {n}: {limb}");
+                angles.push(limb);
+            }
+            let (least, most) = (angles.iter().copied().fold(f64::MAX, f64::min), angles.iter().copied().fold(0.0, f64::max));
+            assert!(most > 1.05 * least, "its outline is long: {least} to {most}");
+            let round = Placement { radii_km: DVec3::splat(9.1), ..body };
+            assert!((limb_towards(&round, DVec3::new(0.8, 0.6, 0.0)) / (9.1 / distance_km).asin() - 1.0).abs() < 1e-9);
         }
     }
 

@@ -11,6 +11,7 @@ mod clouds;
 pub mod draw;
 pub mod eclipse;
 pub mod effects;
+mod exposure;
 mod features;
 pub mod glow;
 mod kept;
@@ -33,15 +34,15 @@ pub mod viewpoint;
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
-use crate::units::KM_PER_AU;
 use camera::{Camera, Placement};
 use draw::{Draw, Part, PixelView, Point};
 use effects::{Decision, VISIBLE_CHANGE};
+pub use exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, MOST_BESIDE};
 pub use features::disc_share;
 use features::{Frame, Seen};
 use glam::{DMat3, DVec3};
 use lights::Reflector;
-use request::{ExposureRequest, ViewRequest};
+use request::ViewRequest;
 use silhouette::Outline;
 use std::cell::OnceCell;
 
@@ -159,14 +160,6 @@ pub struct Scene {
     pub unread_meshes: Vec<NaifId>,
 }
 
-/// Radiance of a fully lit disc in its brightest channel, as a part of white, at automatic exposure: bright features of twice the mean
-/// still differ, and a coloured body keeps its colour.
-pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
-/// The faintest part of its sunlight for which the exposure of a body in a shadow opens: the Moon's light deep in the Earth's umbra.
-const DARKEST_EXPOSED: f64 = 1e-5;
-/// The same for the Sun, whose disc is what white is: its centre meets white and the darkened limb stays below.
-pub const AUTO_EXPOSED_SUN: f64 = 0.85;
-
 /// A body where the viewer sees it, before anything is decided.
 struct Placed<'a> {
     body: &'a Body,
@@ -207,7 +200,7 @@ impl Scene {
             }
         }
         let air = placed.iter().find_map(|p| air::Around::of(p.body, &p.placement));
-        let exposure = exposure(request, camera, &placed, air.as_ref(), ephemeris);
+        let exposure = exposure::exposure(request, camera, &placed, air.as_ref(), ephemeris);
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air: air.as_ref() };
@@ -339,82 +332,6 @@ fn place<'a>(
         irradiance,
         before_sun: OnceCell::new(),
     })
-}
-
-/// The automatic exposure shows the target's fully lit disc at [`AUTO_EXPOSED_MEAN`] of white; without a target in the frame, that of
-/// the body that takes most pixels, the Sun last.
-fn exposure(
-    request: &ViewRequest,
-    camera: &Camera,
-    placed: &[Placed<'_>],
-    air: Option<&air::Around<'_>>,
-    ephemeris: &Ephemeris,
-) -> Exposure {
-    if let ExposureRequest::Stops(stops) = request.exposure {
-        return Exposure { stops, reason: "asked for".into() };
-    }
-    match request.pixel_view {
-        PixelView::Shaded => {}
-        // White: a plane that faces the Sun at the target.
-        PixelView::Sunlight => {
-            let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
-            let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
-            return Exposure { stops: -irradiance.log2(), reason: "a plane that faces the Sun at the target is white".into() };
-        }
-        PixelView::Cost => {
-            let stops = legend::COST_STOPS;
-            return Exposure { stops, reason: format!("{:.0} instructions are white", (-stops).exp2()) };
-        }
-        _ => return Exposure { stops: 0.0, reason: "the picture shows a number: 1 is white".into() },
-    }
-    // Under a bright sky the eye settles on the sky, unless it is asked to look at something beyond, which the Sun is not.
-    let drawn = request.effects.asked(effects::Effect::Atmosphere) != Some(false);
-    if let Some(air) = air.filter(|a| drawn && a.is_bright())
-        && request.target.is_none_or(|t| t == NaifId::SUN || t == air.body.id)
-        && let Some(p) = placed.iter().find(|p| p.body.id == air.body.id)
-    {
-        let level = air.level(p.sun_from_body_km);
-        let stops = (AUTO_EXPOSED_MEAN / level.max(1e-30)).log2().clamp(-60.0, 60.0);
-        return Exposure {
-            stops,
-            reason: format!("in the air of {}, a level of {level:.3e}, at {AUTO_EXPOSED_MEAN} of white", p.body.name),
-        };
-    }
-    let in_frame = |p: &&Placed<'_>| p.outline.rect(camera).is_some();
-    let area = |p: &Placed<'_>| match p.outline {
-        Outline::Ellipse { area_px, .. } => area_px,
-        Outline::Open => f64::from(camera.width) * f64::from(camera.height),
-        Outline::Behind | Outline::Beside => 0.0,
-    };
-    let largest = || {
-        let not_sun = placed.iter().filter(in_frame).filter(|p| p.body.id != NaifId::SUN).max_by(|a, b| area(a).total_cmp(&area(b)));
-        not_sun.filter(|p| area(p) >= 1.0).or(placed.iter().filter(in_frame).find(|p| p.body.id == NaifId::SUN)).or(not_sun)
-    };
-    let subject = placed.iter().find(|p| Some(p.body.id) == request.target).filter(in_frame).or_else(largest);
-    let Some(p) = subject else {
-        return Exposure { stops: 0.0, reason: "nothing in the frame: a white plane facing the Sun at 1 au is white".into() };
-    };
-    let radiance = if p.body.id == NaifId::SUN {
-        photometry::sun_disc_radiance()
-    } else {
-        let from_afar = photometry::phase_correction(p.body, p.alpha, p.distance_km / p.body.radii_km.x);
-        p.body.geometric_albedo * (KM_PER_AU / p.sun_from_body_km.length()).powi(2) * from_afar.max(0.01)
-    };
-    // In the shadow of another body it shows what light is left there.
-    let diameter_px = 2.0 * (area(p) / std::f64::consts::PI).sqrt();
-    let (_, left) = features::dimming(request, ephemeris, p, diameter_px);
-    let left = left.max(DARKEST_EXPOSED);
-    let radiance = radiance * left;
-    // A point spreads its light over the pixels of its sprite; a disc keeps its radiance.
-    let brightest = f64::from(p.body.colour.max_element());
-    let shown = radiance * brightest * (area(p) * features::point_peak()).min(1.0);
-    let (mean, how) = match p.body.id {
-        NaifId::SUN => (AUTO_EXPOSED_SUN, "shining"),
-        _ if left < 0.9 => (AUTO_EXPOSED_MEAN, "in eclipse"),
-        _ => (AUTO_EXPOSED_MEAN, "lit in full"),
-    };
-    let stops = (mean / shown.max(1e-30)).log2().clamp(-60.0, 60.0);
-    Exposure { stops, reason: format!("{} {how}, mean radiance {radiance:.3e}, at {mean} of white", p.body.name) }
 }
 
 fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw]) -> BodyInView {
