@@ -167,7 +167,7 @@ fn differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
     }
 }
 
-/// Half of the Earth by night on the day of an eclipse, and a thousandth of sunlight from the Sun's antipode: the night is as bright as without the eclipse, which
+/// Evening and night of the Earth on the day of an eclipse, and a thousandth of sunlight from the Sun's antipode: the night is as bright as without the eclipse, which
 /// takes the Sun's light alone; and casters out of reach take nothing.
 #[test]
 fn other_lights_stay_in_an_eclipse() {
@@ -175,8 +175,9 @@ fn other_lights_stay_in_an_eclipse() {
     let sunward = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let sun = SESSION.scene(&request(NaifId::EARTH, time, sunward, "")).expect("a scene");
     let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").amounts.lights[0].direction_in_body;
-    let abeam = glam::Vec3::new(-sun.y, sun.x, 0.0).normalize().as_dvec3() * 3.0 * 6378.0;
-    let position = Position::Offset { body: NaifId::EARTH, offset_km: abeam, axes: Axes::BodyFixed };
+    let abeam = glam::Vec3::new(-sun.y, sun.x, 0.0).normalize();
+    let offset_km = (sun + 2.0 * abeam).normalize().as_dvec3() * 3.0 * 6378.0;
+    let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::BodyFixed };
     for way in ["pixel-8", "table"] {
         let of = |switched: &str| {
             let effects = format!("+atmosphere,+atmosphere={way},-night,{switched}");
@@ -195,13 +196,23 @@ fn other_lights_stay_in_an_eclipse() {
         let placement = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
         let (mut night, mut day) = (0, 0);
         for k in 0..shown.len() {
-            assert!((0..4).all(|c| (far[k][c] - plain[k][c]).abs() <= 1e-6 * plain[k][c].max(1e-3)), "{way} {k}: {:?} {:?}", far[k], plain[k]);
+            assert!(
+                (0..4).all(|c| (far[k][c] - plain[k][c]).abs() <= 1e-6 * plain[k][c].max(1e-3)),
+                "{way} {k}: {:?} {:?}",
+                far[k],
+                plain[k]
+            );
             let middle = DVec2::new(f64::from(k as u32 % 160) + 0.5, f64::from(k as u32 / 160) + 0.5);
             let Some(hit) = eclipsed.camera.surface_under_pixel(&placement, middle) else { continue };
             let height = (hit / placement.radii_km).normalize().dot(sun.as_dvec3());
             if height < -0.3 {
                 // A thousandth of sunlight on sea of albedo 0.03 or more, aslant.
-                assert!((0..3).all(|c| (shown[k][c] - plain[k][c]).abs() <= 1e-5 * plain[k][c]), "{way} {k}: {:?} {:?}", shown[k], plain[k]);
+                assert!(
+                    (0..3).all(|c| (shown[k][c] - plain[k][c]).abs() <= 1e-5 * plain[k][c]),
+                    "{way} {k}: {:?} {:?}",
+                    shown[k],
+                    plain[k]
+                );
                 let brighter = (0..3).any(|c| shown[k][c] > unlit[k][c] + 1e-8);
                 assert!(brighter, "{way} {k}: the night is {:?} with and {:?} without", shown[k], unlit[k]);
                 night += 1;

@@ -131,8 +131,7 @@ fn area_px(camera: &Camera, p: &Placed<'_>) -> f64 {
 fn subject<'p, 'b>(request: &ViewRequest, camera: &Camera, placed: &'p [Placed<'b>]) -> Option<&'p Placed<'b>> {
     let seen = || placed.iter().filter(|p| in_frame(camera, p));
     let largest = || {
-        let not_sun =
-            seen().filter(|p| p.body.id != NaifId::SUN).max_by(|a, b| area_px(camera, a).total_cmp(&area_px(camera, b)));
+        let not_sun = seen().filter(|p| p.body.id != NaifId::SUN).max_by(|a, b| area_px(camera, a).total_cmp(&area_px(camera, b)));
         not_sun.filter(|p| area_px(camera, p) >= 1.0).or(seen().find(|p| p.body.id == NaifId::SUN)).or(not_sun)
     };
     seen().find(|p| Some(p.body.id) == request.target).or_else(largest)

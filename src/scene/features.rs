@@ -186,7 +186,8 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     let mut draws: Vec<_> = globe.into_iter().chain(sky).chain(cloud_draw(frame, p, &mut ledger, chosen, &shine, share)).collect();
     for draw in &mut draws {
         // Needs round the number of lights up.
-        let dark = Light { direction_in_body: draw.amounts.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
+        let dark =
+            Light { direction_in_body: draw.amounts.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.amounts.lights.len() < usize::from(draw.needs.lights) {
             draw.amounts.lights.push(dark);
         }

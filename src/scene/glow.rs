@@ -32,7 +32,8 @@ pub struct Glow {
 }
 
 /// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
-/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15.
+/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15. Behind an outline half as
+/// long again as it is high within 0.06 (tests/exposure.rs).
 fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     if body < sun {
         let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
@@ -42,7 +43,7 @@ fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
 }
 
-/// Angle from the middle of a body to its limb, on the side of a unit vector that is not along the middle. Outside the body.
+/// Angle from the middle of a body to its limb on the side of a unit vector. Outside the body.
 fn limb_towards(body: &Placement, towards: DVec3) -> f64 {
     let distance_km = body.centre_km.length();
     let middle = body.centre_km / distance_km;
