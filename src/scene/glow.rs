@@ -32,8 +32,7 @@ pub struct Glow {
 }
 
 /// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
-/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15. Behind an outline half as
-/// long again as it is high within 0.06 (tests/exposure.rs).
+/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15.
 fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     if body < sun {
         let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
@@ -43,8 +42,8 @@ fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
 }
 
-/// Angle from the middle of a body to its limb on the side of a unit vector. Outside the body.
-fn limb_towards(body: &Placement, towards: DVec3) -> f64 {
+/// Angle from the middle of a body to its limb on the side of a unit vector, and the cosine by which the limb slants there. Outside the body.
+fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     let distance_km = body.centre_km.length();
     let middle = body.centre_km / distance_km;
     let aside = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
@@ -53,7 +52,12 @@ fn limb_towards(body: &Placement, towards: DVec3) -> f64 {
     let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
     let radii = distance_km / body.radii_km.x;
     let q = radii * radii * a.cross(b).length_squared() - bb;
-    (ab + (ab * ab + q * aa).max(0.0).sqrt()).atan2(q)
+    let angle = (ab + (ab * ab + q * aa).max(0.0).sqrt()).atan2(q);
+    // Across the limb the squared distance grows fastest.
+    let (sin, cos) = angle.sin_cos();
+    let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + aside * sin));
+    let outwards = body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
+    (angle, outwards.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
 }
 
 /// The part of the Sun's disc that no body hides from the camera.
@@ -63,7 +67,8 @@ pub(super) fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
     let nearer = placed.iter().filter(|p| p.body.id != sun.body.id && p.distance_km > 0.0 && p.distance_km < sun.distance_km);
     nearer.fold(1.0, |left, p| {
         let separation = crate::ephemeris::angle_rad(p.placement.centre_km, towards);
-        left * left_by(separation, limb_towards(&p.placement, towards), radius)
+        let (limb, slant) = limb_towards(&p.placement, towards);
+        left * left_by(limb + (separation - limb) * slant, limb, radius)
     })
 }
 
@@ -176,7 +181,8 @@ mod tests {
             let mut angles = Vec::new();
             for n in 0..12 {
                 let aside = DVec3::new(0.0, f64::from(n).cos(), f64::from(n).sin());
-                let limb = limb_towards(&body, (DVec3::X + 0.3 * aside).normalize());
+                let (limb, slant) = limb_towards(&body, (DVec3::X + 0.3 * aside).normalize());
+                assert!((0.5..=1.0).contains(&slant), "{slant}");
                 let at = |angle: f64| DVec3::X * angle.cos() + aside * angle.sin();
                 assert!(meets(at(limb * 0.9999)) && !meets(at(limb * 1.0001)), "{distance_km} km, {n}: {limb}");
                 angles.push(limb);
@@ -184,7 +190,8 @@ mod tests {
             let (least, most) = (angles.iter().copied().fold(f64::MAX, f64::min), angles.iter().copied().fold(0.0, f64::max));
             assert!(most > 1.05 * least, "its outline is long: {least} to {most}");
             let round = Placement { radii_km: DVec3::splat(9.1), ..body };
-            assert!((limb_towards(&round, DVec3::new(0.8, 0.6, 0.0)) / (9.1 / distance_km).asin() - 1.0).abs() < 1e-9);
+            let (limb, slant) = limb_towards(&round, DVec3::new(0.8, 0.6, 0.0));
+            assert!((limb / (9.1 / distance_km).asin() - 1.0).abs() < 1e-9 && (slant - 1.0).abs() < 1e-6, "{limb} {slant}");
         }
     }
 
