@@ -175,8 +175,8 @@ fn other_lights_stay_in_an_eclipse() {
     let sunward = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let sun = SESSION.scene(&request(NaifId::EARTH, time, sunward, "")).expect("a scene");
     let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").amounts.lights[0].direction_in_body;
-    let abeam = glam::Vec3::new(-sun.y, sun.x, 0.0).normalize();
-    let offset_km = (sun + 2.0 * abeam).normalize().as_dvec3() * 3.0 * 6378.0;
+    let abeam = DVec3::new(-f64::from(sun.y), f64::from(sun.x), 0.0).normalize();
+    let offset_km = (sun.as_dvec3() + 2.0 * abeam).normalize() * 3.0 * 6378.0;
     let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::BodyFixed };
     for way in ["pixel-8", "table"] {
         let of = |switched: &str| {
