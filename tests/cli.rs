@@ -98,6 +98,14 @@ fn json_answers_have_their_fields() {
     let explained = json(&["explain", "--target", "earth", "--time", ECLIPSE, "--json"]);
     let earth = explained["bodies"].as_array().and_then(|b| b.iter().find(|b| b["name"] == "Earth")).expect("the Earth");
     assert!(earth["features"].as_array().is_some_and(|f| f.len() > 5) && earth["key"].is_string(), "{earth}");
+    // Each effect with tiers names the one that was taken, and its error.
+    for (feature, tier) in [("atmosphere", "table"), ("eclipse", "limb-darkened")] {
+        let found = earth["features"].as_array().and_then(|f| f.iter().find(|f| f["feature"] == feature)).expect(feature);
+        assert!(found["tier"]["name"] == tier && found["tier"]["at_most"].as_f64().is_some_and(|e| e > 0.0), "{found}");
+    }
+    let draft = orrery(&["--quality", "draft", "explain", "--target", "earth", "--time", ECLIPSE]);
+    let draft = String::from_utf8_lossy(&draft.stdout);
+    assert!(draft.contains("pixel-8: off by at most 25 %") && draft.contains("uniform-disc: off by at most 10 % of the Sun's light"), "{draft}");
     let keys = json(&["shader", "keys", "--for", "earth", "--time", ECLIPSE, "--json"]);
     assert!(keys.as_array().is_some_and(|k| k.iter().any(|k| *k == earth["key"])), "{keys}");
     let cost = json(&["shader", "cost", "lambert.albedo.sun1.ellipsoid", "--json"]);

@@ -227,6 +227,9 @@ pub struct Decision {
     pub feature: &'static str,
     pub on: bool,
     pub reason: String,
+    /// How it is computed, where there is more than one way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tier: Option<super::tiers::Tier>,
 }
 
 /// What a body could have drawn, by its catalog entry.

@@ -10,6 +10,7 @@ use super::overlays;
 use super::request::{Quality, ViewRequest};
 use super::rings;
 use super::silhouette::Outline;
+use super::tiers::{self, Tier};
 use super::{Appearance, Exposure, Placed, of_white, photometry};
 use crate::catalog::{Body, Map, NaifId, Overlay, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -69,8 +70,14 @@ struct Ledger<'a> {
 
 impl Ledger<'_> {
     fn note(&mut self, feature: &'static str, on: bool, reason: String) -> bool {
-        self.decisions.push(Decision { feature, on, reason });
+        self.decisions.push(Decision { feature, on, reason, tier: None });
         on
+    }
+    /// Says how a feature that was decided on is computed.
+    fn tier(&mut self, feature: &'static str, tier: Option<Tier>) {
+        if let Some(last) = self.decisions.iter_mut().rfind(|d| d.feature == feature && d.on) {
+            last.tier = tier;
+        }
     }
     /// The bound decides, unless the viewer asked.
     fn effect(&mut self, effect: Effect, by_bound: bool, reason: String) -> bool {
@@ -293,6 +300,7 @@ fn ring_parts(
     let (bound, model) = view.ring_shadow(&all, sun_radius_km);
     if ledger.effect(Effect::RingShadow, bound.on, bound.reason) {
         chosen.ring_shadow = model;
+        ledger.tier(Effect::RingShadow.name(), tiers::of_ring_shadow(model));
     }
     let wanted = frame.request.effects.asked(Effect::RingShine);
     let (bound, shine) = view.ring_shine(&all, sun_radius_km, wanted);
@@ -311,6 +319,7 @@ fn ring_parts(
     let (bound, model) = view.body_shadow(&seen.rings, sun_radius_km);
     if ledger.effect(Effect::BodyShadow, bound.on, bound.reason) {
         chosen.body_shadow = model;
+        ledger.tier(Effect::BodyShadow.name(), tiers::of_body_shadow(model));
     }
     let outer_km = seen.rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
     let eclipse = darkened_ring(frame, p, ledger, chosen, outer_km);
@@ -346,6 +355,7 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     let (tier, reason) = super::air::tier(frame.request.effects.way(Effect::Atmosphere), frame.request.quality);
     ledger.note("air-samples", true, reason.into());
     chosen.air = tier;
+    ledger.tier(Effect::Atmosphere.name(), tiers::of_air(tier));
     if !chosen.ellipsoid && Available::of(body).ellipsoid {
         ledger.note(Effect::Ellipsoid.name(), true, "air lies on the true shape".into());
     }
@@ -478,6 +488,7 @@ fn darkened(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
         found.casters.clear();
     }
     chosen.eclipse = eclipse::model(&mut found.casters, wanted(frame.request));
+    ledger.tier(Effect::Eclipse.name(), tiers::of_eclipse(chosen.eclipse.model));
     eclipse::amounts_of(&found.casters, chosen.eclipse.model, &found.receiver, found.sun)
 }
 
@@ -494,6 +505,7 @@ fn darkened_ring(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, cho
     }
     ledger.note("eclipse-on-rings", !found.casters.is_empty(), found.reason);
     chosen.ring_eclipse = eclipse::model(&mut found.casters, wanted(frame.request));
+    ledger.tier("eclipse-on-rings", tiers::of_eclipse(chosen.ring_eclipse.model));
     eclipse::amounts_of(&found.casters, chosen.ring_eclipse.model, &found.receiver, found.sun)
 }
 

@@ -29,6 +29,7 @@ pub mod ring_shine;
 mod ring_table;
 pub mod rings;
 pub mod silhouette;
+pub mod tiers;
 pub mod viewpoint;
 
 use crate::catalog::{Body, Catalog, NaifId};
@@ -269,7 +270,7 @@ fn shines(request: &ViewRequest, found: Option<(glow::Glow, bool, String)>, bodi
         None => (by_bound, reason),
     };
     let feature = effects::Effect::Glow.name();
-    bodies.iter_mut().filter(|b| b.id == NaifId::SUN).for_each(|b| b.decisions.push(Decision { feature, on, reason: reason.clone() }));
+    bodies.iter_mut().filter(|b| b.id == NaifId::SUN).for_each(|b| b.decisions.push(Decision { feature, on, reason: reason.clone(), tier: None }));
     on.then_some(glow)
 }
 
@@ -367,7 +368,7 @@ fn unplaced(body: &Body, reason: String) -> BodyInView {
         sub_viewer: SubPoint { latitude_deg: f64::NAN, longitude_deg: f64::NAN },
         sub_solar: None,
         placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
-        decisions: vec![Decision { feature: "visible", on: false, reason }],
+        decisions: vec![Decision { feature: "visible", on: false, reason, tier: None }],
         needs: Vec::new(),
     }
 }

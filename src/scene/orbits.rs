@@ -227,7 +227,7 @@ const STRENGTH: f64 = 0.9;
 pub(super) fn line(camera: &Camera, ephemeris: &Ephemeris, p: &Placed<'_>) -> Option<(Vec<LinePiece>, Decision)> {
     let parent = p.catalog.body(p.body.parent?)?;
     let feature = "orbit";
-    let without = |reason: String| Some((Vec::new(), Decision { feature, on: false, reason }));
+    let without = |reason: String| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
     let state = match ephemeris.state(p.body.id, parent.id, p.seen_at, None) {
         Ok(answer) => answer.state,
         Err(e) => return without(e.to_string()),
@@ -244,7 +244,7 @@ pub(super) fn line(camera: &Camera, ephemeris: &Ephemeris, p: &Placed<'_>) -> Op
         n => format!("about {}: half its length is {size_px:.0} px, {n} pieces", parent.name),
     };
     let on = !all.is_empty();
-    Some((all, Decision { feature, on, reason }))
+    Some((all, Decision { feature, on, reason, tier: None }))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::effects::VISIBLE_CHANGE;
 use super::ring_shine::{Lit, RingShine};
 use super::ring_table::RingTable;
 use super::silhouette::Outline;
+use super::tiers::WITHIN_PX;
 use crate::catalog::{Body, Ring};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::{Arc, OnceLock};
@@ -189,7 +190,7 @@ impl<'a> View<'a> {
             .map(|r| -(-r.tau_normal / sine.max(LEAST_COSINE)).exp_m1())
             .fold(0.0, f64::max);
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
-        let model = if penumbra_px > 0.5 { RingShadow::Penumbra } else { RingShadow::PointSun };
+        let model = if penumbra_px > WITHIN_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let reason = format!(
             "the Sun stands {:.3} degrees over their plane and they take {darkest:.2e} of its light against {VISIBLE_CHANGE:.2e}; penumbra up to {penumbra_px:.1} px",
             sine.asin().to_degrees()
@@ -206,7 +207,7 @@ impl<'a> View<'a> {
         let flat = super::effects::flattening(self.body);
         let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer_km / self.body.radii_km.x;
         let aside_px = flat.max(soft) * self.pixels_per_radius();
-        let model = if aside_px > 0.5 { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
+        let model = if aside_px > WITHIN_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
         let reason =
             format!("the shadow's axis passes {aside:.3} radii from the innermost ring; oblateness and penumbra make {aside_px:.1} px");
         (Bound { on: aside < 1.0, reason }, model)

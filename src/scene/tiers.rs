@@ -1,0 +1,101 @@
+//! The ways in which an effect is computed, and how far off each is: the figures that `explain` prints and the tests hold.
+//!
+//! In: a tier of the key. Out: [`Tier`], its name and its error. Always: every figure is the bound of a test, which reads it here. Not here: which tier a draw
+//! gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
+
+use super::draw::{AirTier, BodyShadow, EclipseModel, RingShadow};
+use std::fmt;
+
+/// A way of computing an effect, with its error.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Tier {
+    pub name: &'static str,
+    /// In 95 of 100 places, where that is known apart from the worst.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mostly: Option<f64>,
+    /// At the most, as a part of what `of` begins with.
+    pub at_most: f64,
+    pub of: &'static str,
+}
+
+impl fmt::Display for Tier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // To the digits that are given: 100 * 0.07 has more.
+        let percent = |part: f64| (part * 1e6).round() / 1e4;
+        write!(f, "{}: off by at most {} %", self.name, percent(self.at_most))?;
+        if let Some(part) = self.mostly {
+            write!(f, ", mostly {} %,", percent(part))?;
+        }
+        write!(f, " of {}", self.of)
+    }
+}
+
+/// Of one ray's light, against adaptive quadrature (tests/air.rs).
+const RAY: &str = "each ray's light scattered once";
+
+/// `None` without air.
+pub fn of_air(tier: AirTier) -> Option<Tier> {
+    let of = |name, mostly, at_most, of| Some(Tier { name, mostly: Some(mostly), at_most, of });
+    match tier {
+        AirTier::None => None,
+        AirTier::Vertex => of("vertex", 0.25, 0.6, RAY),
+        AirTier::Pixel8 => of("pixel-8", 0.07, 0.25, RAY),
+        AirTier::Pixel16 => of("pixel-16", 0.02, 0.05, RAY),
+        AirTier::Pixel32 => of("pixel-32", 0.005, 0.02, RAY),
+        // Further scattering against photons.
+        AirTier::Table => of("table", 0.02, 0.05, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
+    }
+}
+
+/// `None` without an eclipse. The limb-darkened disc against integrals of forty digits, the simpler ones against it (tests/eclipse.rs).
+pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
+    let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    match model {
+        EclipseModel::None => None,
+        EclipseModel::Linear => of("linear", 0.14, "the Sun's light behind a round body"),
+        EclipseModel::UniformDisc => of("uniform-disc", 0.1, "the Sun's light"),
+        EclipseModel::LimbDarkened => of("limb-darkened", 5e-4, "the Sun's light"),
+        EclipseModel::Refracted => of("refracted", 5e-4, "the Sun's light, and in the umbra a magnitude from what observers saw"),
+    }
+}
+
+/// `None` without a shadow. Against the closed form (tests/rings.rs); the simpler one is taken where its edges stay within a part of a pixel.
+pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
+    let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    match model {
+        RingShadow::None => None,
+        RingShadow::PointSun => of("point-sun", WITHIN_PX, "a pixel where its edges lie"),
+        RingShadow::Penumbra => of("penumbra", 1e-3, "the Sun's light"),
+    }
+}
+
+/// `None` without a shadow; as [`of_ring_shadow`].
+pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
+    let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
+    match model {
+        BodyShadow::None => None,
+        BodyShadow::Sphere => of("sphere", WITHIN_PX, "a pixel where its edges lie"),
+        BodyShadow::EllipsoidPenumbra => of("ellipsoid-penumbra", 1e-3, "the Sun's light"),
+    }
+}
+
+/// Pixels by which a shadow's edges may be off or soft before the better model is taken.
+pub const WITHIN_PX: f64 = 0.5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::effects::Effect;
+
+    #[test]
+    fn a_dearer_tier_is_nearer_and_every_one_is_told() {
+        let air: Vec<Tier> = AirTier::ALL.into_iter().filter_map(of_air).collect();
+        assert_eq!(air.len(), AirTier::ALL.len() - 1);
+        assert!(air[..4].windows(2).all(|w| w[1].at_most < w[0].at_most && w[1].mostly < w[0].mostly));
+        let eclipse: Vec<Tier> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
+        assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].at_most <= w[0].at_most));
+        let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
+        assert_eq!(names, [Effect::Atmosphere.ways(), Effect::Eclipse.ways()].concat());
+        assert_eq!(air[2].to_string(), "pixel-16: off by at most 5 %, mostly 2 %, of each ray's light scattered once");
+    }
+}
