@@ -270,7 +270,10 @@ fn shines(request: &ViewRequest, found: Option<(glow::Glow, bool, String)>, bodi
         None => (by_bound, reason),
     };
     let feature = effects::Effect::Glow.name();
-    bodies.iter_mut().filter(|b| b.id == NaifId::SUN).for_each(|b| b.decisions.push(Decision { feature, on, reason: reason.clone(), tier: None }));
+    bodies
+        .iter_mut()
+        .filter(|b| b.id == NaifId::SUN)
+        .for_each(|b| b.decisions.push(Decision { feature, on, reason: reason.clone(), tier: None }));
     on.then_some(glow)
 }
 
