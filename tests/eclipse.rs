@@ -111,7 +111,7 @@ fn simpler_discs_are_off_by_what_is_stated() {
         let mut worst = 0.0f64;
         for k in [0.1, 0.5, 0.7, 0.76, 0.8, 0.9, 1.0, 1.02, 1.05, 1.1, 1.5, 4.0, 20.0] {
             for step in 0..40 {
-                let d = (1.0 + k) * (1.0 - f64::from(step) / 40.0 * (2.0 / (1.0 + k)).min(1.0));
+                let d = (1.0 + k) * (1.0 - f64::from(step) / 40.0 * f64::min(2.0 / (1.0 + k), 1.0));
                 worst = worst.max((blocked(k, d, tier.name) - blocked(k, d, "limb-darkened")).abs());
             }
         }
