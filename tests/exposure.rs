@@ -102,7 +102,8 @@ fn rays_past(body: &Placement, sun: &Placement) -> f64 {
 /// The Sun comes out behind Phobos, which is half as long again as it is high: its glow grows with the part of the disc that shows, by rays.
 #[test]
 fn a_hidden_sun_glows_by_the_part_that_shows() {
-    let time = "2024-04-24T07:00:00Z";
+    // An hour before Mars stands beside the Sun.
+    let time = "2024-04-24T06:00:00Z";
     let lit = scene(&request(PHOBOS, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
     let body = lit.body(PHOBOS).expect("Phobos").placement;
     let sun = (body.body_from_icrf * lit.body(NaifId::SUN).expect("the Sun").placement.centre_km).normalize();
