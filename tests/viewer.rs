@@ -3,13 +3,15 @@
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
 use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::request::ViewRequest;
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use orrery::view::interface::{Interface, SessionPlaces, Tab};
 use orrery::view::paint::{Canvas, Painter};
 use orrery::view::settings::Settings;
 use orrery::view::sight::Sight;
-use orrery::view::studio::Prompt;
+use orrery::view::studio::{Order, Prompt, Studio, Threaded};
 use orrery::view::viewer::{Places, Subject, Viewer};
 use std::sync::OnceLock;
 
@@ -265,4 +267,32 @@ fn a_window_of_nothing_draws_nothing_and_comes_back() {
     harness.set_size(egui::vec2(900.0, 500.0));
     settle(&mut harness);
     assert!(sky_pixels(&harness).0 > 300);
+}
+
+#[test]
+fn a_picture_waits_for_no_question() {
+    let (woken, wakes) = std::sync::mpsc::channel();
+    let studio = Threaded::new(session(), move || {
+        let _ = woken.send(());
+    });
+    let (free, held) = std::sync::mpsc::channel::<()>();
+    let request =
+        ViewRequest { width: 16, height: 16, ..ViewRequest::of(NaifId(301), Instant::parse("2024-04-08T18:17:16Z").expect("a time")) };
+    let (drawn, answered) = std::thread::scope(|scope| {
+        scope.spawn(|| studio.draw());
+        scope.spawn(|| studio.answer());
+        // A question that lasts until it is freed.
+        studio.run(Box::new(move |_| {
+            let _ = held.recv();
+        }));
+        studio.order(Order { fineness: Fineness::of(request.quality), request: request.clone() });
+        let patience = std::time::Duration::from_secs(120);
+        let drawn = wakes.recv_timeout(patience).is_ok() && studio.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
+        drop(free);
+        let answered = wakes.recv_timeout(patience).is_ok();
+        studio.close();
+        (drawn, answered)
+    });
+    assert!(drawn, "the picture waited for the question");
+    assert!(answered, "the question was not answered once it could be");
 }

@@ -7,7 +7,7 @@ use crate::render::frame::Frame;
 use crate::render::plan::Plan;
 use crate::render::software::{Precision, SoftwareRenderer, Timings};
 use crate::shader::Library;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What the user asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,6 +57,8 @@ pub enum Readiness {
 
 pub struct Devices {
     pub software: SoftwareRenderer,
+    /// Another one like it, with threads of its own; `None` inside where no threads were to be had.
+    aside: OnceLock<Option<SoftwareRenderer>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
@@ -76,34 +78,40 @@ impl Devices {
             wish
         };
         #[cfg(feature = "gpu")]
-        return Self { software, say, gpu: gpu::Gpu::new(wish) };
+        return Self { software, aside: OnceLock::new(), say, gpu: gpu::Gpu::new(wish) };
         #[cfg(not(feature = "gpu"))]
-        Self { software, say, wish }
+        Self { software, aside: OnceLock::new(), say, wish }
     }
 
-    fn in_software(&self, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
-        let (frame, timings) = self.software.render(plan, library, keep_hdr).map_err(|e| e.to_string())?;
+    /// The software renderer for what is drawn while a window's picture is: in one pool the picture would wait for the other to end.
+    pub fn aside(&self) -> &SoftwareRenderer {
+        let made = self.aside.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
+        made.as_ref().unwrap_or(&self.software)
+    }
+
+    fn in_software(by: &SoftwareRenderer, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
+        let (frame, timings) = by.render(plan, library, keep_hdr).map_err(|e| e.to_string())?;
         Ok((frame, DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) }))
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw(&self, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
+    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
         if self.wish == RendererWish::Gpu {
             return Err("this build has no GPU renderer: leave --renderer out, or say --renderer software".into());
         }
         let _ = &self.say;
-        self.in_software(plan, library, keep_hdr)
+        Self::in_software(by, plan, library, keep_hdr)
     }
 
-    /// Draws the plan with the GPU where there is one that does, else in software.
+    /// Draws the plan with the GPU where there is one that does, else with the given software renderer.
     ///
     /// # Errors
     /// Why neither draws; that no adapter is there when one was demanded.
     #[cfg(feature = "gpu")]
-    pub fn draw(&self, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
+    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
         match self.gpu.draw(plan, library, keep_hdr, &*self.say)? {
             Some(drawn) => Ok(drawn),
-            None => self.in_software(plan, library, keep_hdr),
+            None => Self::in_software(by, plan, library, keep_hdr),
         }
     }
 
@@ -112,13 +120,13 @@ impl Devices {
     pub fn draw_promptly(&self, plan: &Plan, library: &Library) -> Result<(Frame, DrawnBy), String> {
         match self.gpu.draw_if_ready(plan, library, &self.say) {
             Some(drawn) => Ok(drawn),
-            None => self.in_software(plan, library, false),
+            None => Self::in_software(&self.software, plan, library, false),
         }
     }
 
     #[cfg(not(feature = "gpu"))]
     pub fn draw_promptly(&self, plan: &Plan, library: &Library) -> Result<(Frame, DrawnBy), String> {
-        self.draw(plan, library, false)
+        self.draw(&self.software, plan, library, false)
     }
 
     /// What can be wished for here: software alone where frames are in f64, or the build has no GPU renderer.
@@ -163,6 +171,9 @@ impl Devices {
     /// Forgets what is kept of modules: those of the same names are no longer the same.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
+        if let Some(Some(aside)) = self.aside.get() {
+            aside.forget_modules();
+        }
         #[cfg(feature = "gpu")]
         self.gpu.forget_modules();
     }

@@ -38,9 +38,10 @@ use crate::scene::{Scene, SceneError};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::ThreadId;
 
 /// What the user named in place of what is built in.
 #[derive(Clone, Debug, Default)]
@@ -101,7 +102,8 @@ pub struct Session {
     /// Map and mesh files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
-    stages: Mutex<Stages>,
+    /// By the thread that they ran on: what is drawn aside is not a frame's time.
+    stages: Mutex<HashMap<ThreadId, Stages>>,
     count_cpu: bool,
 }
 
@@ -170,7 +172,7 @@ impl Session {
             devices,
             missing: Mutex::default(),
             say,
-            stages: Mutex::new(stages),
+            stages: Mutex::new(HashMap::from([(std::thread::current().id(), stages)])),
             count_cpu: false,
         })
     }
@@ -186,6 +188,11 @@ impl Session {
     /// The software renderer, which is always there.
     pub fn renderer(&self) -> &SoftwareRenderer {
         &self.devices.software
+    }
+
+    /// A software renderer with threads of its own, for questions that are answered while a window's picture is drawn.
+    pub fn aside(&self) -> &SoftwareRenderer {
+        self.devices.aside()
     }
 
     /// Which renderers can be wished for, and which one is.
@@ -225,7 +232,14 @@ impl Session {
 
     /// Seconds by stage since the session was opened, and what the library did.
     pub fn report(&self) -> (Stages, Statistics) {
-        (self.stages.lock().unwrap_or_else(PoisonError::into_inner).clone(), self.library.statistics())
+        let by_thread = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        (by_thread.values().fold(Stages::default(), |sum, s| sum.and(s)), self.library.statistics())
+    }
+
+    /// The same of the calling thread alone.
+    pub fn report_of_this_thread(&self) -> (Stages, Statistics) {
+        let by_thread = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        (by_thread.get(&std::thread::current().id()).cloned().unwrap_or_default(), self.library.statistics())
     }
 
     fn measured<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
@@ -234,7 +248,8 @@ impl Session {
         let done = work();
         let spent = start.elapsed();
         let ran = before.and_then(|before| process_cpu()?.checked_sub(before));
-        let mut stages = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut by_thread = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        let stages = by_thread.entry(std::thread::current().id()).or_default();
         stages.add(stage, spent);
         if let Some(ran) = ran {
             stages.add_cpu(stage, ran);
@@ -319,9 +334,18 @@ impl Session {
 
     /// Draws a view with the renderer that was asked for, or in software where that cannot.
     pub fn draw(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
+        self.draw_by(self.renderer(), request, fineness, keep_hdr)
+    }
+
+    /// The same for a question that is answered while a window's picture is drawn.
+    pub fn draw_aside(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
+        self.draw_by(self.aside(), request, fineness, keep_hdr)
+    }
+
+    fn draw_by(&self, by: &SoftwareRenderer, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;
         let (frame, by) =
-            self.measured(Stage::Draw, || self.devices.draw(&plan, &self.library, keep_hdr)).map_err(SessionError::Renderer)?;
+            self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, keep_hdr)).map_err(SessionError::Renderer)?;
         Ok(Drawn { scene, shared: plan.shared_draws(), frame, by })
     }
 }

@@ -63,6 +63,17 @@ impl Stages {
     pub fn cpu(&self, stage: Stage) -> Option<Duration> {
         self.cpu[stage as usize]
     }
+    /// Both accounts together.
+    #[must_use]
+    pub fn and(mut self, other: &Self) -> Self {
+        for stage in Stage::ALL {
+            self.add(stage, other.spent(stage));
+            if let Some(cpu) = other.cpu(stage) {
+                self.add_cpu(stage, cpu);
+            }
+        }
+        self
+    }
     /// What came on top of an earlier account.
     pub fn since(&self, earlier: &Self) -> Self {
         let mut rest = Self::default();

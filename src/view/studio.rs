@@ -1,7 +1,7 @@
 //! Draws off the window's thread, so that no click waits for a picture.
 //!
 //! In: orders (a view at a size) and tasks (anything asked of the session). Out: drawings and answers, when they are done. Always: of several
-//! orders only the newest is drawn; pictures go before tasks; whoever waits is woken once for each result. It decides nothing about what is seen.
+//! orders only the newest is drawn; a picture waits for no task; whoever waits is woken once for each result. It decides nothing about what is seen.
 
 use crate::render::plan::{Fineness, SharedDraw};
 use crate::scene::Scene;
@@ -85,11 +85,11 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 /// # Errors
 /// Why there is no picture, in one line.
 pub fn draw(session: &Session, order: Order) -> Result<Drawing, String> {
-    let before = session.report().0;
+    let before = session.report_of_this_thread().0;
     let start = Moment::now();
     let drawn = session.draw_promptly(&order.request, order.fineness).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
-    let (stages, library) = session.report();
+    let (stages, library) = session.report_of_this_thread();
     Ok(Drawing {
         order,
         scene: drawn.scene,
@@ -139,7 +139,7 @@ struct Work {
     closed: bool,
 }
 
-/// One thread that draws for a window.
+/// Two threads that work for a window: one draws its pictures, one answers its questions, so that neither waits for the other.
 pub struct Threaded<'a> {
     session: &'a Session,
     work: Mutex<Work>,
@@ -153,29 +153,34 @@ impl<'a> Threaded<'a> {
         Self { session, work: Mutex::default(), called: Condvar::new(), wake: Box::new(wake) }
     }
 
-    /// Works until [`Self::close`]: for a thread of its own.
-    pub fn work(&self) {
+    /// Draws what is ordered until [`Self::close`]: for a thread of its own.
+    pub fn draw(&self) {
+        while let Some(order) = self.next(|work| work.order.take()) {
+            let drawing = draw(self.session, order);
+            locked(&self.work).done = Some(drawing);
+            (self.wake)();
+        }
+    }
+
+    /// Does what is asked until [`Self::close`]: for a thread of its own.
+    pub fn answer(&self) {
+        while let Some(task) = self.next(|work| work.tasks.pop_front()) {
+            task(self.session);
+            (self.wake)();
+        }
+    }
+
+    /// Waits for something to do; `None`: the studio is closed.
+    fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
         let mut work = locked(&self.work);
         loop {
             if work.closed {
-                return;
+                return None;
             }
-            if let Some(order) = work.order.take() {
-                drop(work);
-                let drawing = draw(self.session, order);
-                work = locked(&self.work);
-                work.done = Some(drawing);
-            } else if let Some(task) = work.tasks.pop_front() {
-                drop(work);
-                task(self.session);
-                work = locked(&self.work);
-            } else {
-                work = self.called.wait(work).unwrap_or_else(PoisonError::into_inner);
-                continue;
+            match take(&mut work) {
+                Some(found) => return Some(found),
+                None => work = self.called.wait(work).unwrap_or_else(PoisonError::into_inner),
             }
-            drop(work);
-            (self.wake)();
-            work = locked(&self.work);
         }
     }
 
@@ -196,13 +201,13 @@ impl Studio for Threaded<'_> {
     }
     fn order(&self, order: Order) {
         locked(&self.work).order = Some(order);
-        self.called.notify_one();
+        self.called.notify_all();
     }
     fn take(&self) -> Option<Result<Drawing, String>> {
         locked(&self.work).done.take()
     }
     fn run(&self, task: Task) {
         locked(&self.work).tasks.push_back(task);
-        self.called.notify_one();
+        self.called.notify_all();
     }
 }

@@ -52,7 +52,8 @@ pub fn run(interface: &mut Interface, session: &Session, watch: Option<&Watch>) 
         let _ = bell.lock().unwrap_or_else(PoisonError::into_inner).send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
-        scope.spawn(|| studio.work());
+        scope.spawn(|| studio.draw());
+        scope.spawn(|| studio.answer());
         if let Some(watch) = watch {
             scope.spawn(|| watch.work(&studio, || studio.is_closed()));
         }

@@ -211,7 +211,7 @@ fn save(session: &Session, sight: &Sight, [width, height]: [u32; 2], names: bool
     }
     let mut request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
     request.layers.labels = names;
-    let drawn = session.draw(&request, Fineness::of(request.quality), is_exr(path)).map_err(|e| e.to_string())?;
+    let drawn = session.draw_aside(&request, Fineness::of(request.quality), is_exr(path)).map_err(|e| e.to_string())?;
     let text = vec![
         ("Title", session.catalog().body(sight.target).map_or("Orrery".into(), |b| b.name.clone())),
         ("Creation Time", request.time.to_utc_iso()),

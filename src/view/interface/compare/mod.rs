@@ -220,11 +220,11 @@ fn draw(session: &Session, asked: &Asked, way: &Way) -> Result<Half, String> {
     let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true)?) } else { None };
     let start = Moment::now();
     let (frame, by) = if way.renderer == Renderer::Window {
-        let drawn = session.draw(&request, fineness, false).map_err(failed)?;
+        let drawn = session.draw_aside(&request, fineness, false).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)
     } else {
         let (_, plan) = session.plan(&request, fineness).map_err(failed)?;
-        let renderer = double.as_ref().unwrap_or(session.renderer());
+        let renderer = double.as_ref().unwrap_or(session.aside());
         (renderer.render(&plan, session.library(), false).map_err(|e| e.to_string())?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;

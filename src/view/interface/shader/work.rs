@@ -151,7 +151,7 @@ impl Work {
     pub fn time(&mut self, studio: &dyn Studio, id: &ModuleId) {
         let of = id.clone();
         self.timed.get(studio, id, move |session| {
-            ms_per_megapixel_at(session.renderer(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
+            ms_per_megapixel_at(session.aside(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
         });
     }
 
@@ -208,7 +208,7 @@ impl Work {
 /// The sample body as display bytes: light as the sheet of pairs shows it; other views stretched, so that the greatest value is white.
 fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
     let plan = sample_plan(session.library(), key, SAMPLE_PX, WITH_LIMB).map_err(|e| e.to_string())?;
-    let (frame, _) = session.renderer().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
+    let (frame, _) = session.aside().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
     let light = key.needs().view == PixelView::Shaded;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if light { 1.0 } else { 1.0 / greatest };
@@ -227,7 +227,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -
     }
     let plan = plan::plan(&scene, session, fineness).map_err(|e| format!("this view has no amounts for that key: {e}"))?;
     let start = Moment::now();
-    let (frame, _) = session.renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
+    let (frame, _) = session.aside().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let picture = Picture { width: frame.width, height: frame.height, rgba: frame.display };
     Ok(Half { picture, by: "software".into(), took_ms })
