@@ -223,7 +223,7 @@ fn it_is_drawn_where_it_counts_and_the_reason_is_told() {
             effects: EffectOverrides::parse(effects).expect("effects"),
             ..ViewRequest::of(NaifId(body), Instant::parse(OPEN).expect("a time"))
         };
-        let scene = SESSION.scene(&request).expect("a scene");
+        let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
         let needs = scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == Part::Globe).expect("a globe").needs;
         let told = scene.body(NaifId(body)).expect("a body").decisions.iter().find(|d| d.feature == "ring-shine").cloned();
         (needs.ring_shine, told)
