@@ -76,8 +76,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView]) -> String {
             text.push_str(&format!("  key {key}\n"));
         }
         for d in &b.decisions {
-            let tier = d.tier.map_or_else(String::new, |t| format!("; {t}"));
-            text.push_str(&format!("  {} {:13} {}{tier}\n", if d.on { '+' } else { '-' }, d.feature, d.reason));
+            text.push_str(&format!("  {} {:13} {}\n", if d.on { '+' } else { '-' }, d.feature, d.said()));
         }
     }
     text

@@ -232,6 +232,16 @@ pub struct Decision {
     pub tier: Option<super::tiers::Tier>,
 }
 
+impl Decision {
+    /// Why, and where there are several ways how and how far off.
+    pub fn said(&self) -> String {
+        match self.tier {
+            Some(tier) => format!("{}; {tier}", self.reason),
+            None => self.reason.clone(),
+        }
+    }
+}
+
 /// What a body could have drawn, by its catalog entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Available {

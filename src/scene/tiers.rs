@@ -1,6 +1,7 @@
 //! The ways in which an effect is computed, and how far off each is: the figures that `explain` prints and the tests hold.
 //!
-//! In: a tier of the key. Out: [`Tier`], its name and its error. Always: every figure is the bound of a test, which reads it here. Not here: which tier a draw
+//! In: a tier of the key. Out: [`Tier`], its name and its error. Always: a figure of light is the bound of a test, which reads it here; one in pixels is the
+//! bound by which the tier is chosen (nothing measures it apart). Not here: which tier a draw
 //! gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use super::draw::{AirTier, BodyShadow, EclipseModel, RingShadow};

@@ -82,12 +82,12 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
         for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.feature == effect.name());
-                row(ui, effect, decision.map(|d| (d.on, d.reason.as_str())), interface.prices.known.known(&effect), short, asked);
+                row(ui, effect, decision.map(|d| (d.on, d.said())), interface.prices.known.known(&effect), short, asked);
             }
             ui.separator();
         }
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
-            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, d.feature, d.reason));
+            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, d.feature, d.said()));
         }
     });
     interface.viewer.sight.effects = overrides.to_text();
@@ -155,15 +155,15 @@ fn renderers(ui: &mut egui::Ui, studio: &dyn Studio) {
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
-    decided: Option<(bool, &str)>,
+    decided: Option<(bool, String)>,
     price: Option<&Result<Price, String>>,
     short: bool,
     overrides: &mut EffectOverrides,
 ) {
-    let reason = decided.map_or("nothing here has it", |d| d.1);
+    let reason = decided.as_ref().map_or("nothing here has it", |d| d.1.as_str());
     let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
     let asked = overrides.asked(effect);
-    let mut on = asked.unwrap_or(decided.is_some_and(|d| d.0));
+    let mut on = asked.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
     ui.horizontal(|ui| {
         let hover = format!("Switch {} on or off by hand", effect.name());
         if ui.checkbox(&mut on, effect.name()).on_hover_text(hover).clicked() {
