@@ -26,34 +26,25 @@ fn vertex_main(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 }
 
 // Texel of a spread picture, from its edge on that of the edge.
-fn near_at(texel: vec2i) -> vec3f {
-    return textureLoad(near, clamp(texel, vec2i(0), vec2i(textureDimensions(near)) - vec2i(1)), 0).rgb;
+fn spread_texel(spread: texture_2d<f32>, texel: vec2i) -> vec3f {
+    return textureLoad(spread, clamp(texel, vec2i(0), vec2i(textureDimensions(spread)) - vec2i(1)), 0).rgb;
 }
 
-fn far_at(texel: vec2i) -> vec3f {
-    return textureLoad(far, clamp(texel, vec2i(0), vec2i(textureDimensions(far)) - vec2i(1)), 0).rgb;
+// A spread picture at a place in texels, between the middles of four of them.
+fn spread_light(spread: texture_2d<f32>, place: vec2f) -> vec3f {
+    let from_middle = place - 0.5;
+    let t = vec2i(floor(from_middle));
+    let part = fract(from_middle);
+    let above = mix(spread_texel(spread, t), spread_texel(spread, t + vec2i(1, 0)), part.x);
+    let below = mix(spread_texel(spread, t + vec2i(0, 1)), spread_texel(spread, t + vec2i(1, 1)), part.x);
+    return mix(above, below, part.y);
 }
 
 @fragment
 fn fragment_main(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let radiance = textureLoad(hdr, vec2i(floor(position.xy)), 0).rgb;
-    // Between the middles of four texels.
-    let of_near = position.xy / 4.0 - 0.5;
-    let n = vec2i(floor(of_near));
-    let a = fract(of_near);
-    let near_light = mix(
-        mix(near_at(n), near_at(n + vec2i(1, 0)), a.x),
-        mix(near_at(n + vec2i(0, 1)), near_at(n + vec2i(1, 1)), a.x),
-        a.y,
-    );
-    let of_far = position.xy / 16.0 - 0.5;
-    let f = vec2i(floor(of_far));
-    let b = fract(of_far);
-    let far_light = mix(
-        mix(far_at(f), far_at(f + vec2i(1, 0)), b.x),
-        mix(far_at(f + vec2i(0, 1)), far_at(f + vec2i(1, 1)), b.x),
-        b.y,
-    );
+    let near_light = spread_light(near, position.xy / 4.0);
+    let far_light = spread_light(far, position.xy / 16.0);
     let exposed = radiance * draw.exposure + draw.near_part * near_light + draw.far_part * far_light;
     return displayed(exposed, draw.true_to, draw.dither, position.xy);
 }

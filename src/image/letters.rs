@@ -35,7 +35,7 @@ pub struct Letters {
 
 /// Width of the texture in letter sizes.
 const ACROSS: f32 = 20.0;
-/// Width of a marker's line, pixels, for letters of 13 pixels.
+/// Width of a marker's line in letter sizes: a pixel for the window's letters.
 const MARKER_LINE: f32 = 1.0 / 13.0;
 
 /// A picture before it has its place.

@@ -236,7 +236,7 @@ impl Session {
         (by_thread.values().fold(Stages::default(), |sum, s| sum.and(s)), self.library.statistics())
     }
 
-    /// The same of the calling thread alone.
+    /// The same, with the seconds of the calling thread alone.
     pub fn report_of_this_thread(&self) -> (Stages, Statistics) {
         let by_thread = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
         (by_thread.get(&std::thread::current().id()).cloned().unwrap_or_default(), self.library.statistics())
