@@ -15,7 +15,7 @@ fn main() {
 
 #[cfg(target_arch = "x86_64")]
 fn main() {
-    use heavy::{TONE_MAP, UNIFORMS, WGSL, cpu_seconds, map, median, module, plan, tone_map_plan};
+    use heavy::{UNIFORMS, WGSL, cpu_seconds, map, median, module, plan, shared_module, tone_map_plan};
     use orrery::render::software::kernels::KernelClass;
     use orrery::render::software::{Options, Precision, SoftwareRenderer};
 
@@ -30,7 +30,10 @@ fn main() {
     let linear = texture.levels[0].bytes.chunks_exact(4).map(|t| [decoded(t[0]), decoded(t[1]), decoded(t[2]), 1.0]).collect();
     let texels = by_hand::Texels { width: 1024, height: 512, linear };
     let (plan, module) = (plan(SIZE as u32), module(WGSL));
-    let classes: Vec<_> = KernelClass::available().into_iter().collect();
+    // `cargo bench --bench heavy_kernel -- avx2` measures one class alone.
+    let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let classes: Vec<_> =
+        KernelClass::available().into_iter().filter(|c| wanted.is_empty() || wanted.iter().any(|w| w == c.name())).collect();
     let renderers: Vec<_> = classes
         .iter()
         .map(|c| SoftwareRenderer::new(Options { threads: 1, kernels: *c, precision: Precision::F32 }).expect("a renderer"))
@@ -57,7 +60,7 @@ fn main() {
         let ratio = median(times.iter().zip(&hand_s).map(|(t, h)| t / h).collect());
         println!("tape, {}: {:.1} ms, {ratio:.2} of the kernel by hand", class.name(), 1e3 * median(times.clone()));
     }
-    let (plan, module) = (tone_map_plan(SIZE as u32), heavy::module(TONE_MAP));
+    let (plan, module) = (tone_map_plan(SIZE as u32), shared_module("tone_map"));
     for class in &classes {
         // A renderer of its own: one keeps its modules by name.
         let renderer = SoftwareRenderer::new(Options { threads: 1, kernels: *class, precision: Precision::F32 }).expect("a renderer");

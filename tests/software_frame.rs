@@ -259,3 +259,21 @@ fn times_of_the_passes() {
         println!("{what}, {threads} threads: bodies {:.1} ms, tone map {:.1} ms, frame {:.1} ms", best[0], best[1], best[2]);
     }
 }
+
+#[allow(dead_code, reason = "what only the benches ask")]
+#[path = "../benches/heavy/mod.rs"]
+mod heavy;
+
+/// No test measures time, but what the benches draw must go on being drawable.
+#[test]
+fn the_benches_draw_their_pictures() {
+    // One each: a renderer keeps its modules by name.
+    let renderer =
+        || SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32 }).expect("a renderer");
+    let (frame, _) = renderer().render(&heavy::plan(64), &heavy::module(heavy::WGSL), true).expect("the heavy shader draws");
+    let [corner, middle] = [0, 32 * 64 + 32].map(|k: usize| frame.hdr[k]);
+    assert_eq!(corner, [0.0, 0.0, 0.0, 1.0]);
+    assert!(middle.iter().all(|v| v.is_finite() && *v > 0.0), "{middle:?}");
+    let (frame, _) = renderer().render(&heavy::tone_map_plan(64), &heavy::shared_module("tone_map"), false).expect("the tone map draws");
+    assert!(frame.display.iter().any(|p| p[0] > 200) && frame.display.iter().any(|p| p[1] < 64));
+}

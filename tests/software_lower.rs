@@ -316,6 +316,50 @@ fn loops_that_lanes_leave_apart() {
 }
 
 #[test]
+fn what_every_turn_computes_alike_is_computed_once() {
+    let body = "var sum = 0.0;
+         for (var i = 0; i < 20; i++) {
+             let fixed = sqrt(p.x * p.x + 1.0) * 0.125;
+             if p.y > f32(i) {
+                 sum += log(p.x + 2.0) * sin(p.x) * exp(p.x * -0.25);
+             }
+             sum += fixed * f32(i);
+         }
+         var product = 1.0;
+         for (var j = 0; j < 20; j++) {
+             product *= 1.0 + 1.0 / (p.x + 4.0) + f32(j);
+         }
+         return vec4f(sum, product, 0.0, 0.0);";
+    check("", body, 1e-5, |x, y| {
+        let sum = (0..20).map(|i| {
+            let i = f64::from(i);
+            let above = if y > i { (x + 2.0).ln() * x.sin() * (x * -0.25).exp() } else { 0.0 };
+            above + (x * x + 1.0).sqrt() * 0.125 * i
+        });
+        let product = (0..20).map(|j| 1.0 + 1.0 / (x + 4.0) + f64::from(j)).product();
+        [sum.sum(), product, 0.0, 0.0]
+    });
+    let program = compile(&format!("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
+    let ops = |instr: &Instr| match instr {
+        Instr::Lane { op, .. } => vec![*op],
+        Instr::Chain { links, .. } => links.iter().map(|l| l.op).collect(),
+        _ => Vec::new(),
+    };
+    let turns = program.lane_tape.iter().enumerate().filter_map(|(at, instr)| match instr {
+        Instr::Jump { target } if (*target as usize) < at => Some(*target as usize..at),
+        _ => None,
+    });
+    let inside: Vec<Op> = turns.flat_map(|turn| &program.lane_tape[turn]).flat_map(ops).collect();
+    let has = |op: Op| inside.contains(&op);
+    assert!(!has(Op::Sqrt) && !has(Op::Div), "{inside:?}");
+    // To run it always would cost more than to run it where some lane asks.
+    assert!(has(Op::Exp) && has(Op::Log) && has(Op::Sin), "{inside:?}");
+    // The way out of a counted loop is one jump.
+    let over = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);
+    assert!(!program.lane_tape.windows(2).any(over), "{:?}", program.lane_tape);
+}
+
+#[test]
 fn switches() {
     let body = |selector: &str| {
         format!(

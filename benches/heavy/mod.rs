@@ -13,7 +13,6 @@ use orrery::shader::{ShaderModule, SourceMap};
 use std::sync::Arc;
 
 pub const WGSL: &str = include_str!("heavy.wgsl");
-pub const TONE_MAP: &str = include_str!("../../shaders/entry/tone_map.wgsl");
 
 /// The uniform block: the Sun's direction, the caster, the air.
 pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
@@ -55,6 +54,11 @@ pub fn module(wgsl: &str) -> Only {
         source_map: SourceMap::default(),
         tape,
     }))
+}
+
+/// The program's own module of this name.
+pub fn shared_module(name: &'static str) -> Only {
+    Only(Arc::new(ShaderModule::build(&ModuleName::Simple(name), &lowering()).expect("a shared module builds")))
 }
 
 pub fn plan(size: u32) -> Plan {
@@ -99,7 +103,8 @@ pub fn tone_map_plan(size: u32) -> Plan {
     let pass = &mut plan.passes[0];
     (pass.name, pass.format) = ("tone map", ColourFormat::Rgba8Unorm);
     let draw = &mut pass.draws[0];
-    draw.uniforms = [1.0_f32, 1.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    // Exposure, dither, and the radiance up to which the picture is true.
+    draw.uniforms = [1.0_f32, 1.0, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
     draw.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(hdr)) }];
     draw.samplers.clear();
     plan
@@ -107,13 +112,7 @@ pub fn tone_map_plan(size: u32) -> Plan {
 
 /// CPU seconds that the process has used, all threads.
 pub fn cpu_seconds() -> f64 {
-    // /proc counts in clock ticks of 10 ms; schedstat counts nanoseconds of each thread.
-    let mut nanoseconds = 0.0;
-    for task in std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten() {
-        let text = std::fs::read_to_string(task.path().join("schedstat")).unwrap_or_default();
-        nanoseconds += text.split_whitespace().next().and_then(|w| w.parse::<f64>().ok()).unwrap_or(0.0);
-    }
-    nanoseconds * 1e-9
+    orrery::session::process_cpu().expect("this system tells what a process has run").as_secs_f64()
 }
 
 /// The median of some numbers.

@@ -2,8 +2,9 @@
 //
 // Coming in, per instance, a straight piece: its ends, the way from each end to the line's edge (neighbouring pieces share theirs, so that they meet
 // without gap or overlap), the opacity at each end and the colour. Going out: linear RGB radiance, premultiplied by opacity (blend: premultiplied
-// over). Depth is that of the ends, linear between them on the screen as reversed depth is; it is tested, and not written.
+// over), and depth: that of the ends, linear between them on the screen as reversed depth is (lib/own_depth.wgsl); it is tested, and not kept.
 
+//: use lib/own_depth.wgsl
 //: use lib/rectangle.wgsl
 
 struct Draw {
@@ -23,6 +24,7 @@ struct Varyings {
     @location(0) across_px: f32,
     @location(1) strength: f32,
     @location(2) @interpolate(flat) colour: vec3f,
+    @location(3) depth: f32,
 }
 
 @vertex
@@ -49,12 +51,13 @@ fn vertex_main(
     out.across_px = reach_px;
     out.strength = select(strength.x, strength.y, at_end);
     out.colour = colour;
+    out.depth = end.z;
     return out;
 }
 
 @fragment
-fn fragment_main(in: Varyings) -> @location(0) vec4f {
+fn fragment_main(in: Varyings) -> OwnDepth {
     // How much of a pixel at this distance the line covers.
     let opacity = in.strength * clamp(draw.half_width_px + 0.5 - abs(in.across_px), 0.0, 1.0);
-    return vec4f(in.colour * (draw.radiance * opacity), opacity);
+    return OwnDepth(vec4f(in.colour * (draw.radiance * opacity), opacity), in.depth);
 }

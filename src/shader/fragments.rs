@@ -61,6 +61,7 @@ fragments![
     "lib/photometry/lommel_seeliger.wgsl",
     "lib/photometry/lunar_lambert.wgsl",
     "lib/photometry/oren_nayar.wgsl",
+    "lib/own_depth.wgsl",
     "lib/rectangle.wgsl",
     "lib/reflected.wgsl",
     "lib/relief.wgsl",

@@ -9,11 +9,12 @@ use super::raster::coverage::{TILE, TilePixels};
 use super::raster::setup::Geometry;
 use super::shade::{Batch, FragmentPlan, TileShader};
 use super::stage::{LaneProgram, LaneRun};
-use super::tiles::{PIXELS, TileTarget, unorm8};
+use super::tiles::{TileTarget, unorm8};
 use super::timings::PassTimings;
 use super::vertex::{Assembled, assemble};
 use crate::render::plan::{Blend, ColourFormat, ModuleName, Pass, PlanDraw};
 use rayon::prelude::*;
+use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -41,11 +42,9 @@ pub enum PassImage {
 }
 
 /// A thread's buffers, handed from tile to tile.
-struct Worker<'a, R: Real, T> {
+struct Worker<'a, R: Real> {
     target: TileTarget,
     batch: Batch,
-    /// A tile's pixels as they will be stored.
-    converted: Box<[T; PIXELS]>,
     /// By draw; started when first needed.
     runs: Vec<Option<Box<dyn LaneRun<R> + Send + 'a>>>,
     shading_seconds: f64,
@@ -110,29 +109,12 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let bins = Bins::new(pass.width, pass.height, &jobs)?;
     timings.binning_ms = 1e3 * start.elapsed().as_secs_f64();
 
-    let pixels = pass.width as usize * pass.height as usize;
     let image = match pass.format {
-        ColourFormat::Rgba32Float => {
-            let mut image = cleared(pixels, pass.clear, "a pass of f32 colour")?;
-            draw_tiles(pass, &jobs, &bins, &mut image, |c| c, &mut timings);
-            PassImage::Float(image)
-        }
-        ColourFormat::Rgba8Unorm => {
-            let mut image = cleared(pixels, unorm8(pass.clear), "a pass of display bytes")?;
-            draw_tiles(pass, &jobs, &bins, &mut image, unorm8, &mut timings);
-            PassImage::Unorm(image)
-        }
+        ColourFormat::Rgba32Float => PassImage::Float(draw_tiles(pass, &jobs, &bins, "a pass of f32 colour", |c| c, &mut timings)?),
+        ColourFormat::Rgba8Unorm => PassImage::Unorm(draw_tiles(pass, &jobs, &bins, "a pass of display bytes", unorm8, &mut timings)?),
     };
     timings.wall_ms = 1e3 * whole.elapsed().as_secs_f64();
     Ok((image, timings))
-}
-
-/// An image of one colour, written by all threads: most of its cost is that the memory is touched for the first time.
-fn cleared<T: Copy + Send + Sync>(pixels: usize, colour: T, what: &'static str) -> Result<Vec<T>, RenderError> {
-    let mut image = Vec::new();
-    super::try_grow(&mut image, pixels, what)?;
-    image.par_extend(rayon::iter::repeat_n(colour, pixels));
-    Ok(image)
 }
 
 fn check(pass: &Pass) -> Result<(), RenderError> {
@@ -171,49 +153,60 @@ fn prepare<'a, R: Real>(
     Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, counts_work: counts_work(&draw.module) })
 }
 
+/// The picture, each pixel written once, by the thread that draws its tile: to touch 16 MB for the first time is a cost of its own.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     pass: &Pass,
     jobs: &[DrawJob<'_, R>],
     bins: &Bins,
-    image: &mut [T],
+    what: &'static str,
     convert: impl Fn([f32; 4]) -> T + Sync,
     timings: &mut PassTimings,
-) {
+) -> Result<Vec<T>, RenderError> {
+    let count = pass.width as usize * pass.height as usize;
+    let mut image = Vec::new();
+    super::try_grow(&mut image, count, what)?;
     let pixels = TilePixels::new();
     let blank = convert(pass.clear);
-    let idle: Mutex<Vec<Worker<'_, R, T>>> = Mutex::new(Vec::new());
+    let idle: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
     let tile = TILE as usize;
-    image.par_chunks_mut(tile * pass.width as usize).enumerate().for_each(|(ty, band)| {
+    image.spare_capacity_mut()[..count].par_chunks_mut(tile * pass.width as usize).enumerate().for_each(|(ty, band)| {
         let wanted = |tx: usize| !bins.tile(tx, ty).is_empty();
-        let mut tiles: Vec<Vec<&mut [T]>> = (0..bins.across).map(|tx| Vec::with_capacity(if wanted(tx) { tile } else { 0 })).collect();
+        let mut tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
+            (0..bins.across).map(|tx| Vec::with_capacity(if wanted(tx) { tile } else { 0 })).collect();
         for row in band.chunks_mut(pass.width as usize) {
-            for (tx, part) in row.chunks_mut(tile).enumerate().filter(|(tx, _)| wanted(*tx)) {
-                tiles[tx].push(part);
+            for (tx, part) in row.chunks_mut(tile).enumerate() {
+                if wanted(tx) {
+                    tiles[tx].push(part);
+                } else {
+                    part.fill(MaybeUninit::new(blank));
+                }
             }
         }
         tiles.par_iter_mut().enumerate().filter(|(tx, _)| wanted(*tx)).for_each(|(tx, rows)| {
             let bin = bins.tile(tx, ty);
             let free = idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-            let mut worker = free.unwrap_or_else(|| Worker::new(pass.samples, jobs.len(), blank));
+            let mut worker = free.unwrap_or_else(|| Worker::new(pass.samples, jobs.len()));
             worker.draw_tile(pass, jobs, bin, [tx as u32 * TILE, ty as u32 * TILE], &pixels);
             let start = Instant::now();
-            worker.target.resolve_to(rows, &mut worker.converted, &convert);
+            worker.target.resolve_to(rows, &convert);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
             idle.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
         });
     });
+    // SAFETY: the rows of all tiles are all of the picture; a tile with a bin has written each pixel of its rows, any other was filled.
+    unsafe { image.set_len(count) };
     for worker in idle.into_inner().unwrap_or_else(PoisonError::into_inner) {
         timings.shading_thread_ms += 1e3 * worker.shading_seconds;
         timings.resolve_thread_ms += 1e3 * worker.resolve_seconds;
     }
+    Ok(image)
 }
 
-impl<'a, R: Real, T: Copy> Worker<'a, R, T> {
-    fn new(samples: u8, draws: usize, blank: T) -> Self {
+impl<'a, R: Real> Worker<'a, R> {
+    fn new(samples: u8, draws: usize) -> Self {
         Self {
             target: TileTarget::new(samples),
             batch: Batch::new(),
-            converted: Box::new([blank; PIXELS]),
             runs: (0..draws).map(|_| None).collect(),
             shading_seconds: 0.0,
             resolve_seconds: 0.0,

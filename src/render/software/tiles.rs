@@ -5,10 +5,13 @@
 //! what the target stores.
 
 use super::blend::{blend_lanes, blended};
-use super::raster::coverage::TILE;
+use super::raster::coverage::{BLOCK_QUADS, TILE};
 use crate::render::plan::{Blend, ColourFormat};
+use std::mem::MaybeUninit;
 
-pub const PIXELS: usize = (TILE * TILE) as usize;
+const PIXELS: usize = (TILE * TILE) as usize;
+/// Pixels of a block.
+const BLOCK: usize = BLOCK_QUADS as usize * 4;
 const WHOLE: u16 = u16::MAX;
 
 /// Pixels in lane order (see [`super::raster::coverage`]).
@@ -132,14 +135,14 @@ impl TileTarget {
         }
     }
 
-    /// Writes the tile's rows; `rows[y]` holds the pixels of the tile that lie inside the target. `converted` is room for a tile.
-    pub fn resolve_to<T: Copy>(&self, rows: &mut [&mut [T]], converted: &mut [T; PIXELS], convert: impl Fn([f32; 4]) -> T) {
+    /// Writes every pixel of the tile's rows; `rows[y]` holds those of the tile that lie inside the target.
+    pub fn resolve_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: the instructions are there.
-            return unsafe { self.resolve_by_avx2(rows, converted, convert) };
+            return unsafe { self.resolve_by_avx2(rows, convert) };
         }
-        self.resolve(rows, converted, convert);
+        self.resolve(rows, convert);
     }
 
     /// The same code, wider: no instruction of it rounds differently.
@@ -147,28 +150,33 @@ impl TileTarget {
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn resolve_by_avx2<T: Copy>(&self, rows: &mut [&mut [T]], converted: &mut [T; PIXELS], convert: impl Fn([f32; 4]) -> T) {
-        self.resolve(rows, converted, convert);
+    unsafe fn resolve_by_avx2<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
+        self.resolve(rows, convert);
     }
 
     #[inline(always)]
-    fn resolve<T: Copy>(&self, rows: &mut [&mut [T]], converted: &mut [T; PIXELS], convert: impl Fn([f32; 4]) -> T) {
-        let [r, g, b, a] = &self.colour;
-        for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
-            *to = convert([*r, *g, *b, *a]);
-        }
-        if !self.split_colour.is_empty() {
-            for (pixel, to) in converted.iter_mut().enumerate().filter(|(pixel, _)| self.split[*pixel] != WHOLE) {
-                *to = convert(self.resolved(pixel));
+    fn resolve<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
+        // A block at a time: it stays in the first cache between the planes and the rows.
+        let mut converted = [const { MaybeUninit::<T>::uninit() }; BLOCK];
+        let [r, g, b, a] = self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK>().0);
+        for (block, (((r, g), b), a)) in r.iter().zip(g).zip(b).zip(a).enumerate() {
+            for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
+                to.write(convert([*r, *g, *b, *a]));
             }
-        }
-        for (quad, pixels) in converted.chunks_exact(4).enumerate() {
-            let [x, y] = super::raster::coverage::quad_place(quad).map(|v| v as usize);
-            for (row, pair) in rows.iter_mut().skip(y).zip(pixels.chunks_exact(2)) {
-                match row.get_mut(x..x + 2) {
-                    Some(to) => to.copy_from_slice(pair),
-                    // The last column of an odd width.
-                    None => row.iter_mut().skip(x).zip(pair).for_each(|(to, from)| *to = *from),
+            let first = block * BLOCK;
+            if !self.split_colour.is_empty() {
+                for (pixel, to) in (first..).zip(&mut converted).filter(|(pixel, _)| self.split[*pixel] != WHOLE) {
+                    to.write(convert(self.resolved(pixel)));
+                }
+            }
+            for (quad, pixels) in (first / 4..).zip(converted.as_chunks::<4>().0) {
+                let [x, y] = super::raster::coverage::quad_place(quad).map(|v| v as usize);
+                for (row, pair) in rows.iter_mut().skip(y).zip(pixels.as_chunks::<2>().0) {
+                    match row.get_mut(x..x + 2) {
+                        Some(to) => to.copy_from_slice(pair),
+                        // The last column of an odd width.
+                        None => row.iter_mut().skip(x).zip(pair).for_each(|(to, from)| *to = *from),
+                    }
                 }
             }
         }

@@ -8,7 +8,8 @@ pub use super::kernels::LANES;
 use super::kernels::{self, KernelClass, KernelFn, ScalarFn};
 use super::math::Real;
 use super::program::{Constant, LaneInput, LaneOutput, Program};
-use super::tape::{Instr, Op, Operand, TextureOp, WordKind};
+use super::tape::{Instr, Link, Op, Operand, TextureOp, WordKind};
+use smallvec::SmallVec;
 
 /// Backward jumps after which a batch is given up: a loop that never ends must not hang a frame.
 const MOST_LOOP_TURNS: u32 = 1 << 20;
@@ -170,10 +171,11 @@ enum Mask {
 }
 
 enum Step<R> {
-    /// The kernels `from..to`, one after the other.
+    /// The kernels `from..to`, one after the other, for so many instructions.
     Kernels {
         from: u32,
         to: u32,
+        instructions: u32,
     },
     /// An operation on registers, which are counted from the first of the arena's.
     Scalar {
@@ -249,7 +251,7 @@ pub struct Work {
     pub texture_reads: u32,
 }
 
-/// Lanes that keep their arguments: the slots after the program's own hold broadcast operands of kernels that take lanes only.
+/// Slots after the program's own: the first hold broadcast operands of kernels that take lanes only, the last two results inside a chain.
 const SCRATCH: u32 = 8;
 
 impl<R: Real> Executor<R> {
@@ -381,8 +383,9 @@ impl<R: Real> Executor<R> {
     }
 
     fn any(&self, slot: u32) -> bool {
-        // Whole-array OR: the compiler makes it vector code, and the test leaves no chain of branches.
-        self.arena[slot as usize].0.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask()
+        // An OR of a piece becomes vector code; mostly some lane of the first piece is set, and the rest need not be read.
+        let (pieces, _) = self.arena[slot as usize].0.as_chunks::<{ kernels::CHUNK }>();
+        pieces.iter().any(|piece| piece.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
     }
 
     fn register(&self, r: usize) -> R {
@@ -420,8 +423,8 @@ impl<R: Real> Executor<R> {
         while let Some(step) = bound.steps.get(at) {
             at += 1;
             let target = match step {
-                Step::Kernels { from, to } => {
-                    self.work.instructions += to - from;
+                Step::Kernels { from, to, instructions } => {
+                    self.work.instructions += instructions;
                     self.run_kernels(&bound.kernels[*from as usize..*to as usize], &bound.places);
                     continue;
                 }
@@ -501,6 +504,10 @@ impl<R: Real> Executor<R> {
     }
 }
 
+fn is_lanes(o: &Operand) -> bool {
+    matches!(o, Operand::Slot(_))
+}
+
 /// Turns instructions into steps.
 struct Binder<R> {
     bound: Bound<R>,
@@ -531,8 +538,11 @@ impl<R: Real> Binder<R> {
         self.bound.kernels.push(KernelStep { run, dst, operands: self.bound.places.len() as u32 });
         self.bound.places.extend(args);
         match self.bound.steps.last_mut() {
-            Some(Step::Kernels { to: end, .. }) if self.open => *end = to,
-            _ => self.bound.steps.push(Step::Kernels { from: to - 1, to }),
+            Some(Step::Kernels { to: end, instructions, .. }) if self.open => {
+                *end = to;
+                *instructions += 1;
+            }
+            _ => self.bound.steps.push(Step::Kernels { from: to - 1, to, instructions: 1 }),
         }
         self.open = true;
     }
@@ -560,39 +570,66 @@ impl<R: Real> Binder<R> {
         Ok(slot)
     }
 
-    /// Operands that a kernel cannot take as broadcast go through scratch slots after the program's own.
+    /// One operation. Operands that its kernel cannot take as broadcast go through scratch slots after the program's own.
+    fn operation(&mut self, op: Op, dst: u32, args: &[Operand]) -> Result<(), String> {
+        let first = args.first().ok_or("an operation without operands")?;
+        let operand = |k: usize| args.get(k).unwrap_or(first);
+        match R::special(self.class, op, [0, 1, 2].map(|k| is_lanes(operand(k)))) {
+            Some(run) => self.kernel(run, dst, &[0, 1, 2].map(|k| self.place(operand(k)))),
+            None => {
+                let mut used = 0;
+                let mut places = [Self::slot_place(self.lanes(first, &mut used)?); 3];
+                for (place, o) in places.iter_mut().zip(args).skip(1) {
+                    *place = Self::slot_place(self.lanes(o, &mut used)?);
+                }
+                self.kernel(R::general(self.class, op), dst, &places);
+            }
+        }
+        Ok(())
+    }
+
+    /// A chain, by one kernel where the class has it; else as its operations, which hand their results on in two scratch slots.
+    fn chain(&mut self, links: &[Link], dst: u32, args: &[Operand]) -> Result<(), String> {
+        let kinds = args.iter().take(kernels::chains::MOST_OPERANDS).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
+        let whole = args.len() == kernels::chains::takes(links);
+        let found = if whole { kernels::chains::find(links, kinds) } else { None };
+        let found = found.ok_or_else(|| format!("no kernel for the chain {links:?} with these operands"))?;
+        if let Some(run) = R::chained(self.class).get(found) {
+            let places: Vec<u32> = args.iter().map(|o| self.place(o)).collect();
+            self.kernel(*run, dst, &places);
+            return Ok(());
+        }
+        let kernels_before = self.bound.kernels.len();
+        let mut rest = args;
+        let mut result = None;
+        for (k, link) in links.iter().enumerate() {
+            let (own, further) = rest.split_at(link.op.arity() - usize::from(result.is_some()));
+            let mut operands: SmallVec<[Operand; 3]> = own.into();
+            if let Some(result) = result {
+                operands.insert(usize::from(link.at), result);
+            }
+            rest = further;
+            let handed_on = self.scratch + SCRATCH - 1 - k as u32 % 2;
+            let to = if k + 1 == links.len() { dst } else { Self::slot_place(handed_on) };
+            self.operation(link.op, to, &operands)?;
+            result = Some(Operand::Slot(handed_on as u16));
+        }
+        // What a chain costs does not depend on the machine.
+        if let Some(Step::Kernels { instructions, .. }) = self.bound.steps.last_mut() {
+            *instructions -= (self.bound.kernels.len() - kernels_before - 1) as u32;
+        }
+        Ok(())
+    }
+
     fn bind(&mut self, instr: &Instr) -> Result<(), String> {
         let mut used = 0;
         let register = |o: &Operand| match *o {
             Operand::Reg(r) => usize::from(r),
             Operand::Slot(_) => 0,
         };
-        let is_lanes = |o: &Operand| matches!(o, Operand::Slot(_));
         match instr {
-            Instr::Lane { op, dst, args } => {
-                let first = args.first().ok_or("an operation without operands")?;
-                let operand = |k: usize| args.get(k).unwrap_or(first);
-                let dst = Self::slot_place(u32::from(*dst));
-                match R::special(self.class, *op, [0, 1, 2].map(|k| is_lanes(operand(k)))) {
-                    Some(run) => self.kernel(run, dst, &[0, 1, 2].map(|k| self.place(operand(k)))),
-                    None => {
-                        let mut places = [Self::slot_place(self.lanes(first, &mut used)?); 3];
-                        for (place, o) in places.iter_mut().zip(args).skip(1) {
-                            *place = Self::slot_place(self.lanes(o, &mut used)?);
-                        }
-                        self.kernel(R::general(self.class, *op), dst, &places);
-                    }
-                }
-            }
-            Instr::Chain { links, dst, args } => {
-                let kinds = args.iter().take(kernels::chains::MOST_OPERANDS).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
-                let whole = args.len() == kernels::chains::takes(links);
-                let found = if whole { kernels::chains::find(links, kinds) } else { None };
-                let run = found.map(|k| R::chained(self.class)[k]);
-                let run = run.ok_or_else(|| format!("no kernel for the chain {links:?} with these operands"))?;
-                let places: Vec<u32> = args.iter().map(|o| self.place(o)).collect();
-                self.kernel(run, Self::slot_place(u32::from(*dst)), &places);
-            }
+            Instr::Lane { op, dst, args } => self.operation(*op, Self::slot_place(u32::from(*dst)), args)?,
+            Instr::Chain { links, dst, args } => self.chain(links, Self::slot_place(u32::from(*dst)), args)?,
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));
                 self.step(Step::Scalar { run: R::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });

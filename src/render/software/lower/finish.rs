@@ -30,7 +30,7 @@ pub fn reads(step: &Step) -> Vals {
     }
 }
 
-fn writes(step: &Step) -> Vals {
+pub fn writes(step: &Step) -> Vals {
     match step {
         Step::Op { dst, .. }
         | Step::Chain { dst, .. }
@@ -184,6 +184,8 @@ impl Pool {
 pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Result<Finished, LowerError> {
     drop_dead(&mut b, outputs);
     fuse(&mut b);
+    super::loops::straighten(&mut b.code);
+    super::loops::hoist(&mut b.code);
     drop_dead(&mut b, outputs);
     if join {
         super::chains::join(&mut b.code, outputs);

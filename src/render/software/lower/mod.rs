@@ -12,6 +12,7 @@ mod expr;
 mod finish;
 mod flow;
 mod functions;
+mod loops;
 mod named;
 mod place;
 mod stored;

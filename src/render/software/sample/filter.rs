@@ -27,24 +27,24 @@ pub const MOST_TAPS: usize = 16;
 const MOST_LEVELS: usize = 31;
 
 /// What the lanes of a batch ask for.
-pub struct Wanted<R> {
-    pub u: [R; MOST],
-    pub v: [R; MOST],
+pub struct Wanted<'a, R> {
+    pub u: &'a [R; MOST],
+    pub v: &'a [R; MOST],
     pub level: [R; MOST],
     pub taps: [R; MOST],
     pub step_u: [R; MOST],
     pub step_v: [R; MOST],
 }
 
-impl<R: Real> Wanted<R> {
-    pub fn new() -> Self {
+impl<'a, R: Real> Wanted<'a, R> {
+    pub fn new(u: &'a [R; MOST], v: &'a [R; MOST]) -> Self {
         let z = [R::ZERO; MOST];
-        Self { u: z, v: z, level: z, taps: [R::ONE; MOST], step_u: z, step_v: z }
+        Self { u, v, level: z, taps: [R::ONE; MOST], step_u: z, step_v: z }
     }
 
     /// Fills levels and taps from the gradients du/dx, dv/dx, du/dy, dv/dy. `most`: taps at most, of a plain sampler none.
     #[inline(always)]
-    pub fn footprints(&mut self, size: [u32; 2], g: &[[R; MOST]; 4], most: Option<&[R; MOST]>) {
+    pub fn footprints(&mut self, size: [u32; 2], g: [&[R; MOST]; 4], most: Option<&[R; MOST]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
         let Some(most) = most else {
             for i in 0..MOST {
@@ -61,12 +61,6 @@ impl<R: Real> Wanted<R> {
     }
 }
 
-impl<R: Real> Default for Wanted<R> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// Lanes in the order of their work.
 struct Order {
     lane: [u8; MOST],
@@ -76,17 +70,23 @@ struct Order {
     /// `starts[key]`: the first place of lanes of that key or a later one; keys run by level, then from many taps to few.
     starts: [u8; (MOST_LEVELS + 1) * MOST_TAPS + 1],
     levels: std::ops::Range<usize>,
+    /// Some lane, active or not, takes more than one tap.
+    several_taps: bool,
 }
 
 impl Order {
     #[inline(always)]
     fn new(key: &[u16; MOST], active: LaneMask) -> Self {
-        let mut order = Self { lane: [0; MOST], count: active.count_ones() as usize, plain: false, starts: [0; _], levels: 0..0 };
-        let (mut least, mut most) = (u16::MAX, 0);
+        let count = active.count_ones() as usize;
+        let mut order = Self { lane: [0; MOST], count, plain: false, starts: [0; _], levels: 0..0, several_taps: false };
+        let (mut least, mut most, mut missing) = (u16::MAX, 0, 0);
         for k in key {
             least = least.min(*k);
             most = most.max(*k);
+            missing |= !*k;
         }
+        // One tap has the last key of its level.
+        order.several_taps = usize::from(missing) % MOST_TAPS != 0;
         let (least, most) = (usize::from(least), usize::from(most));
         order.levels = least / MOST_TAPS..most / MOST_TAPS + 1;
         let last = order.levels.end * MOST_TAPS;
@@ -115,17 +115,16 @@ impl Order {
         order
     }
 
+    /// Values in this order, in `room` if they must be moved; pieces of them may begin at any place below the count.
     #[inline(always)]
-    fn sorted<R: Real>(&self, values: &[R; MOST]) -> [R; ROOM] {
-        let mut out = [R::ZERO; ROOM];
+    fn sorted<'a, R: Real>(&self, values: &'a [R; MOST], room: &'a mut [R; ROOM]) -> &'a [R] {
         if self.plain {
-            out[..MOST].copy_from_slice(values);
-        } else {
-            for i in 0..MOST {
-                out[i] = values[usize::from(self.lane[i] & 127)];
-            }
+            return values;
         }
-        out
+        for i in 0..MOST {
+            room[i] = values[usize::from(self.lane[i] & 127)];
+        }
+        room
     }
 
     /// Puts sorted values back where they belong.
@@ -143,10 +142,10 @@ impl Order {
 
 /// One piece of an array.
 #[inline(always)]
-fn piece<T>(values: &[T; ROOM], at: usize) -> &[T; PIECE] {
+fn piece<T>(values: &[T], at: usize) -> &[T; PIECE] {
     match values[at..].first_chunk() {
         Some(p) => p,
-        None => unreachable!("pieces begin below MOST"),
+        None => unreachable!("pieces begin below the count, and at whole pieces where nothing was moved"),
     }
 }
 
@@ -287,7 +286,7 @@ fn any_positive<R: Real>(values: &[R; PIECE]) -> bool {
 pub fn sample<R: Real, D: Decode>(
     decode: D,
     levels: &[TexelLevel<'_>],
-    wanted: &Wanted<R>,
+    wanted: &Wanted<'_, R>,
     state: &SamplerState,
     active: LaneMask,
     out: &mut [[R; MOST]; 4],
@@ -306,19 +305,25 @@ pub fn sample<R: Real, D: Decode>(
         key[i] = (fine * R::from_u32(MOST_TAPS as u32) + few).nearest_small().1 as u16;
     }
     let order = Order::new(&key, active);
-    let (u, v) = (order.sorted(&wanted.u), order.sorted(&wanted.v));
+    let mut room = [const { [R::ZERO; ROOM] }; 6];
+    let [room_u, room_v, room_part, room_step_u, room_step_v, room_taps] = &mut room;
+    let (u, v) = (order.sorted(wanted.u, room_u), order.sorted(wanted.v, room_v));
     let mut sum = [[R::ZERO; ROOM]; 4];
     if !state.linear {
         for level in order.levels.clone() {
             let (from, to) = (order.starts[level * MOST_TAPS], order.starts[(level + 1) * MOST_TAPS]);
             for at in (usize::from(from)..usize::from(to)).step_by(PIECE) {
-                let value = nearest(decode, &levels[level], piece(&u, at), piece(&v, at), state);
+                let value = nearest(decode, &levels[level], piece(u, at), piece(v, at), state);
                 accumulate(&mut sum, at, usize::from(to) - at, &value);
             }
         }
     } else {
-        let part = order.sorted(&part);
-        let (step_u, step_v, taps) = (order.sorted(&wanted.step_u), order.sorted(&wanted.step_v), order.sorted(&wanted.taps));
+        let part = order.sorted(&part, room_part);
+        // One tap stands in the middle of its footprint and is its own mean.
+        let along = order.several_taps.then(|| {
+            let (step_u, step_v) = (order.sorted(&wanted.step_u, room_step_u), order.sorted(&wanted.step_v, room_step_v));
+            (step_u, step_v, order.sorted(&wanted.taps, room_taps))
+        });
         for level in order.levels.clone() {
             let from = usize::from(order.starts[level * MOST_TAPS]);
             for tap in 0..MOST_TAPS {
@@ -328,16 +333,17 @@ pub fn sample<R: Real, D: Decode>(
                     break;
                 }
                 for at in (from..to).step_by(PIECE) {
-                    let (u, v, taps) = (piece(&u, at), piece(&v, at), piece(&taps, at));
-                    let (step_u, step_v) = (piece(&step_u, at), piece(&step_v, at));
-                    let (mut tap_u, mut tap_v) = ([R::ZERO; PIECE], [R::ZERO; PIECE]);
-                    for i in 0..PIECE {
-                        let offset = R::from_u32(tap as u32) - R::from_f64(0.5) * (taps[i] - R::ONE);
-                        tap_u[i] = u[i] + offset * step_u[i];
-                        tap_v[i] = v[i] + offset * step_v[i];
+                    let (mut tap_u, mut tap_v) = (*piece(u, at), *piece(v, at));
+                    if let Some((step_u, step_v, taps)) = along {
+                        let (step_u, step_v, taps) = (piece(step_u, at), piece(step_v, at), piece(taps, at));
+                        for i in 0..PIECE {
+                            let offset = R::from_u32(tap as u32) - R::from_f64(0.5) * (taps[i] - R::ONE);
+                            tap_u[i] = tap_u[i] + offset * step_u[i];
+                            tap_v[i] = tap_v[i] + offset * step_v[i];
+                        }
                     }
                     let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state);
-                    let part = piece(&part, at);
+                    let part = piece(part, at);
                     if level < last && any_positive(part) {
                         let coarse = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state);
                         for (value, coarse) in value.iter_mut().zip(&coarse) {
@@ -351,9 +357,11 @@ pub fn sample<R: Real, D: Decode>(
                 }
             }
         }
-        for sum in &mut sum {
-            for i in 0..MOST {
-                sum[i] = sum[i] / taps[i];
+        if let Some((.., taps)) = along {
+            for sum in &mut sum {
+                for (sum, taps) in sum.iter_mut().zip(taps) {
+                    *sum = *sum / *taps;
+                }
             }
         }
     }

@@ -54,12 +54,14 @@ enum Levels<'a, R> {
     Along(Gradients<'a, R>, &'a [R]),
 }
 
+/// A batch's values, in `room` where they are fewer than a whole batch's.
 #[inline(always)]
-fn padded<R: Real>(values: &[R]) -> [R; MOST] {
-    let mut all = [R::ZERO; MOST];
-    let count = values.len().min(MOST);
-    all[..count].copy_from_slice(&values[..count]);
-    all
+fn whole<'a, R: Real>(values: &'a [R], room: &'a mut [R; MOST]) -> &'a [R; MOST] {
+    if let Some(values) = values.first_chunk() {
+        return values;
+    }
+    room[..values.len()].copy_from_slice(values);
+    room
 }
 
 #[inline(always)]
@@ -70,15 +72,16 @@ fn batch<R: Real, D: Decode>(
     request: Request<'_, R>,
     out: &mut [[R; MOST]; 4],
 ) {
-    let mut wanted = Wanted::new();
-    wanted.u = padded(request.u);
-    wanted.v = padded(request.v);
+    let mut room = [[R::ZERO; MOST]; 7];
+    let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut room;
+    let mut wanted = Wanted::new(whole(request.u, room_u), whole(request.v, room_v));
     match request.levels {
-        Levels::Given(level) => wanted.level = padded(level),
+        Levels::Given(level) => wanted.level = *whole(level, room_0),
         Levels::Of(g) | Levels::Along(g, _) => {
             let size = [levels[0].width, levels[0].height];
-            let most = if let Levels::Along(_, most) = request.levels { Some(padded(most)) } else { None };
-            wanted.footprints(size, &[padded(g.du_dx), padded(g.dv_dx), padded(g.du_dy), padded(g.dv_dy)], most.as_ref());
+            let g = [whole(g.du_dx, room_0), whole(g.dv_dx, room_1), whole(g.du_dy, room_2), whole(g.dv_dy, room_3)];
+            let most = if let Levels::Along(_, most) = request.levels { Some(whole(most, room_most)) } else { None };
+            wanted.footprints(size, g, most);
         }
     }
     sample(decode, levels, &wanted, state, request.active, out);
