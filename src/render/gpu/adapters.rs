@@ -107,7 +107,15 @@ pub(super) struct Opened {
 
 /// Opens the best adapter that will do. `software`: a driver on the processor will do.
 pub(super) fn open(software: bool) -> Result<Opened, GpuError> {
-    let all = to_open();
+    first_of(to_open(), software)
+}
+
+/// The same among GL's alone, even one on the processor: where another driver is there it is never the best.
+pub(super) fn open_gl() -> Result<Opened, GpuError> {
+    first_of(found(Backends::GL), true)
+}
+
+fn first_of(all: Vec<(AdapterFacts, Adapter)>, software: bool) -> Result<Opened, GpuError> {
     let Some((best, _)) = all.first() else {
         return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
     };

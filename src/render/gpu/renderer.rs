@@ -4,7 +4,7 @@
 //! that is lost stays lost, and says so to every later call.
 
 use super::GpuError;
-use super::adapters::{AdapterFacts, Opened, open};
+use super::adapters::{AdapterFacts, Opened, open, open_gl};
 use super::pipelines::{DEPTH_FORMAT, Pipeline, PipelineKey, Pipelines};
 use super::readback::{Readback, mapped};
 use super::uploads::Uploads;
@@ -114,7 +114,18 @@ impl GpuRenderer {
     /// # Errors
     /// No adapter, or none that does what the plan needs.
     pub fn open(software: bool) -> Result<Self, GpuError> {
-        let Opened { facts, device, queue, wide_colour, timestamps } = open(software)?;
+        Ok(Self::of(open(software)?))
+    }
+
+    /// Opens an adapter of GL, even one that computes on the processor.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::open`].
+    pub fn open_gl() -> Result<Self, GpuError> {
+        Ok(Self::of(open_gl()?))
+    }
+
+    fn of(Opened { facts, device, queue, wide_colour, timestamps }: Opened) -> Self {
         let lost: Arc<Mutex<Option<GpuError>>> = Arc::default();
         let (on_loss, on_error) = (Arc::clone(&lost), Arc::clone(&lost));
         device.set_device_lost_callback(move |_, why| {
@@ -125,7 +136,7 @@ impl GpuRenderer {
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             on_error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(e.into());
         }));
-        Ok(Self { facts, device, queue, wide_colour, timestamps, lost, state: Mutex::default() })
+        Self { facts, device, queue, wide_colour, timestamps, lost, state: Mutex::default() }
     }
 
     pub fn facts(&self) -> &AdapterFacts {
@@ -470,5 +481,7 @@ impl GpuRenderer {
                 _ => {}
             }
         }
+        // On GL the last draw's rectangle would also cut the samples' way into the picture, which ends the pass.
+        rendering.set_scissor_rect(0, 0, pass.width, pass.height);
     }
 }
