@@ -11,9 +11,10 @@ use orrery::view::interface::{Interface, SessionPlaces, Tab};
 use orrery::view::paint::{Canvas, Painter};
 use orrery::view::settings::Settings;
 use orrery::view::sight::Sight;
-use orrery::view::studio::{Order, Prompt, Studio, Threaded};
+use orrery::view::studio::{Drawing, Order, Prompt, Studio, Task, Threaded};
 use orrery::view::viewer::{Places, Subject, Viewer};
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// One session for all tests: its maps and modules are read once.
 pub fn session() -> &'static Session {
@@ -295,4 +296,57 @@ fn a_picture_waits_for_no_question() {
     });
     assert!(drawn, "the picture waited for the question");
     assert!(answered, "the question was not answered once it could be");
+}
+
+/// Counts the pictures that are asked for.
+struct Counting(Prompt<'static>, Arc<AtomicU32>);
+
+impl Studio for Counting {
+    fn session(&self) -> &Session {
+        self.0.session()
+    }
+    fn order(&self, order: Order) {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        self.0.order(order);
+    }
+    fn take(&self) -> Option<Result<Drawing, String>> {
+        self.0.take()
+    }
+    fn run(&self, task: Task) {
+        self.0.run(task);
+    }
+}
+
+#[test]
+fn real_time_is_kept_with_few_pictures() {
+    let mut interface = interface(SATURN, "2017-05-17T00:00:00Z");
+    interface.viewer.pace.toggle_pause();
+    assert_eq!(interface.viewer.pace.rate(), 1.0);
+    let orders: Arc<AtomicU32> = Arc::default();
+    let studio = Counting(Prompt::new(session()), Arc::clone(&orders));
+    let mut harness = Harness::builder()
+        .with_size([700.0, 400.0])
+        .with_max_steps(40)
+        .renderer(OwnPainter(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &studio), interface);
+    settle(&mut harness);
+    let mut turns = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
+        let (orders_before, tdb_before_s) = (orders.load(Ordering::Relaxed), harness.state().viewer.sight.tdb_s);
+        for _ in 0..count {
+            let next = harness.input_mut().time.unwrap_or(0.0) + step_s;
+            harness.input_mut().time = Some(next);
+            harness.run_steps(1);
+        }
+        (orders.load(Ordering::Relaxed) - orders_before, harness.state().viewer.sight.tdb_s - tdb_before_s)
+    };
+    // Ten turns a second for six seconds: the picture follows once a second at most.
+    let (pictures, passed_s) = turns(&mut harness, 60, 0.1);
+    assert!((1..=7).contains(&pictures), "{pictures} pictures in six seconds");
+    assert!((passed_s - 6.0).abs() < 0.2, "{passed_s} s went by in six");
+    // The window itself turns once a second.
+    let (_, passed_s) = turns(&mut harness, 10, 1.0);
+    assert!((passed_s - 10.0).abs() < 0.2, "{passed_s} s went by in ten");
+    // A hand on the view is answered at once.
+    harness.state_mut().viewer.sight.fov_deg *= 0.9;
+    assert!(turns(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was asked for");
 }

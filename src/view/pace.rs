@@ -5,7 +5,7 @@
 /// Scene seconds per real second on each step of the ladder: real time up to a year a second.
 const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
 /// A stall (a suspended laptop, a long frame) moves time by this much at the most.
-const LONGEST_STEP_S: f64 = 0.25;
+const LONGEST_STEP_S: f64 = 2.0;
 
 /// How fast and which way scene time runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

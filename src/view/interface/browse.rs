@@ -102,11 +102,15 @@ pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
             if open && !fold.is_open() && ui.input(|i| i.pointer.any_released()) {
                 fold.set_open(true);
             }
-            fold.show_header(ui, |ui| entry(interface, ui, body, actions)).body(|ui| {
+            let is_open = fold.is_open();
+            let (arrow, ..) = fold.show_header(ui, |ui| entry(interface, ui, body, actions)).body(|ui| {
                 for moon in moons {
                     entry(interface, ui, moon, actions);
                 }
             });
+            // An arrow alone says nothing to who cannot see it.
+            let name = format!("Moons of {}", body.name);
+            arrow.widget_info(|| egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, is_open, &name));
         }
     });
 }

@@ -27,7 +27,7 @@ use super::viewer::{Action, Places, Viewer};
 use crate::catalog::NaifId;
 use crate::render::plan::Fineness;
 use crate::scene::marks::{Lettering, Mark, marks};
-use crate::scene::request::{Quality, ViewRequest};
+use crate::scene::request::{Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererWish, Session};
 use crate::time::Instant;
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
@@ -132,6 +132,9 @@ struct Sky {
 
 /// More than running time does while the picture waits: someone set the clock.
 const LEAP_S: f64 = 120.0;
+/// Poles wander by less than this in such a leap, radians: the fastest is that of Mimas, 13.6 degrees about at 1 degree a day (PCK), 5.7e-6. No hand
+/// moves the eye by so little: it is a hundredth of a pixel.
+const WANDERING: f64 = 1e-5;
 
 impl Interface {
     pub fn new(viewer: Viewer, settings: Settings) -> Self {
@@ -389,9 +392,30 @@ fn differs(last: &ViewRequest, new: &ViewRequest, calm: bool) -> bool {
     if !calm {
         return last != new;
     }
-    let at_last = ViewRequest { time: last.time, ..new.clone() };
     let leap_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
-    *last != at_last || leap_s.abs() > LEAP_S
+    *last != at_time_of(last, new) || leap_s.abs() > LEAP_S
+}
+
+/// A request as it would have been when the last one was made: time moves the eye a little, too, because bodies' poles wander.
+fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
+    let near = |a: DVec3, b: DVec3| a.distance(b) <= WANDERING * a.length();
+    let position = match (last.position, new.position) {
+        (Position::Offset { body, offset_km, axes }, Position::Offset { body: b, offset_km: o, axes: a })
+            if (body, axes) == (b, a) && near(offset_km, o) =>
+        {
+            last.position
+        }
+        _ => new.position,
+    };
+    let look = match (last.look, new.look) {
+        (Look::Along { direction, axes }, Look::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.look,
+        _ => new.look,
+    };
+    let up = match (last.up, new.up) {
+        (Up::Along { direction, axes }, Up::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.up,
+        _ => new.up,
+    };
+    ViewRequest { time: last.time, position, look, up, ..new.clone() }
 }
 
 /// Opaque display bytes as egui's picture.
