@@ -330,7 +330,7 @@ fn real_time_is_kept_with_few_pictures() {
         .renderer(OwnPainter(Painter::default()))
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &studio), interface);
     settle(&mut harness);
-    let mut turns = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
+    let turns = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
         let (orders_before, tdb_before_s) = (orders.load(Ordering::Relaxed), harness.state().viewer.sight.tdb_s);
         for _ in 0..count {
             let next = harness.input_mut().time.unwrap_or(0.0) + step_s;

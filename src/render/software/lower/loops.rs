@@ -10,7 +10,7 @@ use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
 /// Moves what does not change from turn to turn before its loop, from the innermost loops outward.
-pub fn hoist(code: &mut Vec<Step>) {
+pub fn hoist(code: &mut [Step]) {
     let mut open = Vec::new();
     let mut at = 0;
     while at < code.len() {
@@ -36,19 +36,19 @@ fn hoist_one(code: &mut [Step], start: usize, end: usize) {
     let mut skips: Vec<Label> = Vec::new();
     let mut inner = 0;
     let mut leaving = HashSet::default();
-    for at in start + 1..end {
-        match &code[at] {
+    for (at, step) in code.iter().enumerate().take(end).skip(start + 1) {
+        match step {
             Step::SkipIfNone { label, .. } | Step::JumpIf { label, .. } | Step::Jump { label } => {
                 skips.extend(inside.get(label));
             }
             Step::Label(label) => skips.retain(|l| l != label),
             Step::LoopStart => inner += 1,
             Step::LoopEnd => inner -= 1,
-            step @ (Step::Op { dst, .. } | Step::Uniform { dst, .. }) if inner == 0 && skips.is_empty() => {
-                if reads(step).iter().all(|v| !changing.contains(v)) {
-                    changing.remove(dst);
-                    leaving.insert(at);
-                }
+            Step::Op { dst, .. } | Step::Uniform { dst, .. }
+                if inner == 0 && skips.is_empty() && reads(step).iter().all(|v| !changing.contains(v)) =>
+            {
+                changing.remove(dst);
+                leaving.insert(at);
             }
             _ => {}
         }
