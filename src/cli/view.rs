@@ -93,7 +93,7 @@ mod windowed {
 
     /// A link, or the file that keeps one.
     fn kept(link: &str) -> Result<Sight, CliError> {
-        if link.starts_with(crate::view::sight::SCHEME) {
+        if crate::view::sight::is_link(link) {
             return Sight::from_link(link).map_err(|e| CliError(format!("{link}: {e}")));
         }
         let text = std::fs::read_to_string(link)

@@ -111,6 +111,18 @@ pub const QUALITIES: [Quality; 3] = [Quality::Draft, Quality::Standard, Quality:
 /// What links begin with.
 pub const SCHEME: &str = "orrery://view?";
 
+/// What a link asks for: of one as it was written, and of one that a system has put into another form (`Orrery://view/?…`).
+fn query_of(link: &str) -> Option<&str> {
+    let (place, query) = link.trim().split_once('?')?;
+    let place = place.trim_end_matches('/');
+    SCHEME.trim_end_matches('?').eq_ignore_ascii_case(place).then_some(query)
+}
+
+/// Whether this is meant as a link, whatever it is worth.
+pub fn is_link(text: &str) -> bool {
+    text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
+}
+
 /// Field of view of a new view.
 pub const FOV_DEG: f64 = 45.0;
 pub const FOV_LEAST_DEG: f64 = 1e-4;
@@ -229,7 +241,7 @@ impl Sight {
     /// # Errors
     /// One line that names the field.
     pub fn from_link(link: &str) -> Result<Self, String> {
-        let query = link.trim().strip_prefix(SCHEME).ok_or_else(|| format!("a link begins with {SCHEME}"))?;
+        let query = query_of(link).ok_or_else(|| format!("a link begins with {SCHEME}"))?;
         let mut root = Value::Object(Map::new());
         for pair in query.split('&').filter(|p| !p.is_empty()) {
             let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{pair}`: write field=value"))?;
@@ -365,7 +377,12 @@ mod tests {
             assert_eq!(Sight::from_link(&sight.to_link()).as_ref(), Ok(&sight), "{}", sight.to_link());
             assert_eq!(Sight::from_json(&sight.to_json()), Ok(sight));
         }
-        assert!(sight().to_link().contains("target=699&"), "{}", sight().to_link());
+        let link = sight().to_link();
+        assert!(link.contains("target=699&"), "{link}");
+        for form in [link.replacen("orrery://view?", "Orrery://VIEW/?", 1), format!(" {link}\n")] {
+            assert!(is_link(&form) && Sight::from_link(&form) == Ok(sight()), "{form}");
+        }
+        assert!(!is_link("orrery.json") && !is_link("or"));
     }
 
     #[test]
@@ -373,6 +390,7 @@ mod tests {
         let good = sight().to_link();
         for (bad, names) in [
             ("https://x".to_owned(), "orrery://"),
+            (good.replace("view?", "look?"), "orrery://"),
             (good.replace("target", "aim"), "aim"),
             (good.replace("fov_deg=45.0", "fov_deg=0"), "fov_deg"),
             (good.replace("eye.kind=orbit", "eye.kind=perch"), "perch"),

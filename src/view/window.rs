@@ -16,9 +16,9 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant as Moment};
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
-use winit::event::{StartCause, WindowEvent};
+use winit::event::{StartCause, TouchPhase, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::window::{Window, WindowId};
+use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
 /// The window could not be opened or lost what it needs.
 #[derive(Debug, thiserror::Error)]
@@ -73,12 +73,44 @@ fn plain(message: &str) -> String {
     after_place.trim_end_matches('.').to_owned()
 }
 
+/// The size to begin with: no larger than the screen, whose scale may leave little room.
+fn first_size(event_loop: &ActiveEventLoop) -> LogicalSize<f64> {
+    let wished = LogicalSize::new(1280.0, 800.0);
+    let screen = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+    let room = screen.map(|s| s.size().to_logical::<f64>(s.scale_factor())).filter(|r| r.width > 0.0 && r.height > 0.0);
+    room.map_or(wished, |r| LogicalSize::new(wished.width.min(r.width), wished.height.min(r.height)))
+}
+
+/// Tells the desktop which program the window is of, as its desktop file does.
+#[cfg(target_os = "linux")]
+fn named(attributes: WindowAttributes) -> WindowAttributes {
+    winit::platform::wayland::WindowAttributesExtWayland::with_name(attributes, "orrery", "orrery")
+}
+
+#[cfg(not(target_os = "linux"))]
+fn named(attributes: WindowAttributes) -> WindowAttributes {
+    attributes
+}
+
+/// On Wayland egui drops the first movement of two fingers, and what it has not used when they are lifted: there each movement counts alike.
+fn scrolled_whole(event: WindowEvent) -> Option<WindowEvent> {
+    match event {
+        WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
+            Some(WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Moved })
+        }
+        WindowEvent::MouseWheel { phase: TouchPhase::Ended | TouchPhase::Cancelled, .. } if cfg!(target_os = "linux") => None,
+        event => Some(event),
+    }
+}
+
 struct Shown {
     window: Rc<Window>,
     surface: Surface<Rc<Window>, Rc<Window>>,
     input: egui_winit::State,
     painter: Painter,
     title: String,
+    /// As the interface last asked; a desktop may have its own way to it.
+    fullscreen: bool,
 }
 
 struct App<'a> {
@@ -95,7 +127,8 @@ struct App<'a> {
 impl App<'_> {
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<Shown, String> {
         // Screen readers are served from before the window shows.
-        let attributes = Window::default_attributes().with_title("Orrery").with_inner_size(LogicalSize::new(1280, 800)).with_visible(false);
+        let attributes =
+            named(Window::default_attributes()).with_title("Orrery").with_inner_size(first_size(event_loop)).with_visible(false);
         let window = Rc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
         let context = Context::new(window.clone()).map_err(|e| e.to_string())?;
         let surface = Surface::new(&context, window.clone()).map_err(|e| e.to_string())?;
@@ -103,7 +136,7 @@ impl App<'_> {
         let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
-        Ok(Shown { window, surface, input, painter: Painter::default(), title: String::new() })
+        Ok(Shown { window, surface, input, painter: Painter::default(), title: String::new(), fullscreen: false })
     }
 
     fn redraw(&mut self) -> Result<(), String> {
@@ -136,6 +169,10 @@ impl App<'_> {
         if title != shown.title {
             shown.window.set_title(&title);
             shown.title = title;
+        }
+        if self.interface.fullscreen != shown.fullscreen {
+            shown.fullscreen = self.interface.fullscreen;
+            shown.window.set_fullscreen(shown.fullscreen.then_some(Fullscreen::Borderless(None)));
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         self.due = Moment::now().checked_add(wait);
@@ -200,6 +237,7 @@ impl ApplicationHandler<Wake> for App<'_> {
             return;
         }
         let Some(shown) = &mut self.shown else { return };
+        let Some(event) = scrolled_whole(event) else { return };
         let wants = shown.input.on_window_event(&shown.window, &event).repaint;
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),

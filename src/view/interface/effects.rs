@@ -171,7 +171,7 @@ fn row(
         }
         if !effect.ways().is_empty() {
             let now = overrides.way(effect).unwrap_or("by need");
-            ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
+            let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
                 for way in effect.ways() {
                     if ui.selectable_label(now == *way, *way).clicked() {
                         // A way of the list is one that the effect has.
@@ -179,6 +179,11 @@ fn row(
                     }
                 }
             });
+            let said = || egui::WidgetInfo {
+                current_text_value: Some(now.to_owned()),
+                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("How {} is computed", effect.name()))
+            };
+            choice.response.widget_info(said);
         }
         if asked.is_some() && ui.small_button("×").on_hover_text(format!("Let the scene decide on {}", effect.name())).clicked() {
             overrides.forget(effect);

@@ -177,8 +177,13 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studi
     ui.horizontal_wrapped(|ui| {
         ui.label("at");
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix(" deg");
-        ui.add(drag(&mut panel.home.latitude_deg, -90.0..=90.0)).on_hover_text("Latitude of the place, degrees north");
-        ui.add(drag(&mut panel.home.longitude_deg, -180.0..=180.0)).on_hover_text("Longitude of the place, degrees east");
+        for (value, most, what) in [
+            (&mut panel.home.latitude_deg, 90.0, "Latitude of the place, degrees north"),
+            (&mut panel.home.longitude_deg, 180.0, "Longitude of the place, degrees east"),
+        ] {
+            let named = || egui::WidgetInfo::labeled(egui::Role::SpinButton, true, what);
+            ui.add(drag(value, -most..=most)).on_hover_text(what).widget_info(named);
+        }
     });
     let question = Question {
         body: body.id,

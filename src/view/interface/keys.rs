@@ -26,6 +26,7 @@ const SHEET: &[(&str, &str)] = &[
     ("b, n, m, o, x", "list of bodies, names, markers, orbits, outline"),
     ("1 to 7", "moments, effects, shader, compare, information, performance, share"),
     ("Ctrl+S, Ctrl+C", "save a picture, copy the link"),
+    ("F11", "the whole screen"),
     ("?", "this sheet"),
     ("q, Escape", "quit"),
 ];
@@ -34,6 +35,9 @@ const SHEET: &[(&str, &str)] = &[
 const ARROW_PX: f64 = 24.0;
 
 pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
+    if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
+        interface.fullscreen = !interface.fullscreen;
+    }
     // Whoever types wants letters.
     if ctx.egui_wants_keyboard_input() {
         return;

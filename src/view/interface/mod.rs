@@ -91,6 +91,8 @@ pub struct Interface {
     pub effects_of_one: bool,
     /// Someone asked to leave.
     pub quits: bool,
+    /// The window shall fill its screen.
+    pub fullscreen: bool,
     /// The last thing worth saying, for the line below the sky.
     pub message: String,
     /// Lines that the session says: a fallback, a map that cannot be read.
@@ -147,6 +149,7 @@ impl Interface {
             help_shown: false,
             effects_of_one: false,
             quits: false,
+            fullscreen: false,
             message: String::new(),
             heard: Arc::default(),
             notice: None,

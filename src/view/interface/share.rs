@@ -146,7 +146,10 @@ fn pictures(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
         ui.label("Run of");
         ui.add(egui::DragValue::new(&mut panel.frames).range(1..=100_000)).on_hover_text("Frames of the run");
         ui.label("frames, each");
-        ui.add(egui::DragValue::new(&mut panel.step_s).suffix(" s")).on_hover_text("Scene seconds between frames");
+        // A century at the most.
+        ui.add(egui::DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s"))
+            .on_hover_text("Scene seconds between frames")
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, "Scene seconds between frames"));
     });
     if ui.add_enabled(!busy, egui::Button::new("Save run")).clicked() {
         if panel.picture.contains("%05d") {

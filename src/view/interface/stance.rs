@@ -4,7 +4,7 @@ use super::Interface;
 use crate::catalog::NaifId;
 use crate::view::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG};
 use crate::view::viewer::Action;
-use egui::{Checkbox, ComboBox, DragValue, Slider};
+use egui::{Checkbox, ComboBox, DragValue, Role, Slider, WidgetInfo};
 
 /// A place that is being chosen, degrees.
 #[derive(Default)]
@@ -31,9 +31,11 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     ui.horizontal_wrapped(|ui| {
         let stance = &mut interface.stance;
         ui.add(DragValue::new(&mut stance.latitude_deg).range(-90.0..=90.0).speed(0.2).suffix(" lat"))
-            .on_hover_text("Latitude to stand on, degrees");
+            .on_hover_text("Latitude to stand on, degrees")
+            .widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, "Latitude to stand on, degrees"));
         ui.add(DragValue::new(&mut stance.longitude_deg).range(-180.0..=180.0).speed(0.2).suffix(" east"))
-            .on_hover_text("East longitude to stand on, degrees");
+            .on_hover_text("East longitude to stand on, degrees")
+            .widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, "East longitude to stand on, degrees"));
         if ui.button("Stand there").on_hover_text(format!("Stand on the ground of {name}")).clicked() {
             actions.push(Action::StandOn(stance.latitude_deg, stance.longitude_deg));
         }
