@@ -134,8 +134,8 @@ struct Sky {
 
 /// More than running time does while the picture waits: someone set the clock.
 const LEAP_S: f64 = 120.0;
-/// Poles wander by less than this in such a leap, radians: the fastest is that of Mimas, 13.6 degrees about at 1 degree a day (PCK), 5.7e-6. No hand
-/// moves the eye by so little: it is a hundredth of a pixel.
+/// Poles wander by less than this in such a leap, radians: the fastest is that of Mimas, 13.6 degrees about at 1 degree a day (PCK), 5.7e-6. A hand that
+/// moves the eye by less is answered all the same: while it moves the view is not calm.
 const WANDERING: f64 = 1e-5;
 
 impl Interface {
