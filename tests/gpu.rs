@@ -30,7 +30,7 @@ const GREATEST_LEVELS: u8 = 12;
 /// The default quality.
 const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
 
-fn gpu() -> Option<GpuRenderer> {
+pub fn gpu() -> Option<GpuRenderer> {
     match GpuRenderer::open(true) {
         Ok(renderer) => {
             println!("on {}", renderer.facts());
@@ -172,7 +172,7 @@ fn a_window_waits_for_no_compiler() {
     }
     let (session, said, _cache) = session(RendererWish::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let draw = || session.draw_promptly(&request, FINENESS).expect("drawn");
+    let draw = || session.draw_promptly(&request, FINENESS, false).expect("drawn");
     let first = draw();
     assert_eq!(first.by.renderer, "software", "the device was not open yet");
     let mut frames = 0;
@@ -195,7 +195,7 @@ fn a_picture_at_rest_is_told_when_the_gpu_is_ready_and_another_renderer_is_taken
     }
     let (session, said, _cache) = session(RendererWish::Software);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let by = |s: &Session| s.draw_promptly(&request, FINENESS).expect("drawn").by.renderer;
+    let by = |s: &Session| s.draw_promptly(&request, FINENESS, false).expect("drawn").by.renderer;
     assert_eq!((by(&session), session.readiness()), ("software", Readiness::Settled));
     session.choose_renderer(RendererWish::Gpu);
     assert_eq!(by(&session), "software", "nobody waits for a compiler");

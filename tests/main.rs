@@ -52,3 +52,5 @@ mod viewer_inspect;
 #[cfg(feature = "view")]
 mod viewer_panels;
 mod views;
+#[cfg(all(feature = "gpu", feature = "view"))]
+mod window_frame;

@@ -286,7 +286,7 @@ fn a_picture_waits_for_no_question() {
         studio.run(Box::new(move |_| {
             let _ = held.recv();
         }));
-        studio.order(Order { fineness: Fineness::of(request.quality), request: request.clone() });
+        studio.order(Order { fineness: Fineness::of(request.quality), request: request.clone(), on_device: false });
         let patience = std::time::Duration::from_secs(120);
         let drawn = wakes.recv_timeout(patience).is_ok() && studio.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
         drop(free);

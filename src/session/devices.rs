@@ -4,7 +4,7 @@
 //! is missing or fails, that is said in one line, and the same plan is drawn in software, this frame and every later one.
 
 use crate::render::frame::Frame;
-use crate::render::plan::Plan;
+use crate::render::plan::{PictureOnDevice, Plan};
 use crate::render::software::{Precision, SoftwareRenderer, Timings};
 use crate::shader::Library;
 use std::sync::{Arc, OnceLock};
@@ -42,6 +42,24 @@ pub struct DrawnBy {
     /// What the software renderer did, where it drew.
     #[serde(skip)]
     pub software: Option<Timings>,
+}
+
+/// What became of a plan.
+pub struct Done {
+    pub frame: Frame,
+    /// The picture, where it stays on the device: the frame has no pixels then.
+    pub on_device: Option<PictureOnDevice>,
+    pub by: DrawnBy,
+}
+
+/// What a frame is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    Pixels,
+    /// The linear picture too.
+    Linear,
+    /// The picture may stay on the device that draws it.
+    OnDevice,
 }
 
 /// Whether a picture that was drawn promptly in software could now come from the GPU.
@@ -89,18 +107,19 @@ impl Devices {
         made.as_ref().unwrap_or(&self.software)
     }
 
-    fn in_software(by: &SoftwareRenderer, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
-        let (frame, timings) = by.render(plan, library, keep_hdr).map_err(|e| e.to_string())?;
-        Ok((frame, DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) }))
+    fn in_software(by: &SoftwareRenderer, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
+        let (frame, timings) = by.render(plan, library, keep == Keep::Linear).map_err(|e| e.to_string())?;
+        let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
+        Ok(Done { frame, on_device: None, by })
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
+    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
         if self.wish == RendererWish::Gpu {
             return Err("this build has no GPU renderer: leave --renderer out, or say --renderer software".into());
         }
         let _ = &self.say;
-        Self::in_software(by, plan, library, keep_hdr)
+        Self::in_software(by, plan, library, keep)
     }
 
     /// Draws the plan with the GPU where there is one that does, else with the given software renderer.
@@ -108,25 +127,25 @@ impl Devices {
     /// # Errors
     /// Why neither draws; that no adapter is there when one was demanded.
     #[cfg(feature = "gpu")]
-    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep_hdr: bool) -> Result<(Frame, DrawnBy), String> {
-        match self.gpu.draw(plan, library, keep_hdr, &*self.say)? {
+    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
+        match self.gpu.draw(plan, library, keep, &*self.say)? {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(by, plan, library, keep_hdr),
+            None => Self::in_software(by, plan, library, keep),
         }
     }
 
     /// The same for a window: what the GPU has no pipeline for yet is drawn in software, while a thread makes it.
     #[cfg(feature = "gpu")]
-    pub fn draw_promptly(&self, plan: &Plan, library: &Library) -> Result<(Frame, DrawnBy), String> {
-        match self.gpu.draw_if_ready(plan, library, &self.say) {
+    pub fn draw_promptly(&self, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
+        match self.gpu.draw_if_ready(plan, library, keep, &self.say) {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(&self.software, plan, library, false),
+            None => Self::in_software(&self.software, plan, library, keep),
         }
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw_promptly(&self, plan: &Plan, library: &Library) -> Result<(Frame, DrawnBy), String> {
-        self.draw(&self.software, plan, library, false)
+    pub fn draw_promptly(&self, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
+        self.draw(&self.software, plan, library, keep)
     }
 
     /// What can be wished for here: software alone where frames are in f64, or the build has no GPU renderer.
@@ -178,6 +197,12 @@ impl Devices {
         self.gpu.forget_modules();
     }
 
+    /// The device that draws, if one does. Never waits: while it draws, or is made ready for more, the answer is [`gpu::Standing::Unchanged`].
+    #[cfg(feature = "gpu")]
+    pub fn standing(&self) -> gpu::Standing {
+        self.gpu.standing()
+    }
+
     /// Gives the device back, as a driver that resets does: for tests of the way back.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {
@@ -186,8 +211,8 @@ impl Devices {
 }
 
 #[cfg(feature = "gpu")]
-mod gpu {
-    use super::{DrawnBy, Frame, Library, Plan, Readiness, RendererWish};
+pub mod gpu {
+    use super::{Done, DrawnBy, Frame, Keep, Library, Plan, Readiness, RendererWish};
     use crate::render::gpu::{GpuError, GpuRenderer};
     use crate::render::plan::{ModuleName, Modules};
     use crate::shader::ShaderModule;
@@ -201,8 +226,19 @@ mod gpu {
     /// What a thread works at: the device, open and with what the plan in hand needs.
     struct Preparing {
         thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-        /// The epoch in which it began.
+        /// The epoch and the wish with which it began.
         epoch: u64,
+        wish: RendererWish,
+    }
+
+    /// What a window may know of the device.
+    pub enum Standing {
+        /// It draws.
+        Open(Arc<GpuRenderer>),
+        /// As it was when last asked, as far as can be told without waiting.
+        Unchanged,
+        /// Software draws.
+        Software,
     }
 
     enum State {
@@ -272,7 +308,6 @@ mod gpu {
                 return;
             }
             self.said.lock().unwrap_or_else(PoisonError::into_inner).take();
-            self.epoch.fetch_add(1, Ordering::SeqCst);
             let mut state = locked(&self.state);
             if !matches!(*state, State::Preparing(_)) {
                 *state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
@@ -291,20 +326,37 @@ mod gpu {
 
         pub fn forget_modules(&self) {
             self.epoch.fetch_add(1, Ordering::SeqCst);
-            let mut state = locked(&self.state);
-            if matches!(*state, State::Open(_)) {
-                *state = State::Unopened;
+            if let State::Open(renderer) = &*locked(&self.state) {
+                renderer.forget_modules();
+            }
+        }
+
+        pub fn standing(&self) -> Standing {
+            if self.wish() == RendererWish::Software {
+                return Standing::Software;
+            }
+            let Ok(state) = self.state.try_lock() else { return Standing::Unchanged };
+            match &*state {
+                State::Open(renderer) => Standing::Open(Arc::clone(renderer)),
+                State::Unopened | State::Preparing(_) => Standing::Unchanged,
+                State::Closed => Standing::Software,
             }
         }
 
         fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> State {
-            State::Preparing(Preparing { thread: std::thread::spawn(work), epoch: self.epoch.load(Ordering::SeqCst) })
+            State::Preparing(Preparing { thread: std::thread::spawn(work), epoch: self.epoch.load(Ordering::SeqCst), wish: self.wish() })
         }
 
-        /// Waits for the thread; `Unopened` where what it made was forgotten meanwhile.
+        /// Waits for the thread. What it made of modules that were forgotten meanwhile is forgotten too; a device that is no longer wished for is given back.
         fn prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
             let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
-            Ok(if preparing.epoch == self.epoch.load(Ordering::SeqCst) { State::Open(renderer) } else { State::Unopened })
+            if preparing.wish != self.wish() {
+                return Ok(State::Unopened);
+            }
+            if preparing.epoch != self.epoch.load(Ordering::SeqCst) {
+                renderer.forget_modules();
+            }
+            Ok(State::Open(renderer))
         }
 
         /// Opens the device beside whatever else is done before the first frame.
@@ -323,7 +375,7 @@ mod gpu {
         }
 
         /// `None`: software shall draw it.
-        pub fn draw(&self, plan: &Plan, library: &Library, keep_hdr: bool, say: &Say) -> Result<Option<(Frame, DrawnBy)>, String> {
+        pub fn draw(&self, plan: &Plan, library: &Library, keep: Keep, say: &Say) -> Result<Option<Done>, String> {
             if self.wish() == RendererWish::Software {
                 return Ok(None);
             }
@@ -341,17 +393,32 @@ mod gpu {
                 Err(e) => closed(&e, say),
             };
             let State::Open(renderer) = &*state else { return Ok(None) };
-            match renderer.render(plan, library, keep_hdr) {
-                Ok((frame, timings)) => {
+            // Whoever asks how the device stands does not wait for the frame.
+            let renderer = Arc::clone(renderer);
+            drop(state);
+            let drawn = match keep {
+                Keep::Pixels | Keep::Linear => {
+                    renderer.render(plan, library, keep == Keep::Linear).map(|(frame, timings)| (frame, None, timings))
+                }
+                Keep::OnDevice => renderer.render_on_device(plan, library).map(|(picture, timings)| {
+                    let frame = Frame { width: picture.width, height: picture.height, hdr: Vec::new(), display: Vec::new() };
+                    (frame, Some(picture), timings)
+                }),
+            };
+            match drawn {
+                Ok((frame, on_device, timings)) => {
                     let adapter = Some(renderer.facts().to_string());
-                    Ok(Some((frame, DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None })))
+                    let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None };
+                    Ok(Some(Done { frame, on_device, by }))
                 }
                 Err(e) => {
                     let said = self.said.lock().unwrap_or_else(PoisonError::into_inner).replace(e.clone());
                     if said.as_ref() != Some(&e) {
                         say(&format!("{e}: drawing in software"));
                     }
-                    if e.is_final() {
+                    let mut state = locked(&self.state);
+                    let is_same = matches!(&*state, State::Open(r) if Arc::ptr_eq(r, &renderer));
+                    if e.is_final() && is_same {
                         *state = State::Closed;
                     }
                     Ok(None)
@@ -360,7 +427,7 @@ mod gpu {
         }
 
         /// `None`: software shall draw it, now or for good. Never waits for a driver.
-        pub fn draw_if_ready(&self, plan: &Plan, library: &Library, say: &Arc<Say>) -> Option<(Frame, DrawnBy)> {
+        pub fn draw_if_ready(&self, plan: &Plan, library: &Library, keep: Keep, say: &Arc<Say>) -> Option<Done> {
             if self.wish() == RendererWish::Software {
                 return None;
             }
@@ -374,7 +441,7 @@ mod gpu {
             let renderer = match &*state {
                 State::Open(renderer) if renderer.ready(plan) => {
                     drop(state);
-                    return self.draw(plan, library, false, &**say).ok().flatten();
+                    return self.draw(plan, library, keep, &**say).ok().flatten();
                 }
                 State::Open(renderer) => Some(Arc::clone(renderer)),
                 State::Unopened => None,

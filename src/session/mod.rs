@@ -11,17 +11,19 @@ mod meshes;
 mod pictures;
 mod price;
 mod sample;
+mod screen;
 mod software;
 mod stages;
 mod standard_scenes;
 
 pub use crate::render::software::{TapeCost, tape_costs};
 pub use cpu::process_cpu;
-use devices::Devices;
+use devices::{Devices, Done, Keep};
 pub use devices::{DrawnBy, Readiness, RendererWish};
 pub use pictures::{Readers, is_exr, write_picture, write_whole};
 pub use price::{LightChange, Price};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
+pub use screen::{DeviceScreen, Showable, ShownBy};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
@@ -29,7 +31,7 @@ use crate::catalog::{Catalog, CatalogError};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{Letters, MapStore, SharedTexture, TexelFormat};
 use crate::render::frame::Frame;
-use crate::render::plan::{self, Fineness, ModuleName, Plan, PlanError, SharedDraw, Supplies};
+use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
 use crate::scene::draw::AirTier;
 use crate::scene::marks;
@@ -86,6 +88,8 @@ pub struct Drawn {
     /// Draws that are not of one body.
     pub shared: Vec<SharedDraw>,
     pub frame: Frame,
+    /// The picture, where it stays on the device that drew it: the frame has no pixels then.
+    pub on_device: Option<PictureOnDevice>,
     pub by: DrawnBy,
 }
 
@@ -344,10 +348,14 @@ impl Session {
 
     fn draw_by(&self, by: &SoftwareRenderer, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;
-        let (frame, by) =
-            self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, keep_hdr)).map_err(SessionError::Renderer)?;
-        Ok(Drawn { scene, shared: plan.shared_draws(), frame, by })
+        let keep = if keep_hdr { Keep::Linear } else { Keep::Pixels };
+        let done = self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, keep)).map_err(SessionError::Renderer)?;
+        Ok(drawn(scene, &plan, done))
     }
+}
+
+fn drawn(scene: Scene, plan: &Plan, Done { frame, on_device, by }: Done) -> Drawn {
+    Drawn { scene, shared: plan.shared_draws(), frame, on_device, by }
 }
 
 impl Session {
@@ -357,12 +365,12 @@ impl Session {
         self.devices.forget_modules();
     }
 
-    /// Draws a view for a window: in software while the GPU is not ready for it.
-    pub fn draw_promptly(&self, request: &ViewRequest, fineness: Fineness) -> Result<Drawn, SessionError> {
+    /// Draws a view for a window: in software while the GPU is not ready for it. `on_device`: the picture may stay on the device.
+    pub fn draw_promptly(&self, request: &ViewRequest, fineness: Fineness, on_device: bool) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;
-        let (frame, by) =
-            self.measured(Stage::Draw, || self.devices.draw_promptly(&plan, &self.library)).map_err(SessionError::Renderer)?;
-        Ok(Drawn { scene, shared: plan.shared_draws(), frame, by })
+        let keep = if on_device { Keep::OnDevice } else { Keep::Pixels };
+        let done = self.measured(Stage::Draw, || self.devices.draw_promptly(&plan, &self.library, keep)).map_err(SessionError::Renderer)?;
+        Ok(drawn(scene, &plan, done))
     }
 }
 

@@ -13,16 +13,17 @@ macro_rules! fragments {
 fragments![
     "entry/blur.wgsl",
     "entry/glow.wgsl",
+    "entry/interface.wgsl",
     "entry/label.wgsl",
     "entry/line.wgsl",
     "entry/outline.wgsl",
     "entry/planet.wgsl",
     "entry/point.wgsl",
     "entry/probe_disc_overlap.wgsl",
-    "entry/probe_scatter.wgsl",
-    "entry/probe_sunlight.wgsl",
     "entry/probe_ring_shadow.wgsl",
     "entry/probe_ring_transmission.wgsl",
+    "entry/probe_scatter.wgsl",
+    "entry/probe_sunlight.wgsl",
     "entry/shrink.wgsl",
     "entry/tone_map.wgsl",
     "entry/tone_map_bloom.wgsl",
@@ -57,11 +58,11 @@ fragments![
     "lib/mesh.wgsl",
     "lib/night_lights.wgsl",
     "lib/overlay.wgsl",
+    "lib/own_depth.wgsl",
     "lib/photometry/lambert.wgsl",
     "lib/photometry/lommel_seeliger.wgsl",
     "lib/photometry/lunar_lambert.wgsl",
     "lib/photometry/oren_nayar.wgsl",
-    "lib/own_depth.wgsl",
     "lib/rectangle.wgsl",
     "lib/reflected.wgsl",
     "lib/relief.wgsl",
@@ -112,7 +113,8 @@ impl Fragments {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
-pub const SIMPLE_MODULES: [&str; 9] = ["blur", "glow", "label", "line", "outline", "point", "shrink", "tone_map", "tone_map_bloom"];
+pub const SIMPLE_MODULES: [&str; 10] =
+    ["blur", "glow", "interface", "label", "line", "outline", "point", "shrink", "tone_map", "tone_map_bloom"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];

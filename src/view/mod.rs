@@ -1,6 +1,6 @@
 //! The window: browse the system, run time, switch effects, read what draws it.
 //!
-//! In: a session, input. Out: a window whose picture and interface are painted on the processor, GPU or not. It computes no positions and no
+//! In: a session, input. Out: a window, shown by the device that draws its pictures, or by the processor where none does. It computes no positions and no
 //! light of its own.
 
 pub mod answers;
@@ -10,6 +10,8 @@ pub mod moments;
 pub mod orbit;
 pub mod pace;
 pub mod paint;
+pub mod pieces;
+pub mod present;
 pub mod settings;
 pub mod sight;
 pub mod studio;

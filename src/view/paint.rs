@@ -4,22 +4,26 @@
 //! as egui defines it (premultiplied, in gamma space, `dst = src + dst (1 - a)`); edges fall on 1/256 pixels with the top-left rule, so that
 //! neighbouring triangles neither overlap nor gap; a row's result does not depend on the number of threads. It knows nothing of what is painted.
 
+use crate::image::{self, Level, SharedTexture, TexelFormat};
 use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
 use egui::{Color32, TextureFilter, TextureId, TextureWrapMode};
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
 
 /// Rows that one task paints.
 const BAND_ROWS: usize = 64;
 /// Steps of a pixel on which corners fall.
 const STEPS: f32 = 256.0;
 
-struct Texture {
+pub struct Texture {
     width: usize,
     height: usize,
     texels: Vec<Color32>,
-    smooth: bool,
-    repeats: bool,
+    pub smooth: bool,
+    pub repeats: bool,
+    /// As a renderer takes it; made when one asks first.
+    shared: OnceLock<SharedTexture>,
 }
 
 /// The textures that the interface holds.
@@ -37,15 +41,15 @@ pub struct Canvas<'a> {
 
 /// Pixels that may be touched, half open.
 #[derive(Clone, Copy)]
-struct Bounds {
-    left: usize,
-    right: usize,
-    top: usize,
-    bottom: usize,
+pub struct Bounds {
+    pub left: usize,
+    pub right: usize,
+    pub top: usize,
+    pub bottom: usize,
 }
 
 impl Bounds {
-    fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
+    pub fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
         let at = |v: f32, most: usize| ((v * pixels_per_point).round().max(0.0) as usize).min(most);
         Self { left: at(rect.min.x, width), right: at(rect.max.x, width), top: at(rect.min.y, height), bottom: at(rect.max.y, height) }
     }
@@ -66,12 +70,18 @@ impl Painter {
                     let start = (y + row) * t.width + x;
                     t.texels[start..start + width].copy_from_slice(source);
                 }
+                t.shared.take();
             }
             return;
         }
         let smooth = delta.options.magnification == TextureFilter::Linear;
         let repeats = delta.options.wrap_mode != TextureWrapMode::ClampToEdge;
-        self.textures.insert(id, Texture { width, height, texels: image.pixels.clone(), smooth, repeats });
+        let texture = Texture { width, height, texels: image.pixels.clone(), smooth, repeats, shared: OnceLock::new() };
+        self.textures.insert(id, texture);
+    }
+
+    pub fn texture(&self, id: TextureId) -> Option<&Texture> {
+        self.textures.get(&id)
     }
 
     pub fn free_texture(&mut self, id: TextureId) {
@@ -342,6 +352,16 @@ impl Tap {
 }
 
 impl Texture {
+    /// The texels for a renderer; the same ones until they change.
+    pub fn shared(&self) -> SharedTexture {
+        let make = || {
+            let bytes = bytemuck::cast_slice(&self.texels).to_vec();
+            let level = Level { width: self.width as u32, height: self.height as u32, bytes };
+            Arc::new(image::Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] })
+        };
+        self.shared.get_or_init(make).clone()
+    }
+
     /// The texels of a row (or a column) of `size` at a coordinate of 0 to 1.
     fn tap(&self, coordinate: f32, size: usize) -> Tap {
         let inside = |v: i64| {

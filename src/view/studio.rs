@@ -3,7 +3,7 @@
 //! In: orders (a view at a size) and tasks (anything asked of the session). Out: drawings and answers, when they are done. Always: of several
 //! orders only the newest is drawn; a picture waits for no task; whoever waits is woken once for each result. It decides nothing about what is seen.
 
-use crate::render::plan::{Fineness, SharedDraw};
+use crate::render::plan::{Fineness, PictureOnDevice, SharedDraw};
 use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
 use crate::session::{DrawnBy, Session, Stages};
@@ -17,6 +17,8 @@ use std::time::Instant as Moment;
 pub struct Order {
     pub request: ViewRequest,
     pub fineness: Fineness,
+    /// The window is shown by the device: the picture may stay there.
+    pub on_device: bool,
 }
 
 /// A drawn order.
@@ -26,8 +28,9 @@ pub struct Drawing {
     pub shared: Vec<SharedDraw>,
     pub width: u32,
     pub height: u32,
-    /// Rows top first, opaque.
+    /// Rows top first, opaque; none where the picture stayed on the device.
     pub rgba: Vec<[u8; 4]>,
+    pub on_device: Option<PictureOnDevice>,
     pub by: DrawnBy,
     /// From order to picture.
     pub took_ms: f64,
@@ -87,7 +90,7 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 pub fn draw(session: &Session, order: Order) -> Result<Drawing, String> {
     let before = session.report_of_this_thread().0;
     let start = Moment::now();
-    let drawn = session.draw_promptly(&order.request, order.fineness).map_err(|e| e.to_string())?;
+    let drawn = session.draw_promptly(&order.request, order.fineness, order.on_device).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
     Ok(Drawing {
@@ -97,6 +100,7 @@ pub fn draw(session: &Session, order: Order) -> Result<Drawing, String> {
         width: drawn.frame.width,
         height: drawn.frame.height,
         rgba: drawn.frame.display,
+        on_device: drawn.on_device,
         by: drawn.by,
         took_ms,
         stages: stages.since(&before),

@@ -1,18 +1,17 @@
-//! The event loop: winit events in, egui between, pixels out through softbuffer. No GPU library is loaded for the interface.
+//! The event loop: winit events in, egui between, pixels out by a [`Presenter`].
 //!
 //! In: an [`Interface`] and a session. Out: a window, until it is closed. Always: the window is redrawn only when input, a finished picture or
 //! running time asks for it; a thread of its own draws the pictures; a window shrunk to nothing draws nothing.
 
 use super::interface::Interface;
-use super::paint::{Canvas, Painter};
-use super::studio::Threaded;
+use super::paint::Painter;
+use super::present::{Presenter, Unshown};
+use super::studio::{Studio, Threaded};
 use super::watch::Watch;
 use crate::session::Session;
 use egui_winit::accesskit_winit;
-use softbuffer::{Context, Surface};
 use std::num::NonZeroU32;
-use std::rc::Rc;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant as Moment};
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
@@ -57,7 +56,17 @@ pub fn run(interface: &mut Interface, session: &Session, watch: Option<&Watch>) 
         if let Some(watch) = watch {
             scope.spawn(|| watch.work(&studio, || studio.is_closed()));
         }
-        let mut app = App { interface, studio: &studio, proxy, egui: egui::Context::default(), shown: None, due: None, failure: None };
+        let mut app = App {
+            interface,
+            studio: &studio,
+            proxy,
+            egui: egui::Context::default(),
+            painter: Painter::default(),
+            shown: None,
+            refused: false,
+            due: None,
+            failure: None,
+        };
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
         // The window goes at once; a picture or a driver's compiler that is at work is waited for without it.
@@ -104,10 +113,9 @@ fn scrolled_whole(event: WindowEvent) -> Option<WindowEvent> {
 }
 
 struct Shown {
-    window: Rc<Window>,
-    surface: Surface<Rc<Window>, Rc<Window>>,
+    presenter: Presenter,
+    window: Arc<Window>,
     input: egui_winit::State,
-    painter: Painter,
     title: String,
     /// As the interface last asked; a desktop may have its own way to it.
     fullscreen: bool,
@@ -118,7 +126,11 @@ struct App<'a> {
     studio: &'a Threaded<'a>,
     proxy: EventLoopProxy<Wake>,
     egui: egui::Context,
+    /// The interface's textures, which outlive a window.
+    painter: Painter,
     shown: Option<Shown>,
+    /// A device was asked to show a window and could not.
+    refused: bool,
     /// When the interface wants its next turn.
     due: Option<Moment>,
     failure: Option<WindowError>,
@@ -129,20 +141,23 @@ impl App<'_> {
         // Screen readers are served from before the window shows.
         let attributes =
             named(Window::default_attributes()).with_title("Orrery").with_inner_size(first_size(event_loop)).with_visible(false);
-        let window = Rc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
-        let context = Context::new(window.clone()).map_err(|e| e.to_string())?;
-        let surface = Surface::new(&context, window.clone()).map_err(|e| e.to_string())?;
+        let window = Arc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
+        let presenter = Presenter::new(&window, self.refused)?;
         let scale = Some(window.scale_factor() as f32);
         let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
-        Ok(Shown { window, surface, input, painter: Painter::default(), title: String::new(), fullscreen: false })
+        Ok(Shown { presenter, window, input, title: String::new(), fullscreen: false })
     }
 
-    fn redraw(&mut self) -> Result<(), String> {
+    fn redraw(&mut self) -> Result<(), Unshown> {
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let size = shown.window.inner_size();
         let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
+        if let Some(line) = shown.presenter.follow(self.studio.session())? {
+            self.interface.hear(line);
+        }
+        self.interface.on_device = shown.presenter.is_on_device();
         let input = shown.input.take_egui_input(&shown.window);
         let start = Moment::now();
         let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.studio));
@@ -150,21 +165,17 @@ impl App<'_> {
         let mut textures = std::mem::take(&mut output.textures_delta);
         for (id, deltas) in textures.set.drain() {
             for delta in deltas {
-                shown.painter.set_texture(id, &delta);
+                self.painter.set_texture(id, &delta);
             }
         }
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
-        shown.surface.resize(width, height).map_err(|e| e.to_string())?;
-        let mut buffer = shown.surface.buffer_mut().map_err(|e| e.to_string())?;
-        buffer.fill(0);
-        let mut canvas = Canvas { width: width.get() as usize, height: height.get() as usize, pixels: &mut buffer };
-        shown.painter.paint(&mut canvas, output.pixels_per_point, &primitives);
+        let sky = self.interface.picture_on_device();
+        let drawn = shown.presenter.show(self.studio.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
         self.interface.note_painting(start.elapsed());
-        shown.window.pre_present_notify();
-        buffer.present().map_err(|e| e.to_string())?;
         for id in textures.free.drain() {
-            shown.painter.free_texture(id);
+            self.painter.free_texture(id);
         }
+        drawn?;
         let title = self.interface.title();
         if title != shown.title {
             shown.window.set_title(&title);
@@ -176,6 +187,19 @@ impl App<'_> {
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         self.due = Moment::now().checked_add(wait);
+        Ok(())
+    }
+
+    /// A window that the processor shows takes the place of one that the device showed.
+    fn open_anew(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
+        if let Some(why) = why {
+            self.refused = true;
+            self.interface.hear(format!("{why}: pictures are shown by the processor"));
+        }
+        self.shown = None;
+        self.interface.on_device = false;
+        self.shown = Some(self.open(event_loop)?);
+        self.ask_redraw();
         Ok(())
     }
 
@@ -227,7 +251,12 @@ impl ApplicationHandler<Wake> for App<'_> {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if matches!(event, WindowEvent::RedrawRequested) {
-            if let Err(e) = self.redraw() {
+            let shown = match self.redraw() {
+                Err(Unshown::ByDevice(why)) => self.open_anew(event_loop, why),
+                Err(Unshown::AtAll(why)) => Err(why),
+                Ok(()) => Ok(()),
+            };
+            if let Err(e) = shown {
                 self.failure = Some(WindowError::Stopped(e));
                 event_loop.exit();
             }

@@ -51,14 +51,21 @@ impl AdapterFacts {
     }
 }
 
+/// An adapter of an instance, which makes surfaces for it.
+struct Found {
+    facts: AdapterFacts,
+    adapter: Adapter,
+    instance: Instance,
+}
+
 /// The adapters of some backends, best first.
-fn found(backends: Backends) -> Vec<(AdapterFacts, Adapter)> {
+fn found(backends: Backends) -> Vec<Found> {
     let mut descriptor = InstanceDescriptor::new_without_display_handle_from_env();
     descriptor.backends &= backends;
     let instance = Instance::new(descriptor);
     let mut all = pollster::block_on(instance.enumerate_adapters(backends));
     all.sort_by_key(rank);
-    all.into_iter().map(|a| (AdapterFacts::of(&a), a)).collect()
+    all.into_iter().map(|adapter| Found { facts: AdapterFacts::of(&adapter), adapter, instance: instance.clone() }).collect()
 }
 
 /// Smaller is better.
@@ -80,24 +87,26 @@ fn gl_may_have_more() -> bool {
 }
 
 /// The adapters that one may be opened of, best first.
-fn to_open() -> Vec<(AdapterFacts, Adapter)> {
+fn to_open() -> Vec<Found> {
     let mut all = found(Backends::all() - Backends::GL);
-    let hardware = all.iter().any(|(facts, _)| facts.kind == AdapterKind::Hardware);
+    let hardware = all.iter().any(|f| f.facts.kind == AdapterKind::Hardware);
     if all.is_empty() || (!hardware && gl_may_have_more()) {
         all.extend(found(Backends::GL));
-        all.sort_by_key(|(_, adapter)| rank(adapter));
+        all.sort_by_key(|f| rank(&f.adapter));
     }
     all
 }
 
 /// What adapters there are, best first; empty where no driver is installed.
 pub fn adapters() -> Vec<AdapterFacts> {
-    found(Backends::all()).into_iter().map(|(facts, _)| facts).collect()
+    found(Backends::all()).into_iter().map(|f| f.facts).collect()
 }
 
 /// An opened device and what it can do beyond the least.
 pub(super) struct Opened {
     pub facts: AdapterFacts,
+    pub instance: Instance,
+    pub adapter: Adapter,
     pub device: Device,
     pub queue: Queue,
     /// A linear picture of 32-bit floats can be blended into, with 4 samples.
@@ -115,16 +124,16 @@ pub(super) fn open_gl() -> Result<Opened, GpuError> {
     first_of(found(Backends::GL), true)
 }
 
-fn first_of(all: Vec<(AdapterFacts, Adapter)>, software: bool) -> Result<Opened, GpuError> {
-    let Some((best, _)) = all.first() else {
+fn first_of(all: Vec<Found>, software: bool) -> Result<Opened, GpuError> {
+    let Some(best) = all.first().map(|f| &f.facts) else {
         return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver answered".into()));
     };
     if !software && best.kind == AdapterKind::Software {
         return Err(GpuError::SoftwareDriver(best.to_string()));
     }
     let mut first_failure = None;
-    for (facts, adapter) in all.into_iter().filter(|(f, _)| software || f.kind != AdapterKind::Software) {
-        match device_of(&facts, &adapter) {
+    for one in all.into_iter().filter(|f| software || f.facts.kind != AdapterKind::Software) {
+        match device_of(one) {
             Ok(opened) => return Ok(opened),
             Err(e) => first_failure = first_failure.or(Some(e)),
         }
@@ -132,7 +141,7 @@ fn first_of(all: Vec<(AdapterFacts, Adapter)>, software: bool) -> Result<Opened,
     Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter("none is left".into())))
 }
 
-fn device_of(facts: &AdapterFacts, adapter: &Adapter) -> Result<Opened, GpuError> {
+fn device_of(Found { facts, adapter, instance }: Found) -> Result<Opened, GpuError> {
     let failed = |why: String| GpuError::Adapter { adapter: facts.to_string(), why };
     let flags = TextureFormatFeatureFlags::MULTISAMPLE_X4 | TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE;
     let half = adapter.get_texture_format_features(TextureFormat::Rgba16Float).flags;
@@ -150,5 +159,5 @@ fn device_of(facts: &AdapterFacts, adapter: &Adapter) -> Result<Opened, GpuError
     let required_limits = Limits { max_buffer_size: own.max_buffer_size, ..Limits::downlevel_webgl2_defaults().using_resolution(own) };
     let descriptor = DeviceDescriptor { label: Some("orrery"), required_features, required_limits, ..DeviceDescriptor::default() };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| failed(super::one_line(&e.to_string())))?;
-    Ok(Opened { facts: facts.clone(), device, queue, wide_colour, timestamps })
+    Ok(Opened { facts, instance, adapter, device, queue, wide_colour, timestamps })
 }

@@ -5,19 +5,20 @@
 
 use super::GpuError;
 use super::adapters::{AdapterFacts, Opened, open, open_gl};
+use super::pictures::Pictures;
 use super::pipelines::{DEPTH_FORMAT, Pipeline, PipelineKey, Pipelines};
 use super::readback::{Readback, mapped};
 use super::uploads::Uploads;
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
-use crate::render::plan::{ColourFormat, Modules, Pass, Plan, PlanDraw, TextureSource, Vertices};
+use crate::render::plan::{ColourFormat, ModuleName, Modules, Pass, PictureOnDevice, Plan, PlanDraw, TextureSource, Vertices};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Color, Device,
-    ErrorFilter, Extent3d, IndexFormat, LoadOp, Operations, QuerySet, QuerySetDescriptor, QueryType, Queue, RenderPassColorAttachment,
-    RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPassTimestampWrites, StoreOp, TextureDescriptor, TextureDimension,
-    TextureFormat, TextureUsages, TextureView,
+    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Color,
+    Device, ErrorFilter, Extent3d, IndexFormat, Instance, LoadOp, Operations, PollType, QuerySet, QuerySetDescriptor, QueryType, Queue,
+    RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPassTimestampWrites, StoreOp,
+    TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
 };
 
 /// Passes of a frame that are timed at most.
@@ -48,8 +49,9 @@ struct Target {
     depth: Option<TextureView>,
 }
 
+/// What lives between the frames of one sequence.
 #[derive(Default)]
-struct State {
+pub(super) struct State {
     pipelines: Pipelines,
     uploads: Uploads,
     targets: Vec<Target>,
@@ -58,6 +60,21 @@ struct State {
     indices: Option<Buffer>,
     readback: Readback,
     clock: Option<Clock>,
+}
+
+impl State {
+    pub fn forget_modules(&mut self) {
+        self.pipelines = Pipelines::default();
+    }
+}
+
+/// Where a plan's last pass draws.
+#[derive(Clone, Copy)]
+pub(super) enum Onto<'a> {
+    /// A target of the renderer's own; `hdr`: linear pictures are floats of 32 bits.
+    Own { hdr: bool },
+    /// A texture that is there, a window's for one.
+    Given(&'a wgpu::Texture),
 }
 
 /// Timestamps: two for each pass.
@@ -70,12 +87,15 @@ struct Clock {
 /// Executes plans on one device.
 pub struct GpuRenderer {
     facts: AdapterFacts,
-    device: Device,
-    queue: Queue,
+    pub(super) instance: Instance,
+    pub(super) adapter: Adapter,
+    pub(super) device: Device,
+    pub(super) queue: Queue,
     wide_colour: bool,
     timestamps: bool,
     lost: Arc<Mutex<Option<GpuError>>>,
     state: Mutex<State>,
+    pictures: Mutex<Pictures>,
 }
 
 /// A draw with its places in the frame's buffers.
@@ -99,11 +119,17 @@ struct Bytes {
     indices: Vec<u8>,
 }
 
+/// Passes of the plan that are timed.
+fn timed(plan: &Plan) -> u32 {
+    (plan.passes.len() as u32).min(MOST_TIMED)
+}
+
 /// Bindings of textures of 32-bit floats, which are not filtered.
 fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     let is_float = |source: &TextureSource| match source {
-        TextureSource::Image(texture) => texture.format == TexelFormat::Rgba32Float,
+        TextureSource::Image(texture) | TextureSource::Kept(texture) => texture.format == TexelFormat::Rgba32Float,
         TextureSource::PassOutput(_) => true,
+        TextureSource::OnDevice(_) => false,
     };
     draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
 }
@@ -125,7 +151,7 @@ impl GpuRenderer {
         Ok(Self::of(open_gl()?))
     }
 
-    fn of(Opened { facts, device, queue, wide_colour, timestamps }: Opened) -> Self {
+    fn of(Opened { facts, instance, adapter, device, queue, wide_colour, timestamps }: Opened) -> Self {
         let lost: Arc<Mutex<Option<GpuError>>> = Arc::default();
         let (on_loss, on_error) = (Arc::clone(&lost), Arc::clone(&lost));
         device.set_device_lost_callback(move |_, why| {
@@ -136,7 +162,7 @@ impl GpuRenderer {
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             on_error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(e.into());
         }));
-        Self { facts, device, queue, wide_colour, timestamps, lost, state: Mutex::default() }
+        Self { facts, instance, adapter, device, queue, wide_colour, timestamps, lost, state: Mutex::default(), pictures: Mutex::default() }
     }
 
     pub fn facts(&self) -> &AdapterFacts {
@@ -158,6 +184,11 @@ impl GpuRenderer {
         plan.passes.iter().all(known)
     }
 
+    /// Forgets what was made of modules: those of the same names are no longer the same.
+    pub fn forget_modules(&self) {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).forget_modules();
+    }
+
     /// Bytes of maps on the device, and how many pipelines there are.
     pub fn held(&self) -> (u64, usize) {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -169,35 +200,60 @@ impl GpuRenderer {
     /// # Errors
     /// See [`GpuError`]; after one that [`GpuError::is_final`] says is final the next frame fails too.
     pub fn render(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
-        let start = Instant::now();
-        self.still_there()?;
-        if plan
-            .passes
-            .iter()
-            .flat_map(|p| &p.draws)
-            .any(|d| matches!(&d.module, crate::render::plan::ModuleName::Planet(k) if k.counts_work()))
-        {
-            return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
-        }
         if keep_hdr && !self.wide_colour {
             return Err(GpuError::NotDrawn("linear pictures on this adapter, which has no 32-bit blending"));
         }
-        let scopes = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal].map(|f| self.device.push_error_scope(f));
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let drawn = self.frame(&mut state, plan, modules, keep_hdr);
-        drop(state);
-        let caught: Vec<GpuError> =
-            scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).map(GpuError::from).collect();
-        self.still_there()?;
-        if let Some(first) = caught.into_iter().next() {
-            return Err(first);
-        }
-        let (frame, mut timings) = drawn?;
+        let start = Instant::now();
+        let (frame, mut timings) = self.guarded(plan, || {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let sent_bytes = self.submit(&mut state, plan, modules, Onto::Own { hdr: keep_hdr })?;
+            let frame = self.read(&mut state, keep_hdr)?;
+            Ok((frame, GpuTimings { sent_bytes, passes: self.clocked(&state, plan)?, wall_ms: 0.0 }))
+        })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
         Ok((frame, timings))
     }
 
-    fn still_there(&self) -> Result<(), GpuError> {
+    /// Draws the plan and leaves its picture on the device.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::render`].
+    pub fn render_on_device(&self, plan: &Plan, modules: &impl Modules) -> Result<(PictureOnDevice, GpuTimings), GpuError> {
+        let start = Instant::now();
+        let (picture, mut timings) = self.guarded(plan, || {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let sent_bytes = self.submit(&mut state, plan, modules, Onto::Own { hdr: false })?;
+            // The next frame makes itself another target.
+            let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
+            // Whoever orders the next picture waits for this one: frames do not pile up.
+            self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+            let passes = self.clocked(&state, plan)?;
+            let picture = self.pictures.lock().unwrap_or_else(PoisonError::into_inner).keep(last.view, [last.width, last.height]);
+            Ok((picture, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
+        })?;
+        timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
+        Ok((picture, timings))
+    }
+
+    /// Runs what draws a plan, with the device's errors caught around it.
+    pub(super) fn guarded<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
+        self.still_there()?;
+        let counts = |d: &PlanDraw| matches!(&d.module, ModuleName::Planet(k) if k.counts_work());
+        if plan.passes.iter().flat_map(|p| &p.draws).any(counts) {
+            return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
+        }
+        let scopes = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal].map(|f| self.device.push_error_scope(f));
+        let done = work();
+        let caught: Vec<GpuError> =
+            scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).map(GpuError::from).collect();
+        self.still_there()?;
+        match caught.into_iter().next() {
+            Some(first) => Err(first),
+            None => done,
+        }
+    }
+
+    pub(super) fn still_there(&self) -> Result<(), GpuError> {
         self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone().map_or(Ok(()), Err)
     }
 
@@ -210,35 +266,44 @@ impl GpuRenderer {
         }
     }
 
-    fn frame(&self, state: &mut State, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
+    /// Sends a plan's bytes and draws it; answers how many bytes of maps went.
+    pub(super) fn submit(&self, state: &mut State, plan: &Plan, modules: &impl Modules, onto: Onto<'_>) -> Result<u64, GpuError> {
         let sent_before = state.uploads.sent_bytes;
         state.uploads.begin_frame();
-        self.targets(state, plan, keep_hdr)?;
+        self.targets(state, plan, onto)?;
         let mut bytes = Bytes::default();
         let mut prepared = Vec::new();
         // Places first, because the buffers' sizes follow from all draws.
         let places: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| self.place(d, &mut bytes)).collect()).collect();
         self.send(state, &bytes);
         for (pass_index, (pass, places)) in plan.passes.iter().zip(places).enumerate() {
-            let format = self.format(pass.format, keep_hdr);
+            let format = state.targets[pass_index].format;
             let draws = pass.draws.iter().zip(places).filter(|(d, _)| d.scissor[0] < d.scissor[2] && d.scissor[1] < d.scissor[3]);
             let all: Result<Vec<_>, _> = draws.map(|(d, at)| self.prepare(state, pass, pass_index, d, at, format, modules)).collect();
             prepared.push(all?);
         }
-        if self.timestamps && state.clock.is_none() {
+        if self.timestamps && state.clock.is_none() && matches!(onto, Onto::Own { .. }) {
             state.clock = Some(self.clock());
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for (k, (pass, draws)) in plan.passes.iter().zip(&prepared).enumerate() {
             self.encode(&mut encoder, state, pass, draws, k);
         }
-        let timed = (plan.passes.len() as u32).min(MOST_TIMED);
         if let Some(clock) = &state.clock {
+            let timed = timed(plan);
             encoder.resolve_query_set(&clock.queries, 0..2 * timed, &clock.resolved, 0);
             encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.read, 0, u64::from(16 * timed));
         }
         self.queue.submit([encoder.finish()]);
+        if matches!(onto, Onto::Given(_)) {
+            // It is its owner's again.
+            state.targets.pop();
+        }
+        Ok(state.uploads.sent_bytes - sent_before)
+    }
 
+    /// The pixels of the last pass, and those of the linear picture where they are wanted.
+    fn read(&self, state: &mut State, keep_hdr: bool) -> Result<Frame, GpuError> {
         let last = state.targets.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let (width, height) = (last.width, last.height);
         let mut frame = Frame { width, height, hdr: Vec::new(), display: Vec::new() };
@@ -252,16 +317,18 @@ impl GpuRenderer {
         } else if last.format == TextureFormat::Rgba32Float {
             frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &last.colour)?);
         }
-        let mut timings = GpuTimings { sent_bytes: state.uploads.sent_bytes - sent_before, ..GpuTimings::default() };
-        if let Some(clock) = &state.clock {
-            let tick_ms = f64::from(self.queue.get_timestamp_period()) * 1e-6;
-            timings.passes = mapped(&self.device, &clock.read, u64::from(16 * timed), |bytes| {
-                let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();
-                let spent = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
-                plan.passes.iter().map(|p| p.name.to_owned()).zip(spent).collect()
-            })?;
-        }
-        Ok((frame, timings))
+        Ok(frame)
+    }
+
+    /// Milliseconds on the device by pass, where the adapter tells.
+    fn clocked(&self, state: &State, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
+        let Some(clock) = &state.clock else { return Ok(Vec::new()) };
+        let tick_ms = f64::from(self.queue.get_timestamp_period()) * 1e-6;
+        mapped(&self.device, &clock.read, u64::from(16 * timed(plan)), |bytes| {
+            let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();
+            let spent = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
+            plan.passes.iter().map(|p| p.name.to_owned()).zip(spent).collect()
+        })
     }
 
     fn clock(&self) -> Clock {
@@ -282,11 +349,15 @@ impl GpuRenderer {
     }
 
     /// Targets as the plan's passes want them; those of the last frame stay where they fit.
-    fn targets(&self, state: &mut State, plan: &Plan, keep_hdr: bool) -> Result<(), GpuError> {
+    fn targets(&self, state: &mut State, plan: &Plan, onto: Onto<'_>) -> Result<(), GpuError> {
         let most = self.device.limits().max_texture_dimension_2d;
         state.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
-            let format = self.format(pass.format, keep_hdr);
+            let given = match onto {
+                Onto::Given(texture) if k + 1 == plan.passes.len() => Some(texture),
+                _ => None,
+            };
+            let format = given.map_or_else(|| self.format(pass.format, matches!(onto, Onto::Own { hdr: true })), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
             if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
                 return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, most });
@@ -294,16 +365,16 @@ impl GpuRenderer {
             let fits = |t: &Target| {
                 (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
             };
-            if state.targets.get(k).is_some_and(fits) {
+            if given.is_none() && state.targets.get(k).is_some_and(fits) {
                 continue;
             }
-            let made = self.target(pass, format, samples);
+            let made = self.target(pass, format, samples, given);
             if k < state.targets.len() { state.targets[k] = made } else { state.targets.push(made) }
         }
         Ok(())
     }
 
-    fn target(&self, pass: &Pass, format: TextureFormat, samples: u32) -> Target {
+    fn target(&self, pass: &Pass, format: TextureFormat, samples: u32, given: Option<&wgpu::Texture>) -> Target {
         let texture = |format: TextureFormat, samples: u32, usage: TextureUsages| {
             self.device.create_texture(&TextureDescriptor {
                 label: Some(pass.name),
@@ -318,7 +389,8 @@ impl GpuRenderer {
         };
         let view = |t: &wgpu::Texture| t.create_view(&wgpu::TextureViewDescriptor::default());
         let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let colour = texture(format, 1, drawn | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
+        let own = || texture(format, 1, drawn | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
+        let colour = given.cloned().unwrap_or_else(own);
         Target {
             width: pass.width,
             height: pass.height,
@@ -399,7 +471,12 @@ impl GpuRenderer {
         for texture in &pipeline.layout.textures {
             let source = draw.textures.iter().find(|t| t.binding == texture.binding).ok_or_else(|| missing(texture.binding))?;
             let view = match &source.source {
-                TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image).map_err(fault)?,
+                TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(fault)?,
+                TextureSource::Kept(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(fault)?,
+                TextureSource::OnDevice(picture) => {
+                    let kept = self.pictures.lock().unwrap_or_else(PoisonError::into_inner).get(picture);
+                    kept.ok_or_else(|| fault("reads a picture of another device".into()))?
+                }
                 TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),
                 TextureSource::PassOutput(k) => return Err(fault(format!("reads pass {k}, which is not drawn before it"))),
             };

@@ -1,7 +1,7 @@
 //! Textures on the device, each uploaded once and kept within a budget.
 //!
 //! Mips are those of the decoded map: nothing is filtered here. A texture is known by the decoded map it came from; one that no frame used lately
-//! goes first when the budget is spent. Tables of one level are known by their content, because scene makes them anew each frame.
+//! goes first when the budget is spent. Tables of one level are known by their content, because scene makes them anew each frame, but for those that their owner keeps.
 
 use crate::image::{SharedTexture, TexelFormat, Texture};
 use sha2::{Digest, Sha256};
@@ -79,14 +79,14 @@ impl Uploads {
         self.by_source.values().map(|u| u.bytes).sum()
     }
 
-    /// The texture on the device, sent there if it is not.
-    pub fn view(&mut self, device: &Device, queue: &Queue, texture: &SharedTexture) -> Result<TextureView, String> {
-        let table = texture.levels.len() == 1;
+    /// The texture on the device, sent there if it is not. `kept`: its owner holds it while it is unchanged.
+    pub fn view(&mut self, device: &Device, queue: &Queue, texture: &SharedTexture, kept: bool) -> Result<TextureView, String> {
         let source = match &texture.levels[..] {
             [] => return Err("a texture without levels".into()),
-            [only] => Source::Table(Sha256::digest(&only.bytes).into()),
+            [only] if !kept => Source::Table(Sha256::digest(&only.bytes).into()),
             _ => Source::Map(Arc::as_ptr(texture) as usize),
         };
+        let table = matches!(source, Source::Table(_));
         if let Some(known) = self.by_source.get_mut(&source) {
             known.used_in = self.frame;
             return Ok(known.view.clone());

@@ -2,11 +2,13 @@
 
 mod build;
 pub mod graph;
+mod interface;
 mod shared;
 pub use build::{
     Fineness, OVERLAY_BINDINGS, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, modules, plan, ring_profile,
     ring_shine, steps, uniforms_of,
 };
+pub use interface::{INTERFACE_MODULE, Piece, interface, interface_step};
 
 use crate::image::SharedTexture;
 pub use crate::shader::ModuleId as ModuleName;
@@ -34,8 +36,21 @@ pub struct SamplerState {
 #[derive(Clone, Debug)]
 pub enum TextureSource {
     Image(SharedTexture),
+    /// The same, of an owner that holds it while it is unchanged: known by its place in memory, however often it is read.
+    Kept(SharedTexture),
     /// The colour target that an earlier pass wrote (resolved), by pass index.
     PassOutput(usize),
+    /// What an earlier plan made, on the device that drew it.
+    OnDevice(PictureOnDevice),
+}
+
+/// A finished picture that stays on the device that drew it until the last of these is dropped.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureOnDevice {
+    /// One of its kind in this process.
+    pub id: Arc<u64>,
+    pub width: u32,
+    pub height: u32,
 }
 
 #[derive(Clone, Debug)]

@@ -57,10 +57,20 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, name)| name).collect()
 }
 
-/// A draw of a shared module: one triangle over the whole target, without depth, until something else is said.
+/// A draw of a shared module over the scene's picture.
 fn of_module(
     module: &'static str,
     scene: &Scene,
+    supplies: &impl Supplies,
+    fill: impl FnOnce(&mut UniformWriter<'_>) -> Result<(), LayoutError>,
+) -> Result<PlanDraw, PlanError> {
+    over_all(module, [scene.camera.width, scene.camera.height], supplies, fill)
+}
+
+/// A draw of a shared module: one triangle over a whole target, without depth, until something else is said.
+pub(super) fn over_all(
+    module: &'static str,
+    [width, height]: [u32; 2],
     supplies: &impl Supplies,
     fill: impl FnOnce(&mut UniformWriter<'_>) -> Result<(), LayoutError>,
 ) -> Result<PlanDraw, PlanError> {
@@ -79,7 +89,7 @@ fn of_module(
         blend: Blend::Replace,
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
-        scissor: [0, 0, scene.camera.width, scene.camera.height],
+        scissor: [0, 0, width, height],
     })
 }
 

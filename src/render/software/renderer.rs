@@ -227,7 +227,8 @@ fn textures_of<'a>(
                 let output = outputs.get(*pass).ok_or_else(|| RenderError::PassOrder { draw: draw.label.clone(), binding, pass: *pass })?;
                 Arc::clone(output.as_ref().map_err(broken)?)
             }
-            TextureSource::Image(texture) => match images.get(&binding) {
+            TextureSource::OnDevice(_) => return Err(broken(&"it is on a device".to_owned())),
+            TextureSource::Image(texture) | TextureSource::Kept(texture) => match images.get(&binding) {
                 Some(known) => Arc::clone(known),
                 None => {
                     let texels = Arc::new(Texels::of_texture(texture).map_err(|what| broken(&what))?);

@@ -25,7 +25,7 @@ use super::studio::{Drawing, Order, Studio};
 use super::tempo::Tempo;
 use super::viewer::{Action, Places, Viewer};
 use crate::catalog::NaifId;
-use crate::render::plan::Fineness;
+use crate::render::plan::{Fineness, PictureOnDevice};
 use crate::scene::marks::{Lettering, Mark, marks};
 use crate::scene::request::{Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererWish, Session};
@@ -93,6 +93,8 @@ pub struct Interface {
     pub quits: bool,
     /// The window shall fill its screen.
     pub fullscreen: bool,
+    /// The window is shown by the device that draws: pictures may stay there.
+    pub on_device: bool,
     /// The last thing worth saying, for the line below the sky.
     pub message: String,
     /// Lines that the session says: a fallback, a map that cannot be read.
@@ -150,6 +152,7 @@ impl Interface {
             effects_of_one: false,
             quits: false,
             fullscreen: false,
+            on_device: false,
             message: String::new(),
             heard: Arc::default(),
             notice: None,
@@ -182,6 +185,16 @@ impl Interface {
     /// The last good picture.
     pub fn drawing(&self) -> Option<&Drawing> {
         self.sky.drawing.as_ref()
+    }
+
+    /// A line worth saying, from the window itself.
+    pub fn hear(&self, line: String) {
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+    }
+
+    /// The last picture, where it lies on the device.
+    pub fn picture_on_device(&self) -> Option<&PictureOnDevice> {
+        self.sky.drawing.as_ref().and_then(|d| d.on_device.as_ref())
     }
 
     /// One turn: time passes, pictures arrive, panels are shown, the next picture is ordered.
@@ -285,16 +298,23 @@ impl Interface {
         match studio.take() {
             None => {}
             Some(Err(why)) => self.message = why,
+            // Its window is shown by the processor by now.
+            Some(Ok(drawing)) if drawing.on_device.is_some() && !self.on_device => self.sky.ordered = None,
             Some(Ok(mut drawing)) => {
                 self.message.clear();
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
                 if drawing.order.fineness == Fineness::of(Quality::Draft) {
                     self.sky.tempo.learn(pixels, drawing.took_ms);
                 }
-                let image = colour_image(drawing.width, drawing.height, std::mem::take(&mut drawing.rgba));
-                match &mut self.sky.texture {
-                    Some(texture) => texture.set(image, TextureOptions::LINEAR),
-                    none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
+                let pixels = std::mem::take(&mut drawing.rgba);
+                if drawing.on_device.is_some() {
+                    self.sky.texture = None;
+                } else {
+                    let image = colour_image(drawing.width, drawing.height, pixels);
+                    match &mut self.sky.texture {
+                        Some(texture) => texture.set(image, TextureOptions::LINEAR),
+                        none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
+                    }
                 }
                 self.performance.note(&drawing, self.sky.last_s);
                 self.sky.drawing = Some(drawing);
@@ -338,12 +358,13 @@ impl Interface {
         let selected = self.viewer.selected;
         request.layers.outline = self.settings.outline && selected != self.viewer.sight.target;
         request.selected = request.layers.outline.then_some(selected);
-        let order = Order { fineness: Fineness::of(request.quality), request };
+        let order = Order { fineness: Fineness::of(request.quality), request, on_device: self.on_device };
         // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
         let interval_s = CALM_INTERVAL_S.max(1e-2 * self.sky.drawing.as_ref().map_or(0.0, |d| d.took_ms));
         let calm = !moving && now_s - self.sky.ordered_s < interval_s;
-        let stale =
-            self.sky.ordered.as_ref().is_none_or(|last| last.fineness != order.fineness || differs(&last.request, &order.request, calm));
+        let stale = self.sky.ordered.as_ref().is_none_or(|last| {
+            last.fineness != order.fineness || (last.on_device && !order.on_device) || differs(&last.request, &order.request, calm)
+        });
         if stale {
             self.sky.ordered = Some(order.clone());
             self.sky.ordered_s = now_s;

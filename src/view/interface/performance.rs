@@ -77,6 +77,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.end_row();
         };
         line("renderer", drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
+        line("shown by", if interface.on_device { "the device" } else { "the processor" }.into());
         line("picture", format!("{}x{} px", drawing.width, drawing.height));
         line("frame", format!("{:.1} ms", drawing.took_ms));
         line("pictures", format!("{:.1} a second", account.came_s.len() as f64 / RATED_S));

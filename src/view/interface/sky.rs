@@ -2,6 +2,7 @@
 
 use super::Interface;
 use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, Side, hit};
+use crate::view::pieces::ON_DEVICE;
 use crate::view::viewer::Action;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2, pos2};
 use glam::DVec2;
@@ -23,9 +24,10 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let description = format!("The sky: {}", interface.viewer.name(interface.viewer.sight.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
-    if let Some(texture) = &interface.sky.texture {
+    let picture = interface.picture_on_device().map(|_| ON_DEVICE).or(interface.sky.texture.as_ref().map(egui::TextureHandle::id));
+    if let Some(picture) = picture {
         let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-        ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+        ui.painter().image(picture, rect, whole, Color32::WHITE);
     }
     // Points of the interface per pixel of the picture, which may be coarse.
     let Some(drawn) = interface.drawing().map(|d| f64::from(d.width)) else {

@@ -1,0 +1,109 @@
+//! A window that the drawing device shows itself.
+//!
+//! In: a window's handle, and the interface's pieces. Out: what the window shows. Always: a screen belongs to the device that draws the pictures; when that is another
+//! one, or none, the window is told so before it shows anything.
+
+use super::Session;
+use crate::render::plan::Piece;
+
+#[cfg(not(feature = "gpu"))]
+pub use none::{DeviceScreen, Showable};
+#[cfg(feature = "gpu")]
+pub use some::{DeviceScreen, Showable};
+
+/// What a window is to be shown by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShownBy {
+    /// As it is now.
+    AsBefore,
+    /// A device draws, for which the window has no screen yet.
+    AnotherDevice,
+    /// Software draws, and the processor shows it.
+    Processor,
+}
+
+#[cfg(feature = "gpu")]
+mod some {
+    use super::{Piece, Session, ShownBy};
+    pub use crate::render::gpu::Showable;
+    use crate::render::gpu::{GpuRenderer, GpuScreen};
+    use crate::render::plan;
+    use crate::session::devices::gpu::Standing;
+    use std::sync::Arc;
+
+    pub struct DeviceScreen {
+        renderer: Arc<GpuRenderer>,
+        screen: GpuScreen,
+        /// What its modules were made of.
+        generator: Arc<str>,
+    }
+
+    impl Session {
+        /// What a window with this screen, or none, is to be shown by. Never waits.
+        pub fn shown_by(&self, screen: Option<&DeviceScreen>) -> ShownBy {
+            match (self.devices.standing(), screen) {
+                (Standing::Open(renderer), Some(screen)) if Arc::ptr_eq(&renderer, &screen.renderer) => ShownBy::AsBefore,
+                (Standing::Open(_), _) => ShownBy::AnotherDevice,
+                (Standing::Unchanged, _) | (Standing::Software, None) => ShownBy::AsBefore,
+                (Standing::Software, Some(_)) => ShownBy::Processor,
+            }
+        }
+
+        /// A screen of the device that draws; `None`: none draws just now.
+        ///
+        /// # Errors
+        /// Why the device cannot show anything in this window, in one line.
+        pub fn screen(&self, window: impl Showable) -> Option<Result<DeviceScreen, String>> {
+            let Standing::Open(renderer) = self.devices.standing() else { return None };
+            let generator = self.library.generator();
+            Some(match renderer.screen(window) {
+                Ok(screen) => Ok(DeviceScreen { renderer, screen, generator }),
+                Err(e) => Err(e.to_string()),
+            })
+        }
+
+        /// Shows the interface in the window.
+        ///
+        /// # Errors
+        /// Why it cannot, in one line; the screen is of no more use.
+        pub fn show(&self, on: &mut DeviceScreen, pieces: Vec<Piece>, size: [u32; 2]) -> Result<(), String> {
+            let generator = self.library.generator();
+            if on.generator != generator {
+                on.screen.forget_modules();
+                on.generator = generator;
+            }
+            let plan = plan::interface(pieces, size, self).map_err(|e| e.to_string())?;
+            on.renderer.show(&mut on.screen, &plan, &self.library).map_err(|e| e.to_string())
+        }
+    }
+}
+
+/// Without a GPU renderer there is no such screen.
+#[cfg(not(feature = "gpu"))]
+mod none {
+    use super::{Piece, Session, ShownBy};
+
+    pub enum DeviceScreen {}
+    pub trait Showable {}
+    impl<T> Showable for T {}
+
+    impl Session {
+        /// What a window is to be shown by: the processor, as ever.
+        pub fn shown_by(&self, _: Option<&DeviceScreen>) -> ShownBy {
+            ShownBy::AsBefore
+        }
+
+        /// No device draws.
+        pub fn screen(&self, _: impl Showable) -> Option<Result<DeviceScreen, String>> {
+            None
+        }
+
+        /// Nothing to show on.
+        ///
+        /// # Errors
+        /// None: there is no such screen.
+        pub fn show(&self, on: &mut DeviceScreen, _: Vec<Piece>, _: [u32; 2]) -> Result<(), String> {
+            match *on {}
+        }
+    }
+}
