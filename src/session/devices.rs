@@ -322,11 +322,8 @@ mod gpu {
             }
         }
 
-        /// `None`: software shall draw it.
-        pub fn draw(&self, plan: &Plan, library: &Library, keep_hdr: bool, say: &Say) -> Result<Option<(Frame, DrawnBy)>, String> {
-            if self.wish() == RendererWish::Software {
-                return Ok(None);
-            }
+        /// The device, opened and waited for; `None`: software shall draw.
+        fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, String> {
             let mut state = locked(&self.state);
             let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
             if let Ok(State::Preparing(preparing)) = now {
@@ -340,7 +337,16 @@ mod gpu {
                 Err(e) if self.wish() == RendererWish::Gpu => return Err(format!("{e}; leave --renderer out, or say --renderer software")),
                 Err(e) => closed(&e, say),
             };
-            let State::Open(renderer) = &*state else { return Ok(None) };
+            Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
+        }
+
+        /// `None`: software shall draw it.
+        pub fn draw(&self, plan: &Plan, library: &Library, keep_hdr: bool, say: &Say) -> Result<Option<(Frame, DrawnBy)>, String> {
+            if self.wish() == RendererWish::Software {
+                return Ok(None);
+            }
+            // Drawn without the lock: whoever wants a picture promptly sees at once that the device is at work.
+            let Some(renderer) = self.opened(say)? else { return Ok(None) };
             match renderer.render(plan, library, keep_hdr) {
                 Ok((frame, timings)) => {
                     let adapter = Some(renderer.facts().to_string());
@@ -352,7 +358,10 @@ mod gpu {
                         say(&format!("{e}: drawing in software"));
                     }
                     if e.is_final() {
-                        *state = State::Closed;
+                        let mut state = locked(&self.state);
+                        if matches!(&*state, State::Open(open) if Arc::ptr_eq(open, &renderer)) {
+                            *state = State::Closed;
+                        }
                     }
                     Ok(None)
                 }
@@ -364,7 +373,8 @@ mod gpu {
             if self.wish() == RendererWish::Software {
                 return None;
             }
-            let mut state = locked(&self.state);
+            // Another thread opens the device or waits for it.
+            let Ok(mut state) = self.state.try_lock() else { return None };
             *state = match std::mem::replace(&mut *state, State::Unopened) {
                 State::Preparing(preparing) if preparing.thread.is_finished() => {
                     self.prepared(preparing).unwrap_or_else(|e| closed(&e, &**say))
