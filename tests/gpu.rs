@@ -189,6 +189,37 @@ fn a_window_waits_for_no_compiler() {
 }
 
 #[test]
+fn a_window_waits_for_no_picture_drawn_aside() {
+    if gpu().is_none() {
+        return;
+    }
+    let (session, said, _cache) = session(RendererWish::Gpu);
+    let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
+    let prompt = || session.draw_promptly(&request, FINENESS).expect("drawn").by.renderer;
+    let mut frames = 0;
+    while prompt() != "gpu" {
+        frames += 1;
+        assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
+    }
+    // Several bodies of which the device knows no pipeline: its driver compiles as long as it takes.
+    let aside = ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
+    session.plan(&aside, FINENESS).expect("planned");
+    let (by, meanwhile) = std::thread::scope(|scope| {
+        let drawing = scope.spawn(|| session.draw_aside(&aside, FINENESS, false).expect("drawn").by.renderer);
+        let mut meanwhile = 0;
+        while !drawing.is_finished() {
+            prompt();
+            meanwhile += 1;
+        }
+        (drawing.join().expect("no panic"), meanwhile)
+    });
+    assert_eq!(by, "gpu");
+    // Who waits gets one or two: before the other began and after its end.
+    assert!(meanwhile > 2, "{meanwhile} pictures while another was drawn aside");
+    assert!(said.lock().expect("not poisoned").is_empty());
+}
+
+#[test]
 fn a_picture_at_rest_is_told_when_the_gpu_is_ready_and_another_renderer_is_taken_at_once() {
     if gpu().is_none() {
         return;

@@ -4,12 +4,15 @@
 //! light of its own.
 
 pub mod answers;
+pub mod first;
 pub mod flight;
 pub mod interface;
+pub mod kept;
 pub mod moments;
 pub mod orbit;
 pub mod pace;
 pub mod paint;
+pub mod place;
 pub mod settings;
 pub mod sight;
 pub mod studio;
