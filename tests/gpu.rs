@@ -18,7 +18,7 @@ use orrery::render::plan::{Fineness, Plan, TextureSource};
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
 use orrery::scene::request::{Layers, ViewRequest};
-use orrery::session::{Readiness, RendererWish, Session, Sources, WITH_LIMB, sample_plan, standard_scenes};
+use orrery::session::{Readiness, RendererWish, Session, ShowWish, ShownBy, Sources, WITH_LIMB, sample_plan, standard_scenes};
 use orrery::shader::Library;
 use orrery::shader::key::covering;
 use std::sync::{Arc, Mutex};
@@ -153,11 +153,16 @@ fn a_lost_device_ends_in_software_with_the_same_view() {
     let (session, said, _cache) = session(RendererWish::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw(&request, FINENESS, false).expect("drawn");
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "nothing is open yet");
     let before = draw();
     assert_eq!(before.by.renderer, "gpu");
+    // A window may be shown by it from here on, if that is wished: one of llvmpipe's waits for each picture.
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AnotherDevice);
+    assert_eq!(session.shown_by(None, ShowWish::Processor), ShownBy::AsBefore);
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.by.renderer, "software");
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "no device draws");
     let d = picture(before.frame).difference(&picture(after.frame)).expect("one size");
     assert!(!far(&d), "another view: mean {}, 99.9 % {}", d.mean, d.p999);
     draw();
@@ -185,6 +190,37 @@ fn a_window_waits_for_no_compiler() {
         assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
     };
     assert!(!far(&picture(first.frame).difference(&picture(later.frame)).expect("one size")));
+    assert!(said.lock().expect("not poisoned").is_empty());
+}
+
+#[test]
+fn a_window_waits_for_no_picture_drawn_aside() {
+    if gpu().is_none() {
+        return;
+    }
+    let (session, said, _cache) = session(RendererWish::Gpu);
+    let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
+    let prompt = || session.draw_promptly(&request, FINENESS, false).expect("drawn").by.renderer;
+    let mut frames = 0;
+    while prompt() != "gpu" {
+        frames += 1;
+        assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
+    }
+    // Several bodies of which the device knows no pipeline: its driver compiles as long as it takes.
+    let aside = ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
+    session.plan(&aside, FINENESS).expect("planned");
+    let (by, meanwhile) = std::thread::scope(|scope| {
+        let drawing = scope.spawn(|| session.draw_aside(&aside, FINENESS, false).expect("drawn").by.renderer);
+        let mut meanwhile = 0;
+        while !drawing.is_finished() {
+            prompt();
+            meanwhile += 1;
+        }
+        (drawing.join().expect("no panic"), meanwhile)
+    });
+    assert_eq!(by, "gpu");
+    // Who waits gets one or two: before the other began and after its end.
+    assert!(meanwhile > 2, "{meanwhile} pictures while another was drawn aside");
     assert!(said.lock().expect("not poisoned").is_empty());
 }
 

@@ -48,6 +48,8 @@ mod toggles;
 #[cfg(feature = "view")]
 mod viewer;
 #[cfg(feature = "view")]
+mod viewer_access;
+#[cfg(feature = "view")]
 mod viewer_inspect;
 #[cfg(feature = "view")]
 mod viewer_panels;

@@ -8,6 +8,7 @@ use orrery::scene::request::ViewRequest;
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use orrery::view::interface::{Interface, SessionPlaces, Tab};
+use orrery::view::kept::restored;
 use orrery::view::paint::{Canvas, Painter};
 use orrery::view::settings::Settings;
 use orrery::view::sight::Sight;
@@ -252,7 +253,7 @@ fn a_link_restores_the_view_in_another_window() {
     let link = first.state().viewer.sight.to_link();
     let mut second = harness(interface(NaifId::EARTH, "2000-01-01T12:00:00Z"));
     settle(&mut second);
-    let sight = Sight::from_link(&link).expect("a link");
+    let sight = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
     second.state_mut().show(sight, &Prompt::new(session()));
     settle(&mut second);
     let pictures = [&mut first, &mut second].map(|h| h.state().drawing().expect("a picture").order.request.clone());

@@ -5,10 +5,14 @@ use super::{CliError, Common};
 
 const KEYS: &str = "The window explains its keys and mouse under `?`.
 
+What a link or a file leaves out is as the window begins: the Earth, now, the lit side from 3.5 radii. `target` and `eye.body` are NAIF
+codes, `time` is ISO 8601 UTC. One that cannot be read is told in the window, which opens all the same.
+
 Examples:
   orrery
   orrery view --target saturn --time 2017-05-17T00:00:00Z
-  orrery view eclipse.json";
+  orrery view eclipse.json
+  orrery view 'orrery://view?target=599&time=2015-01-24T06:45:00Z'";
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = KEYS)]
@@ -50,21 +54,18 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 #[cfg(feature = "view")]
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
-    use crate::catalog::NaifId;
     use crate::ephemeris::order::by_distance;
     use crate::session::Session;
     use crate::time::Instant;
-    use crate::view::interface::Interface;
+    use crate::view::first::first_view;
+    use crate::view::interface::{Interface, SessionPlaces};
+    use crate::view::kept::{SCHEME, is_link, restored};
     use crate::view::settings::Settings;
     use crate::view::sight::{Sight, quality_name};
     use crate::view::viewer::{Subject, Viewer};
     use crate::view::watch::Watch;
     use crate::view::window;
-    use glam::DVec3;
     use std::sync::{Arc, Mutex, PoisonError};
-
-    /// The first picture is taken from this far, in equatorial radii.
-    const START_RADII: f64 = 3.5;
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
@@ -74,41 +75,40 @@ mod windowed {
             hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
         })?;
         let watch = args.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError)?;
-        let sight = match &args.link {
-            Some(link) => kept(link)?,
-            None => Sight { quality: quality_name(common.quality.of_request()).into(), ..first(&session, args)? },
-        };
+        let usual = Sight { quality: quality_name(common.quality.of_request()).into(), ..first(&session, args)? };
+        let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
+        let warning = kept.as_ref().err().cloned();
+        // Who clicked on a link sees no standard error.
+        warning.iter().for_each(|line| eprintln!("orrery: {line}"));
+        let sight = kept.ok().flatten().unwrap_or(usual);
         let viewer = Viewer::new(subjects(&session), sight, clock);
         let path = args.settings.clone().or_else(Settings::usual_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
         said.iter().for_each(|line| eprintln!("orrery: {line}"));
+        heard.lock().unwrap_or_else(PoisonError::into_inner).extend(said);
         let mut interface = Interface::new(viewer, settings);
         interface.heard = heard;
-        let ended = window::run(&mut interface, &session, watch.as_ref()).map_err(|e| CliError(e.to_string()));
-        if let (Ok(()), Some(path)) = (&ended, &path) {
-            interface.settings.save(path).map_err(CliError)?;
-        }
-        ended
+        interface.warning = warning;
+        let keep = |interface: &Interface| path.as_ref().map_or(Ok(()), |path| interface.settings.save(path));
+        window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError(e.to_string()))
     }
 
-    /// A link, or the file that keeps one.
-    fn kept(link: &str) -> Result<Sight, CliError> {
-        if crate::view::sight::is_link(link) {
-            return Sight::from_link(link).map_err(|e| CliError(format!("{link}: {e}")));
+    /// The view of a link, or of the file that keeps one.
+    fn kept(link: &str, session: &Session) -> Result<Sight, String> {
+        let named = |why: String| format!("{link}: {why}");
+        if is_link(link) {
+            return restored(link, session, clock()).map_err(named);
         }
-        let text = std::fs::read_to_string(link)
-            .map_err(|e| CliError(format!("{link}: {e}; a link begins with {}", crate::view::sight::SCHEME)))?;
-        Sight::from_json(&text).map_err(|e| CliError(format!("{link}: {e}")))
+        let text = std::fs::read_to_string(link).map_err(|e| named(format!("{e}; a link begins with {SCHEME}")))?;
+        restored(&text, session, clock()).map_err(named)
     }
 
     fn first(session: &Session, args: &ViewArgs) -> Result<Sight, CliError> {
-        let time = instant(&args.time)?;
         let catalog = session.catalog();
-        let named = catalog.find_place(&args.target).and_then(|id| catalog.body(id));
+        let named = catalog.find_place(&args.target).filter(|id| catalog.body(*id).is_some());
         let target = named.ok_or_else(|| CliError(format!("--target {}: no body has this name", args.target)))?;
-        let start_km = sunlit_side(session, target.id, time) * (START_RADII * target.radii_km.x);
-        let pole = session.ephemeris().body_from_icrf(target.id, time).map_or(DVec3::Z, |m| m.row(2));
-        Ok(Sight::around(target.id, start_km, target.radii_km.x, pole, time))
+        let view = first_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
+        view.map_err(|e| CliError(format!("--target {}: {e}", args.target)))
     }
 
     fn clock() -> Instant {
@@ -123,12 +123,5 @@ mod windowed {
             .filter_map(|id| session.catalog().body(id))
             .map(Subject::of)
             .collect()
-    }
-
-    /// A direction over the lit side, thirty degrees off the Sun's so that the terminator shows.
-    fn sunlit_side(session: &Session, target: NaifId, time: Instant) -> DVec3 {
-        let to_sun = session.ephemeris().state(NaifId::SUN, target, time, None).map_or(DVec3::X, |a| a.state.pos_km);
-        let Some(sun) = to_sun.try_normalize() else { return DVec3::X };
-        glam::DQuat::from_axis_angle(DVec3::Z, 30_f64.to_radians()) * sun
     }
 }

@@ -326,11 +326,16 @@ pub mod gpu {
 
         pub fn forget_modules(&self) {
             self.epoch.fetch_add(1, Ordering::SeqCst);
-            if let State::Open(renderer) = &*locked(&self.state) {
+            let open = match &*locked(&self.state) {
+                State::Open(renderer) => Some(Arc::clone(renderer)),
+                _ => None,
+            };
+            if let Some(renderer) = open {
                 renderer.forget_modules();
             }
         }
 
+        /// Never waits.
         pub fn standing(&self) -> Standing {
             if self.wish() == RendererWish::Software {
                 return Standing::Software;
@@ -374,11 +379,8 @@ pub mod gpu {
             }
         }
 
-        /// `None`: software shall draw it.
-        pub fn draw(&self, plan: &Plan, library: &Library, keep: Keep, say: &Say) -> Result<Option<Done>, String> {
-            if self.wish() == RendererWish::Software {
-                return Ok(None);
-            }
+        /// The device, opened and waited for; `None`: software shall draw.
+        fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, String> {
             let mut state = locked(&self.state);
             let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
             if let Ok(State::Preparing(preparing)) = now {
@@ -392,10 +394,16 @@ pub mod gpu {
                 Err(e) if self.wish() == RendererWish::Gpu => return Err(format!("{e}; leave --renderer out, or say --renderer software")),
                 Err(e) => closed(&e, say),
             };
-            let State::Open(renderer) = &*state else { return Ok(None) };
-            // Whoever asks how the device stands does not wait for the frame.
-            let renderer = Arc::clone(renderer);
-            drop(state);
+            Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
+        }
+
+        /// `None`: software shall draw it.
+        pub fn draw(&self, plan: &Plan, library: &Library, keep: Keep, say: &Say) -> Result<Option<Done>, String> {
+            if self.wish() == RendererWish::Software {
+                return Ok(None);
+            }
+            // Drawn without the lock: whoever wants a picture promptly, or asks how the device stands, sees at once that it is at work.
+            let Some(renderer) = self.opened(say)? else { return Ok(None) };
             let drawn = match keep {
                 Keep::Pixels | Keep::Linear => {
                     renderer.render(plan, library, keep == Keep::Linear).map(|(frame, timings)| (frame, None, timings))
@@ -416,10 +424,11 @@ pub mod gpu {
                     if said.as_ref() != Some(&e) {
                         say(&format!("{e}: drawing in software"));
                     }
-                    let mut state = locked(&self.state);
-                    let is_same = matches!(&*state, State::Open(r) if Arc::ptr_eq(r, &renderer));
-                    if e.is_final() && is_same {
-                        *state = State::Closed;
+                    if e.is_final() {
+                        let mut state = locked(&self.state);
+                        if matches!(&*state, State::Open(open) if Arc::ptr_eq(open, &renderer)) {
+                            *state = State::Closed;
+                        }
                     }
                     Ok(None)
                 }
@@ -431,7 +440,8 @@ pub mod gpu {
             if self.wish() == RendererWish::Software {
                 return None;
             }
-            let mut state = locked(&self.state);
+            // Another thread opens the device or waits for it.
+            let Ok(mut state) = self.state.try_lock() else { return None };
             *state = match std::mem::replace(&mut *state, State::Unopened) {
                 State::Preparing(preparing) if preparing.thread.is_finished() => {
                     self.prepared(preparing).unwrap_or_else(|e| closed(&e, &**say))

@@ -23,7 +23,7 @@ pub use devices::{DrawnBy, Readiness, RendererWish};
 pub use pictures::{Readers, is_exr, write_picture, write_whole};
 pub use price::{LightChange, Price};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
-pub use screen::{DeviceScreen, Showable, ShownBy};
+pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
@@ -232,6 +232,11 @@ impl Session {
     }
     pub fn library(&self) -> &Library {
         &self.library
+    }
+
+    /// Says a line to whoever this session's lines go to.
+    pub fn tell(&self, line: &str) {
+        (self.say)(line);
     }
 
     /// Seconds by stage since the session was opened, and what the library did.

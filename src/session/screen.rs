@@ -11,6 +11,18 @@ pub use none::{DeviceScreen, Showable};
 #[cfg(feature = "gpu")]
 pub use some::{DeviceScreen, Showable};
 
+/// What the user wishes a window to be shown by, where a device draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShowWish {
+    /// By a device that is hardware. A driver on the processor would let the window wait for each picture, as long as that takes to draw.
+    #[default]
+    Auto,
+    /// By any device that draws.
+    Device,
+    Processor,
+}
+
 /// What a window is to be shown by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShownBy {
@@ -24,9 +36,9 @@ pub enum ShownBy {
 
 #[cfg(feature = "gpu")]
 mod some {
-    use super::{Piece, Session, ShownBy};
+    use super::{Piece, Session, ShowWish, ShownBy};
     pub use crate::render::gpu::Showable;
-    use crate::render::gpu::{GpuRenderer, GpuScreen};
+    use crate::render::gpu::{AdapterKind, GpuRenderer, GpuScreen};
     use crate::render::plan;
     use crate::session::devices::gpu::Standing;
     use std::sync::Arc;
@@ -40,8 +52,17 @@ mod some {
 
     impl Session {
         /// What a window with this screen, or none, is to be shown by. Never waits.
-        pub fn shown_by(&self, screen: Option<&DeviceScreen>) -> ShownBy {
-            match (self.devices.standing(), screen) {
+        pub fn shown_by(&self, screen: Option<&DeviceScreen>, wish: ShowWish) -> ShownBy {
+            let shall = |renderer: &GpuRenderer| match wish {
+                ShowWish::Auto => renderer.facts().kind != AdapterKind::Software,
+                ShowWish::Device => true,
+                ShowWish::Processor => false,
+            };
+            let standing = match self.devices.standing() {
+                Standing::Open(renderer) if !shall(&renderer) => Standing::Software,
+                standing => standing,
+            };
+            match (standing, screen) {
                 (Standing::Open(renderer), Some(screen)) if Arc::ptr_eq(&renderer, &screen.renderer) => ShownBy::AsBefore,
                 (Standing::Open(_), _) => ShownBy::AnotherDevice,
                 (Standing::Unchanged, _) | (Standing::Software, None) => ShownBy::AsBefore,
@@ -81,7 +102,7 @@ mod some {
 /// Without a GPU renderer there is no such screen.
 #[cfg(not(feature = "gpu"))]
 mod none {
-    use super::{Piece, Session, ShownBy};
+    use super::{Piece, Session, ShowWish, ShownBy};
 
     pub enum DeviceScreen {}
     pub trait Showable {}
@@ -89,7 +110,7 @@ mod none {
 
     impl Session {
         /// What a window is to be shown by: the processor, as ever.
-        pub fn shown_by(&self, _: Option<&DeviceScreen>) -> ShownBy {
+        pub fn shown_by(&self, _: Option<&DeviceScreen>, _: ShowWish) -> ShownBy {
             ShownBy::AsBefore
         }
 

@@ -4,13 +4,16 @@
 //! light of its own.
 
 pub mod answers;
+pub mod first;
 pub mod flight;
 pub mod interface;
+pub mod kept;
 pub mod moments;
 pub mod orbit;
 pub mod pace;
 pub mod paint;
 pub mod pieces;
+pub mod place;
 pub mod present;
 pub mod settings;
 pub mod sight;

@@ -9,6 +9,8 @@ use glam::{DMat3, DVec3};
 const NEAREST_RADII: f64 = 1.0 + 1.6e-7;
 /// About 2000 au at the Earth's radius: beyond the Kuiper belt for every body.
 const FARTHEST_RADII: f64 = 5.0e7;
+/// The height above the ground changes by this part at a notch of the wheel (e-fold: six notches).
+pub const NOTCH: f64 = 1.0 / 6.0;
 const STEEPEST_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
 /// Where the camera stands about its target.
@@ -56,9 +58,9 @@ impl Orbit {
         self.keep_in_bounds();
     }
 
-    /// Zooms by notches: positive nears. The height above the ground changes by a sixth a notch, so that ground is never passed.
+    /// Zooms by notches: positive nears. The height above the ground changes by its part, so that ground is never passed.
     pub fn zoom(&mut self, notches: f64) {
-        let height = (self.distance_radii - 1.0).max(1e-9) * (-notches * (1.0_f64 / 6.0)).exp();
+        let height = (self.distance_radii - 1.0).max(1e-9) * (-notches * NOTCH).exp();
         self.distance_radii = 1.0 + height;
         self.keep_in_bounds();
     }

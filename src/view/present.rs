@@ -6,7 +6,7 @@
 use super::paint::{Canvas, Painter};
 use super::pieces::pieces;
 use crate::render::plan::PictureOnDevice;
-use crate::session::{DeviceScreen, Session, ShownBy};
+use crate::session::{DeviceScreen, Session, ShowWish, ShownBy};
 use egui::ClippedPrimitive;
 use softbuffer::{Context, Surface};
 use std::num::NonZeroU32;
@@ -56,16 +56,16 @@ impl Presenter {
         matches!(self.way, Some(Way::Device(_)))
     }
 
-    /// Follows the renderer: the device that draws shall show, too. Answers a line worth saying.
+    /// Follows the renderer and the wish: the device that draws shall show, too. Answers a line worth saying.
     ///
     /// # Errors
-    /// The device draws no more.
-    pub fn follow(&mut self, session: &Session) -> Result<Option<String>, Unshown> {
+    /// The device draws no more, or shall not show.
+    pub fn follow(&mut self, session: &Session, wish: ShowWish) -> Result<Option<String>, Unshown> {
         let screen = match &self.way {
             Some(Way::Device(screen)) => Some(&**screen),
             _ => None,
         };
-        match session.shown_by(screen) {
+        match session.shown_by(screen, wish) {
             ShownBy::AsBefore => return Ok(None),
             ShownBy::Processor => return Err(Unshown::ByDevice(None)),
             ShownBy::AnotherDevice if self.refused => return Ok(None),
@@ -83,7 +83,7 @@ impl Presenter {
             Some(Err(why)) => {
                 self.refused = true;
                 self.way = Some(of_processor(&self.window).map_err(Unshown::AtAll)?);
-                Ok(Some(format!("{why}: pictures are read back and shown by the processor")))
+                Ok(Some(format!("{why}: the window is shown by the processor")))
             }
             None if was_on_device => Err(Unshown::ByDevice(None)),
             None => {

@@ -1,15 +1,19 @@
-//! What the window remembers from one run to the next: looks, units, home, bookmarks, recent views.
+//! What the window remembers from one run to the next: looks, units, home, bookmarks, recent views, its place on the desktop.
 //!
 //! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
 //! overwritten; fields that a file lacks keep their defaults.
 
 use super::interface::{Home, Unit};
+use super::place::Place;
 use super::sight::Sight;
-use crate::session::{Readers, write_whole};
+use crate::session::{Readers, ShowWish, write_whole};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+/// Sizes of text and controls.
+pub const ZOOMS: RangeInclusive<f32> = 0.6..=3.0;
 /// Views that are remembered without being kept.
 const RECENT: usize = 20;
 
@@ -31,8 +35,12 @@ pub struct Settings {
     pub markers: bool,
     /// A line of light around the selected body, where it is not what the view is of.
     pub outline: bool,
+    /// What shows the window where a device draws.
+    pub shown_by: ShowWish,
     pub unit: Unit,
     pub home: Home,
+    /// `None`: it was never closed.
+    pub place: Option<Place>,
     pub bookmarks: Vec<Bookmark>,
     /// Newest first.
     pub recent: Vec<Bookmark>,
@@ -46,8 +54,10 @@ impl Default for Settings {
             names: true,
             markers: true,
             outline: true,
+            shown_by: ShowWish::default(),
             unit: Unit::default(),
             home: Home::default(),
+            place: None,
             bookmarks: Vec::new(),
             recent: Vec::new(),
         }

@@ -1,8 +1,7 @@
 //! One view as people keep and share it: body, eye, time, field of view, brightness, effects. Plain values; a link, a file and a bookmark are
-//! this value and nothing else.
+//! this value and nothing else (`kept` writes and reads its text).
 //!
-//! In: angles, distances, names. Out: a [`ViewRequest`], and the same value back from its text: what is written down restores the view to the
-//! last bit. It draws nothing and keeps no history.
+//! In: angles, distances, names. Out: a [`ViewRequest`]. It draws nothing and keeps no history.
 
 use super::orbit::Orbit;
 use crate::catalog::{Catalog, NaifId};
@@ -14,7 +13,6 @@ use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 
 /// Where the viewer stands and which way it faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,21 +105,6 @@ pub fn quality_name(quality: Quality) -> &'static str {
 }
 
 pub const QUALITIES: [Quality; 3] = [Quality::Draft, Quality::Standard, Quality::Reference];
-
-/// What links begin with.
-pub const SCHEME: &str = "orrery://view?";
-
-/// What a link asks for: of one as it was written, and of one that a system has put into another form (`Orrery://view/?…`).
-fn query_of(link: &str) -> Option<&str> {
-    let (place, query) = link.trim().split_once('?')?;
-    let place = place.trim_end_matches('/');
-    SCHEME.trim_end_matches('?').eq_ignore_ascii_case(place).then_some(query)
-}
-
-/// Whether this is meant as a link, whatever it is worth.
-pub fn is_link(text: &str) -> bool {
-    text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
-}
 
 /// Field of view of a new view.
 pub const FOV_DEG: f64 = 45.0;
@@ -230,51 +213,6 @@ impl Sight {
             },
         })
     }
-
-    /// `orrery://view?target=699&eye.kind=orbit&…`: every field of the value by its path.
-    pub fn to_link(&self) -> String {
-        let mut pairs = Vec::new();
-        flatten("", &serde_json::to_value(self).unwrap_or_default(), &mut pairs);
-        format!("{SCHEME}{}", pairs.iter().map(|(k, v)| format!("{k}={}", escaped(v))).collect::<Vec<_>>().join("&"))
-    }
-
-    /// # Errors
-    /// One line that names the field.
-    pub fn from_link(link: &str) -> Result<Self, String> {
-        let query = query_of(link).ok_or_else(|| format!("a link begins with {SCHEME}"))?;
-        let mut root = Value::Object(Map::new());
-        for pair in query.split('&').filter(|p| !p.is_empty()) {
-            let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{pair}`: write field=value"))?;
-            let text = unescaped(text).ok_or_else(|| format!("`{pair}`: broken %-escape"))?;
-            // A field that is text says so by not being a JSON scalar.
-            let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
-            let mut at = &mut root;
-            for step in path.split('.') {
-                let map = at.as_object_mut().ok_or_else(|| format!("`{path}` stands below a plain value"))?;
-                at = map.entry(step).or_insert_with(|| Value::Object(Map::new()));
-            }
-            *at = value;
-        }
-        Self::from_value(root)
-    }
-
-    pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).unwrap_or_default()
-    }
-
-    /// # Errors
-    /// One line with the place in the text.
-    pub fn from_json(text: &str) -> Result<Self, String> {
-        let value = serde_json::from_str(text).map_err(|e| e.to_string())?;
-        Self::from_value(value)
-    }
-
-    fn from_value(value: Value) -> Result<Self, String> {
-        let sight: Self = serde_json::from_value(value).map_err(|e| e.to_string())?;
-        EffectOverrides::parse(&sight.effects).map_err(|e| e.to_string())?;
-        let finite = sight.tdb_s.is_finite() && sight.roll_deg.is_finite() && (FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&sight.fov_deg);
-        if finite { Ok(sight) } else { Err(format!("fov_deg must be {FOV_LEAST_DEG} to {FOV_MOST_DEG}, times and angles numbers")) }
-    }
 }
 
 struct Pose {
@@ -295,6 +233,21 @@ pub fn orbit_eye(body: NaifId, fixed: bool, o: Orbit) -> Eye {
     }
 }
 
+/// Height of a viewer who is set on the ground, km.
+const STANDING_KM: f64 = 0.01;
+
+/// On the ground, facing south over the horizon.
+pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> Eye {
+    Eye::Ground {
+        body,
+        latitude_deg: latitude_deg.clamp(-90.0, 90.0),
+        longitude_deg: (longitude_deg + 180.0).rem_euclid(360.0) - 180.0,
+        height_km: STANDING_KM,
+        azimuth_deg: 180.0,
+        altitude_deg: 10.0,
+    }
+}
+
 /// The gaze turned from `forward` by `yaw` to the right and `pitch` upwards, with its up.
 pub fn looking_aside(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
@@ -311,97 +264,9 @@ fn horizon_axes(normal: DVec3) -> DMat3 {
     DMat3::from_cols(east, normal.cross(east), normal)
 }
 
-fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
-    match value {
-        Value::Object(map) => map.iter().for_each(|(k, v)| {
-            let below = if path.is_empty() { k.clone() } else { format!("{path}.{k}") };
-            flatten(&below, v, out);
-        }),
-        Value::Null => {}
-        // Text that reads as a JSON scalar keeps its quotes.
-        Value::String(s) if serde_json::from_str::<Value>(s).is_err() => out.push((path.to_owned(), s.clone())),
-        other => out.push((path.to_owned(), other.to_string())),
-    }
-}
-
-fn escaped(text: &str) -> String {
-    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_.~+,:[]".contains(&b);
-    text.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
-}
-
-fn unescaped(text: &str) -> Option<String> {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes();
-    while let [first, tail @ ..] = rest {
-        (rest, _) = match (first, tail) {
-            (b'%', [a, b, tail @ ..]) => {
-                let hex = std::str::from_utf8(&[*a, *b]).ok().and_then(|h| u8::from_str_radix(h, 16).ok())?;
-                (tail, bytes.push(hex))
-            }
-            (b'%', _) => return None,
-            _ => (tail, bytes.push(*first)),
-        };
-    }
-    String::from_utf8(bytes).ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn sight() -> Sight {
-        let time = Instant::from_tdb_seconds_past_j2000(765_894_000.123_456_7);
-        let mut s = Sight::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
-        s.effects = "+eclipse=linear,-rings".into();
-        s.exposure_stops = Some(-1.25);
-        s
-    }
-
-    #[test]
-    fn links_and_files_restore_the_view_to_the_last_bit() {
-        let eyes = [
-            sight().eye,
-            Eye::Ground {
-                body: NaifId::EARTH,
-                latitude_deg: -33.3,
-                longitude_deg: 0.1 + 0.2,
-                height_km: 0.0017,
-                azimuth_deg: 270.0,
-                altitude_deg: 5.0,
-            },
-            Eye::Centre { body: NaifId::EARTH },
-            Eye::Free { body: NaifId::MOON, offset_km: DVec3::new(1e9, 1.0 / 3.0, 0.0), forward: DVec3::X, up: DVec3::Z },
-        ];
-        for eye in eyes {
-            let sight = Sight { eye, ..sight() };
-            assert_eq!(Sight::from_link(&sight.to_link()).as_ref(), Ok(&sight), "{}", sight.to_link());
-            assert_eq!(Sight::from_json(&sight.to_json()), Ok(sight));
-        }
-        let link = sight().to_link();
-        assert!(link.contains("target=699&"), "{link}");
-        for form in [link.replacen("orrery://view?", "Orrery://VIEW/?", 1), format!(" {link}\n")] {
-            assert!(is_link(&form) && Sight::from_link(&form) == Ok(sight()), "{form}");
-        }
-        assert!(!is_link("orrery.json") && !is_link("or"));
-    }
-
-    #[test]
-    fn broken_links_are_refused_in_one_line() {
-        let good = sight().to_link();
-        for (bad, names) in [
-            ("https://x".to_owned(), "orrery://"),
-            (good.replace("view?", "look?"), "orrery://"),
-            (good.replace("target", "aim"), "aim"),
-            (good.replace("fov_deg=45.0", "fov_deg=0"), "fov_deg"),
-            (good.replace("eye.kind=orbit", "eye.kind=perch"), "perch"),
-            (good.replace("%3D", "%3"), "escape"),
-            (good.replace("-rings", "-wings"), "wings"),
-            (format!("{good}&target.x=1"), "target"),
-        ] {
-            let why = Sight::from_link(&bad).expect_err(&bad);
-            assert!(why.contains(names) && !why.contains('\n'), "{bad}: {why}");
-        }
-    }
 
     #[test]
     fn a_look_aside_turns_right_and_up() {

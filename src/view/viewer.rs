@@ -6,7 +6,7 @@
 use super::flight::{Flight, Pose};
 use super::orbit::Orbit;
 use super::pace::Pace;
-use super::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG, Sight, looking_aside, orbit_eye};
+use super::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG, Sight, looking_aside, orbit_eye, standing};
 use crate::catalog::{Body, Kind, NaifId};
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
@@ -96,8 +96,6 @@ const ARRIVAL_RADII_SUN: f64 = 6.0;
 const ARRIVAL_ASIDE_DEG: f64 = 35.0;
 /// And so far above the equator.
 const ARRIVAL_ABOVE_DEG: f64 = 12.0;
-/// Height of a viewer who is set on the ground, km.
-const STANDING_KM: f64 = 0.01;
 const HISTORY: usize = 64;
 
 /// The state behind the window.
@@ -130,6 +128,11 @@ impl Viewer {
 
     pub fn name(&self, id: NaifId) -> &str {
         self.subject(id).map_or("?", |s| s.name.as_str())
+    }
+
+    /// What the clock shows.
+    pub fn now(&self) -> Instant {
+        (self.clock)()
     }
 
     pub fn is_flying(&self) -> bool {
@@ -184,7 +187,7 @@ impl Viewer {
             Action::Backward => self.pace.backward(),
             Action::TogglePause => self.pace.toggle_pause(),
             Action::Now => {
-                self.sight.tdb_s = (self.clock)().tdb_seconds_past_j2000();
+                self.sight.tdb_s = self.now().tdb_seconds_past_j2000();
                 self.pace.reset();
             }
             Action::Back => self.travel(true),
@@ -404,14 +407,7 @@ impl Viewer {
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
         self.change(|s| {
-            s.eye = Eye::Ground {
-                body,
-                latitude_deg: latitude_deg.clamp(-90.0, 90.0),
-                longitude_deg: (longitude_deg + 180.0).rem_euclid(360.0) - 180.0,
-                height_km: STANDING_KM,
-                azimuth_deg: 180.0,
-                altitude_deg: 10.0,
-            };
+            s.eye = standing(body, latitude_deg, longitude_deg);
             (s.target, s.roll_deg, s.fov_deg) = (body, 0.0, 60.0);
         });
     }

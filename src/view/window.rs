@@ -1,22 +1,24 @@
 //! The event loop: winit events in, egui between, pixels out by a [`Presenter`].
 //!
-//! In: an [`Interface`] and a session. Out: a window, until it is closed. Always: the window is redrawn only when input, a finished picture or
-//! running time asks for it; a thread of its own draws the pictures; a window shrunk to nothing draws nothing.
+//! In: an [`Interface`] and a session. Out: a window, until it is closed; its place goes into the settings. Always: the window is redrawn only when
+//! input, a finished picture or running time asks for it; a thread of its own draws the pictures; a window shrunk to nothing draws nothing.
 
 use super::interface::Interface;
 use super::paint::Painter;
+use super::place::{Place, Screen};
 use super::present::{Presenter, Unshown};
 use super::studio::{Studio, Threaded};
 use super::watch::Watch;
-use crate::session::Session;
+use crate::session::{Readiness, Session};
 use egui_winit::accesskit_winit;
 use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant as Moment};
 use winit::application::ApplicationHandler;
-use winit::dpi::LogicalSize;
+use winit::dpi::{LogicalSize, PhysicalPosition};
 use winit::event::{StartCause, TouchPhase, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::monitor::MonitorHandle;
 use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
 /// The window could not be opened or lost what it needs.
@@ -26,7 +28,13 @@ pub enum WindowError {
     NoDisplay(String),
     #[error("the window stopped: {0}")]
     Stopped(String),
+    /// What `keep` says.
+    #[error("{0}")]
+    NotKept(String),
 }
+
+/// So long what is at work may take to end by itself after the window.
+const PATIENCE: Duration = Duration::from_millis(250);
 
 /// What wakes the loop besides input.
 enum Wake {
@@ -41,8 +49,14 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watch`: fragments that are read again when they change.
-pub fn run(interface: &mut Interface, session: &Session, watch: Option<&Watch>) -> Result<(), WindowError> {
+/// Opens the window and runs until it is closed. `watch`: fragments that are read again when they change. `keep` is called once the window is gone,
+/// whatever is still at work then.
+pub fn run(
+    interface: &mut Interface,
+    session: &Session,
+    watch: Option<&Watch>,
+    keep: impl FnOnce(&Interface) -> Result<(), String>,
+) -> Result<(), WindowError> {
     let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(plain(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
     let bell = Mutex::new(proxy.clone());
@@ -51,8 +65,7 @@ pub fn run(interface: &mut Interface, session: &Session, watch: Option<&Watch>) 
         let _ = bell.lock().unwrap_or_else(PoisonError::into_inner).send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
-        scope.spawn(|| studio.draw());
-        scope.spawn(|| studio.answer());
+        let workers = [scope.spawn(|| studio.draw()), scope.spawn(|| studio.answer())];
         if let Some(watch) = watch {
             scope.spawn(|| watch.work(&studio, || studio.is_closed()));
         }
@@ -69,11 +82,35 @@ pub fn run(interface: &mut Interface, session: &Session, watch: Option<&Watch>) 
         };
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
-        // The window goes at once; a picture or a driver's compiler that is at work is waited for without it.
         drop(app);
         studio.close();
-        ended.and(failure.map_or(Ok(()), Err))
+        ended.and(failure.map_or(Ok(()), Err))?;
+        keep(interface).map_err(WindowError::NotKept)?;
+        let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
+        let closed = Moment::now();
+        while at_work() && closed.elapsed() < PATIENCE {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        if at_work() && !interface.is_saving() {
+            end_at_once();
+        }
+        Ok(())
     })
+}
+
+/// Ends the process beside a picture, a question or a driver's compiler that is at work. A usual end would wait for them: a driver takes down at the
+/// process's exit what its compiler still stands on. Files are written whole or not at all, so that nothing is left half done.
+fn end_at_once() -> ! {
+    #[cfg(unix)]
+    {
+        unsafe extern "C" {
+            // POSIX: ends the process, runs nothing at its exit, takes any status.
+            safe fn _exit(status: std::ffi::c_int) -> !;
+        }
+        _exit(0)
+    }
+    #[cfg(not(unix))]
+    std::process::exit(0)
 }
 
 /// winit puts its own source line before the reason: the reason alone is for people.
@@ -82,12 +119,23 @@ fn plain(message: &str) -> String {
     after_place.trim_end_matches('.').to_owned()
 }
 
-/// The size to begin with: no larger than the screen, whose scale may leave little room.
-fn first_size(event_loop: &ActiveEventLoop) -> LogicalSize<f64> {
-    let wished = LogicalSize::new(1280.0, 800.0);
-    let screen = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
-    let room = screen.map(|s| s.size().to_logical::<f64>(s.scale_factor())).filter(|r| r.width > 0.0 && r.height > 0.0);
-    room.map_or(wished, |r| LogicalSize::new(wished.width.min(r.width), wished.height.min(r.height)))
+/// The screens that there are, the primary one first.
+fn screens(event_loop: &ActiveEventLoop) -> Vec<Screen> {
+    let primary = event_loop.primary_monitor();
+    let others = event_loop.available_monitors().filter(|m| primary.as_ref() != Some(m));
+    primary.iter().cloned().chain(others).map(|m| screen(&m)).collect()
+}
+
+fn screen(monitor: &MonitorHandle) -> Screen {
+    Screen { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
+}
+
+/// The monitor that shows most of a window; `None` where the system does not tell, and knows by itself. (On X11 winit's own answer is that of the last
+/// move of which it heard.)
+fn monitor_of(window: &Window) -> Option<MonitorHandle> {
+    let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
+    let shown = |m: &MonitorHandle| screen(m).shows_px(corner, size);
+    window.available_monitors().filter(|m| shown(m) > 0).max_by_key(shown)
 }
 
 /// Tells the desktop which program the window is of, as its desktop file does.
@@ -119,6 +167,21 @@ struct Shown {
     title: String,
     /// As the interface last asked; a desktop may have its own way to it.
     fullscreen: bool,
+    place: Place,
+}
+
+impl Shown {
+    /// Looks where the window is. Maximised or over its whole screen it keeps the place that it comes back to; minimised it has none.
+    fn note_place(&mut self) {
+        let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
+        self.place.maximised = self.window.is_maximized();
+        let elsewhere = self.window.fullscreen().is_some() || self.window.is_minimized() == Some(true);
+        if self.place.maximised || elsewhere || size.width < 1.0 || size.height < 1.0 {
+            return;
+        }
+        self.place.corner_px = self.window.outer_position().ok().map(Into::into);
+        self.place.size = [size.width, size.height];
+    }
 }
 
 struct App<'a> {
@@ -139,23 +202,41 @@ struct App<'a> {
 impl App<'_> {
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<Shown, String> {
         // Screen readers are served from before the window shows.
-        let attributes =
-            named(Window::default_attributes()).with_title("Orrery").with_inner_size(first_size(event_loop)).with_visible(false);
+        let place = self.interface.settings.place.unwrap_or_default().on(&screens(event_loop));
+        let [width, height] = place.size;
+        let mut attributes = named(Window::default_attributes()).with_title("Orrery").with_visible(false);
+        attributes = attributes.with_inner_size(LogicalSize::new(width, height));
+        if let Some([x, y]) = place.corner_px {
+            attributes = attributes.with_position(PhysicalPosition::new(x, y));
+        }
         let window = Arc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
         let presenter = Presenter::new(&window, self.refused)?;
         let scale = Some(window.scale_factor() as f32);
         let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
-        Ok(Shown { presenter, window, input, title: String::new(), fullscreen: false })
+        // A window manager hears of this only once it has the window.
+        if place.maximised {
+            window.set_maximized(true);
+        }
+        Ok(Shown { presenter, window, input, title: String::new(), fullscreen: false, place })
+    }
+
+    /// Ends the loop; the place of the window is kept.
+    fn leave(&mut self, event_loop: &ActiveEventLoop) {
+        if let Some(shown) = &mut self.shown {
+            shown.note_place();
+            self.interface.settings.place = Some(shown.place);
+        }
+        event_loop.exit();
     }
 
     fn redraw(&mut self) -> Result<(), Unshown> {
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let size = shown.window.inner_size();
         let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
-        if let Some(line) = shown.presenter.follow(self.studio.session())? {
-            self.interface.hear(line);
+        if let Some(line) = shown.presenter.follow(self.studio.session(), self.interface.settings.shown_by)? {
+            self.studio.session().tell(&line);
         }
         self.interface.on_device = shown.presenter.is_on_device();
         let input = shown.input.take_egui_input(&shown.window);
@@ -183,7 +264,7 @@ impl App<'_> {
         }
         if self.interface.fullscreen != shown.fullscreen {
             shown.fullscreen = self.interface.fullscreen;
-            shown.window.set_fullscreen(shown.fullscreen.then_some(Fullscreen::Borderless(None)));
+            shown.window.set_fullscreen(shown.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&shown.window))));
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         self.due = Moment::now().checked_add(wait);
@@ -194,9 +275,12 @@ impl App<'_> {
     fn open_anew(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.refused = true;
-            self.interface.hear(format!("{why}: pictures are shown by the processor"));
+            self.studio.session().tell(&format!("{why}: the window is shown by the processor"));
         }
-        self.shown = None;
+        if let Some(mut shown) = self.shown.take() {
+            shown.note_place();
+            self.interface.settings.place = Some(shown.place);
+        }
         self.interface.on_device = false;
         self.shown = Some(self.open(event_loop)?);
         self.ask_redraw();
@@ -261,15 +345,18 @@ impl ApplicationHandler<Wake> for App<'_> {
                 event_loop.exit();
             }
             if self.interface.quits {
-                event_loop.exit();
+                self.leave(event_loop);
             }
             return;
         }
         let Some(shown) = &mut self.shown else { return };
         let Some(event) = scrolled_whole(event) else { return };
         let wants = shown.input.on_window_event(&shown.window, &event).repaint;
+        if matches!(event, WindowEvent::Resized(_) | WindowEvent::Moved(_)) {
+            shown.note_place();
+        }
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::CloseRequested => self.leave(event_loop),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.ask_redraw(),
             _ if wants => self.ask_redraw(),
             _ => {}

@@ -101,22 +101,30 @@ pub fn plan(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Resu
     Ok(graph::compile(&steps(scene, supplies, fineness)?, PICTURE)?)
 }
 
-/// The steps of one frame. Bodies with their shells and rings go far to near, because soft limbs are blended over what lies behind them; then
+/// What draws of a body are called among the steps.
+fn kind(draw: &Draw) -> &'static str {
+    if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
+}
+
+/// The steps of one frame. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
+/// neither can wait until all of the other are drawn. Then
 /// lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let black = [0.0, 0.0, 0.0, 1.0];
     let light =
         Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
-    let bodies = scene.draws.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(LIGHT), draws };
-    let mut steps = vec![
-        Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] },
-        over_light("bodies", bodies),
+    let mut steps = vec![Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] }];
+    for of_kind in scene.draws.chunk_by(|a, b| kind(a) == kind(b)) {
+        let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
+        steps.push(over_light(kind(&of_kind[0]), draws));
+    }
+    steps.extend([
         over_light("lines", shared::lines(scene, supplies)?),
         over_light("points", shared::points(scene, supplies)?),
         over_light("glow", shared::glow(scene, supplies)?),
-    ];
+    ]);
     if scene.bloom {
         steps.extend(shared::bloom_steps(scene, supplies, LIGHT)?);
     }

@@ -19,6 +19,13 @@ pub struct Browse {
     pub focus: bool,
 }
 
+impl Browse {
+    /// Leaves the search; what it completes to goes with the text.
+    pub fn give_up(&mut self) {
+        self.wanted.clear();
+    }
+}
+
 /// The search field, with what it completes to below it.
 pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let field = TextEdit::singleline(&mut interface.browse.wanted).hint_text("Search (/)").desired_width(150.0);

@@ -58,7 +58,7 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
 fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let shown = interface.viewer.sight.time().to_utc_iso();
     let mut text = interface.clock.typed.clone().unwrap_or_else(|| shown.clone());
-    let response = ui.add(TextEdit::singleline(&mut text).desired_width(165.0)).on_hover_text("Date and time, UTC (ISO 8601)");
+    let response = ui.add(TextEdit::singleline(&mut text).desired_width(185.0)).on_hover_text("Date and time, UTC (ISO 8601)");
     if response.has_focus() && (interface.clock.typed.is_some() || text != shown) {
         interface.clock.typed = Some(text.clone());
     }
@@ -80,7 +80,9 @@ fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
     // The sign of a year before 0 is not a separator.
     let year_end = iso.get(1..).and_then(|rest| rest.find('-')).map_or(0, |at| at + 1);
     let Ok(start) = Instant::parse(&format!("{}-01-01T00:00:00Z", &iso[..year_end])) else { return };
-    let mut day = (now.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000()) / DAY_S;
+    // In whole minutes: a screen reader is told of each change, and time runs in seconds.
+    let minutes = ((now.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000()) / 60.0).round();
+    let mut day = minutes * 60.0 / DAY_S;
     let before = day;
     let slider = egui::Slider::new(&mut day, 0.0..=365.99).show_value(false);
     if ui.add(slider).on_hover_text("Drag through the year").changed() {

@@ -4,7 +4,7 @@ use super::Interface;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{ToneMap, ViewRequest};
-use crate::session::{Price, RendererWish, Session};
+use crate::session::{Price, RendererWish, Session, ShowWish};
 use crate::view::answers::Answers;
 use crate::view::sight::{QUALITIES, quality_name};
 use crate::view::studio::Studio;
@@ -21,7 +21,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
             }
         }
     });
-    renderers(ui, studio);
+    renderers(ui, studio, &mut interface.settings.shown_by);
     let sight = &mut interface.viewer.sight;
     let mut automatic = sight.exposure_stops.is_none();
     let drawn_stops = interface.sky.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
@@ -129,8 +129,8 @@ fn weigh(interface: &mut Interface, ctx: &egui::Context, studio: &dyn Studio, of
     }
 }
 
-/// Who draws.
-fn renderers(ui: &mut egui::Ui, studio: &dyn Studio) {
+/// Who draws, and who shows what is drawn.
+fn renderers(ui: &mut egui::Ui, studio: &dyn Studio, shown_by: &mut ShowWish) {
     let (choices, now) = studio.session().renderers();
     if choices.len() < 2 {
         return;
@@ -147,6 +147,20 @@ fn renderers(ui: &mut egui::Ui, studio: &dyn Studio) {
                 // Off this thread: a device may be at work.
                 studio.run(Box::new(move |session| session.choose_renderer(wish)));
             }
+        }
+    });
+    if now == RendererWish::Software {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Window shown by");
+        let ways = [
+            (ShowWish::Auto, "auto", "The GPU where it is hardware and draws the pictures, else the processor"),
+            (ShowWish::Device, "device", "Whatever device draws the pictures: they are not read back"),
+            (ShowWish::Processor, "processor", "Pictures are read back from the device, the interface is painted without it"),
+        ];
+        for (wish, name, hover) in ways {
+            ui.selectable_value(shown_by, wish, name).on_hover_text(hover);
         }
     });
 }

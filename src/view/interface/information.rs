@@ -1,6 +1,6 @@
 //! What is known of the selected body now, and of the sky over a place.
 
-use super::Interface;
+use super::{Interface, named};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::horizon::{Day, Passage, Place, Sky};
@@ -181,8 +181,7 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studi
             (&mut panel.home.latitude_deg, 90.0, "Latitude of the place, degrees north"),
             (&mut panel.home.longitude_deg, 180.0, "Longitude of the place, degrees east"),
         ] {
-            let named = || egui::WidgetInfo::labeled(egui::Role::SpinButton, true, what);
-            ui.add(drag(value, -most..=most)).on_hover_text(what).widget_info(named);
+            named::number(ui, drag(value, -most..=most), what);
         }
     });
     let question = Question {

@@ -1,16 +1,17 @@
 //! The keyboard, and the sheet that explains it.
 
 use super::{Interface, Tab};
+use crate::view::settings::ZOOMS;
 use crate::view::viewer::Action;
-use egui::{Key, Modifiers};
+use egui::{Key, Modifiers, Popup};
 
 /// What a key does, for the sheet.
 const SHEET: &[(&str, &str)] = &[
     ("Drag", "turn around the body; on the ground look around"),
     ("Right drag, Shift+drag", "look aside"),
     ("Middle drag, [ and ]", "roll"),
-    ("Wheel, + and -", "nearer, farther"),
-    ("Alt+wheel, pinch", "lens: narrower, wider"),
+    ("Wheel, pinch, + and -", "nearer, farther"),
+    ("Alt+wheel", "lens: narrower, wider"),
     ("Click", "select"),
     ("Double-click, g", "fly there"),
     ("PageDown, PageUp", "next body, the one before"),
@@ -26,17 +27,33 @@ const SHEET: &[(&str, &str)] = &[
     ("b, n, m, o, x", "list of bodies, names, markers, orbits, outline"),
     ("1 to 7", "moments, effects, shader, compare, information, performance, share"),
     ("Ctrl+S, Ctrl+C", "save a picture, copy the link"),
+    ("Tab, Escape", "to the next control, back to the picture"),
+    ("Ctrl and +, - or 0", "larger text, smaller text, as at first"),
     ("F11", "the whole screen"),
     ("?", "this sheet"),
-    ("q, Escape", "quit"),
+    ("q, Ctrl+Q, Escape", "quit"),
 ];
 
 /// Pixels that an arrow key turns by.
 const ARROW_PX: f64 = 24.0;
+/// By which a key changes the size of text.
+const ZOOM_STEP: f32 = 0.1;
 
 pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
         interface.fullscreen = !interface.fullscreen;
+    }
+    let resized = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
+    let zoom = &mut interface.settings.zoom;
+    if resized(Key::Plus) || resized(Key::Equals) {
+        *zoom = (*zoom + ZOOM_STEP).min(*ZOOMS.end());
+    } else if resized(Key::Minus) {
+        *zoom = (*zoom - ZOOM_STEP).max(*ZOOMS.start());
+    } else if resized(Key::Num0) {
+        *zoom = 1.0;
+    }
+    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Q)) {
+        interface.quits = true;
     }
     // Whoever types wants letters.
     if ctx.egui_wants_keyboard_input() {
@@ -88,10 +105,12 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
         interface.message = "the link is in the clipboard".into();
     }
     let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    if down(Key::Escape) {
-        if interface.help_shown {
-            interface.help_shown = false;
-        } else {
+    // An open list is closed by the key itself; a control that had the keyboard has lost it by now.
+    if !Popup::is_any_open(ctx) && down(Key::Escape) {
+        let closed = interface.warning.take().is_some() || std::mem::take(&mut interface.help_shown);
+        if interface.has_keyboard {
+            interface.browse.give_up();
+        } else if !closed {
             interface.quits = true;
         }
     }

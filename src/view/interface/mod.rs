@@ -11,11 +11,13 @@ mod effects;
 mod information;
 mod keys;
 mod moments;
+mod named;
 mod performance;
 mod shader;
 mod share;
 mod sky;
 mod stance;
+mod warning;
 
 pub use information::{Home, Unit};
 
@@ -62,11 +64,12 @@ impl Tab {
         }
     }
 
+    fn is_wide(self) -> bool {
+        matches!(self, Self::Shader | Self::Compare)
+    }
+
     fn width_points(self) -> f32 {
-        match self {
-            Self::Shader | Self::Compare => 560.0,
-            _ => 330.0,
-        }
+        if self.is_wide() { 560.0 } else { 330.0 }
     }
 }
 
@@ -95,6 +98,10 @@ pub struct Interface {
     pub fullscreen: bool,
     /// The window is shown by the device that draws: pictures may stay there.
     pub on_device: bool,
+    /// Why the window shows another view than the one it was opened with, until it is closed.
+    pub warning: Option<String>,
+    /// A control has the keyboard.
+    has_keyboard: bool,
     /// The last thing worth saying, for the line below the sky.
     pub message: String,
     /// Lines that the session says: a fallback, a map that cannot be read.
@@ -153,6 +160,8 @@ impl Interface {
             quits: false,
             fullscreen: false,
             on_device: false,
+            warning: None,
+            has_keyboard: false,
             message: String::new(),
             heard: Arc::default(),
             notice: None,
@@ -185,11 +194,6 @@ impl Interface {
     /// The last good picture.
     pub fn drawing(&self) -> Option<&Drawing> {
         self.sky.drawing.as_ref()
-    }
-
-    /// A line worth saying, from the window itself.
-    pub fn hear(&self, line: String) {
-        self.heard.lock().unwrap_or_else(PoisonError::into_inner).push(line);
     }
 
     /// The last picture, where it lies on the device.
@@ -228,7 +232,9 @@ impl Interface {
             });
         }
         if let Some(tab) = self.tab {
-            egui::Panel::right("inspector").default_size(tab.width_points()).show(ui, |ui| {
+            // A panel's width is kept by its name: source wants more room than a list.
+            let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
+            egui::Panel::right(name).default_size(tab.width_points()).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
                     Tab::Moments => moments::panel(self, ui, studio, &mut actions),
@@ -245,6 +251,8 @@ impl Interface {
         if self.help_shown {
             keys::help(self, ui.ctx());
         }
+        warning::show(self, ui.ctx());
+        self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.sky.size_px[1]);
         let places = SessionPlaces(studio.session());
         if !actions.is_empty() {
@@ -259,6 +267,7 @@ impl Interface {
             self.viewer.apply(action, height_px, &places);
         }
         self.order(ui.ctx(), studio, now_s);
+        ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
     fn top(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
@@ -392,10 +401,20 @@ impl Interface {
         if self.message.is_empty() { self.notice.as_ref().map_or("", |(line, _)| line) } else { &self.message }
     }
 
+    /// A picture or a run of frames is on its way to a file.
+    pub fn is_saving(&self) -> bool {
+        self.share.is_busy()
+    }
+
     /// For the window's title bar.
     pub fn title(&self) -> String {
         let sight = &self.viewer.sight;
         format!("{} · {} · {} · Orrery", self.viewer.name(sight.target), sight.time().to_utc_iso(), self.viewer.pace.label())
+    }
+
+    /// The title for a screen reader: without the time, whose running it would tell all the while.
+    fn spoken_title(&self) -> String {
+        format!("{} · {} · Orrery", self.viewer.name(self.viewer.sight.target), self.viewer.pace.label())
     }
 
     /// Shows a kept view.

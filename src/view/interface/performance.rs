@@ -1,4 +1,4 @@
-//! Where the time of the last frames went.
+//! Where the time of the last frames went: a plot, the same in words for a screen reader, and the account of the last one.
 
 use super::Interface;
 use crate::session::Stage;
@@ -23,6 +23,8 @@ pub struct PerformancePanel {
     came_s: VecDeque<f64>,
     /// Of the interface itself, milliseconds.
     pub interface_ms: f64,
+    /// The plot in words, and when they were found, interface seconds.
+    said: Option<(String, f64)>,
 }
 
 impl PerformancePanel {
@@ -38,6 +40,26 @@ impl PerformancePanel {
             self.frames.pop_front();
         }
     }
+
+    /// What the plot shows. It stays for a while: a screen reader would speak of each frame.
+    fn words(&mut self, now_s: f64) -> String {
+        let old = |(_, found_s): &(String, f64)| now_s - found_s > RATED_S;
+        if self.said.as_ref().is_none_or(old) {
+            self.said = Some((words_of(&self.frames), now_s));
+        }
+        self.said.as_ref().map_or(String::new(), |(words, _)| words.clone())
+    }
+}
+
+fn words_of(frames: &VecDeque<Frame>) -> String {
+    if frames.is_empty() {
+        return "no picture yet".into();
+    }
+    let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
+    let most = frames.iter().map(|f| f.whole).fold(0.0, f64::max);
+    let stages: Vec<String> = SHOWN.iter().map(|s| format!("{} {:.1} ms", s.name(), mean(&|f| f.by_stage[*s as usize]))).collect();
+    let whole = mean(&|f| f.whole);
+    format!("{} pictures, {whole:.1} ms each in the mean, {most:.1} ms at most: {}", frames.len(), stages.join(", "))
 }
 
 /// Milliseconds by pass: of the device where it tells, of the processor in software.
@@ -48,17 +70,19 @@ fn passes_ms(drawing: &Drawing) -> Vec<(String, f64)> {
 
 /// Pictures are counted over so long.
 const RATED_S: f64 = 2.0;
+/// What a frame goes through.
+const SHOWN: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
+    let words = interface.performance.words(interface.sky.last_s);
     let account = &interface.performance;
-    let shown = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
-    Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
+    let plot = Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
         ui,
         |plot| {
             let line = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
                 account.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
-            for stage in shown {
+            for stage in SHOWN {
                 plot.line(Line::new(stage.name(), line(&|f| f.by_stage[stage as usize])));
             }
             // A pass that a frame has not took nothing in it.
@@ -69,6 +93,12 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             plot.line(Line::new("whole", line(&|f| f.whole)));
         },
     );
+    plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Frame times"));
+    // Not every system passes on the value of a picture.
+    ui.ctx().accesskit_node_builder(plot.response.id, |node| {
+        node.set_value(words.clone());
+        node.set_description(words);
+    });
     let Some(drawing) = interface.drawing() else { return };
     egui::Grid::new("account").num_columns(2).striped(true).show(ui, |ui| {
         let mut line = |what: &str, value: String| {
@@ -81,7 +111,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line("picture", format!("{}x{} px", drawing.width, drawing.height));
         line("frame", format!("{:.1} ms", drawing.took_ms));
         line("pictures", format!("{:.1} a second", account.came_s.len() as f64 / RATED_S));
-        for stage in shown {
+        for stage in SHOWN {
             line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
         }
         for (pass, ms) in passes_ms(drawing) {
@@ -112,4 +142,23 @@ fn resident_mib() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let kib: f64 = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib / 1024.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_plot_is_told_in_words_that_stay_for_a_while() {
+        let mut panel = PerformancePanel::default();
+        assert_eq!(panel.words(0.0), "no picture yet");
+        for whole in [10.0, 20.0, 60.0] {
+            let mut by_stage = [0.0; Stage::ALL.len()];
+            by_stage[Stage::Draw as usize] = whole / 2.0;
+            panel.frames.push_back(Frame { by_stage, by_pass: Vec::new(), whole });
+        }
+        assert_eq!(panel.words(RATED_S), "no picture yet");
+        let words = panel.words(RATED_S + 0.1);
+        assert!(words.starts_with("3 pictures, 30.0 ms each in the mean, 60.0 ms at most") && words.contains("draw 15.0 ms"), "{words}");
+    }
 }

@@ -1,15 +1,16 @@
 //! Keeping and sharing: links, files, bookmarks, screenshots, runs of frames.
 
-use super::Interface;
+use super::{Interface, named};
 use crate::render::plan::Fineness;
 use crate::scene::legend::legend;
 use crate::scene::request::ViewRequest;
 use crate::session::{Readers, Session, is_exr, write_picture, write_whole};
-use crate::view::settings::Bookmark;
-use crate::view::sight::{SCHEME, Sight};
+use crate::view::kept::{SCHEME, restored};
+use crate::view::settings::{Bookmark, ZOOMS};
+use crate::view::sight::Sight;
 use crate::view::studio::{Studio, Ticket, ask};
 use crate::view::viewer::Action;
-use egui::{ProgressBar, ScrollArea, TextEdit};
+use egui::{DragValue, ProgressBar, ScrollArea, TextEdit};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -68,7 +69,7 @@ impl SharePanel {
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        links(interface, ui, actions);
+        links(interface, ui, studio.session(), actions);
         ui.separator();
         pictures(interface, ui, studio);
         ui.separator();
@@ -78,7 +79,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, 
     });
 }
 
-fn links(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.strong("This view");
     let link = interface.viewer.settled().to_link();
     ui.horizontal(|ui| {
@@ -91,7 +92,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0)).on_hover_text("A link to open");
         if ui.button("Open link").clicked() {
-            opened(interface, Sight::from_link(&interface.share.link.clone()), actions);
+            let read = restored(&interface.share.link, session, interface.viewer.now());
+            opened(interface, read, actions);
         }
     });
     ui.horizontal(|ui| {
@@ -103,7 +105,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
             interface.message = written.map_or_else(|why| why, |()| format!("saved as {}", path.display()));
         }
         if ui.button("Open view").clicked() {
-            let read = std::fs::read_to_string(&path).map_err(|e| e.to_string()).and_then(|text| Sight::from_json(&text));
+            let text = std::fs::read_to_string(&path).map_err(|e| e.to_string());
+            let read = text.and_then(|text| restored(&text, session, interface.viewer.now()));
             opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
         }
     });
@@ -111,10 +114,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
 
 fn opened(interface: &mut Interface, read: Result<Sight, String>, actions: &mut Vec<Action>) {
     match read {
-        Ok(sight) if interface.viewer.subject(sight.target).is_some() && interface.viewer.subject(sight.eye.body()).is_some() => {
-            actions.push(Action::Show(Box::new(sight)));
-        }
-        Ok(sight) => interface.message = format!("the catalog has no body {} or {}", sight.target.0, sight.eye.body().0),
+        Ok(sight) => actions.push(Action::Show(Box::new(sight))),
         Err(why) => interface.message = why,
     }
 }
@@ -125,9 +125,9 @@ fn pictures(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut panel.picture).desired_width(150.0))
             .on_hover_text("File, .png or .exr; %05d in it counts the frames of a run");
-        ui.add(side(&mut panel.size[0])).on_hover_text("Width, pixels");
+        named::number(ui, side(&mut panel.size[0]), "Width, pixels");
         ui.label("x");
-        ui.add(side(&mut panel.size[1])).on_hover_text("Height, pixels");
+        named::number(ui, side(&mut panel.size[1]), "Height, pixels");
         ui.checkbox(&mut panel.names, "with names").on_hover_text("Names and markers of bodies in saved pictures");
     });
     let busy = panel.is_busy();
@@ -144,12 +144,10 @@ fn pictures(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
     let panel = &mut interface.share;
     ui.horizontal(|ui| {
         ui.label("Run of");
-        ui.add(egui::DragValue::new(&mut panel.frames).range(1..=100_000)).on_hover_text("Frames of the run");
+        named::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), "Frames of the run");
         ui.label("frames, each");
         // A century at the most.
-        ui.add(egui::DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s"))
-            .on_hover_text("Scene seconds between frames")
-            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, "Scene seconds between frames"));
+        named::number(ui, DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s"), "Scene seconds between frames");
     });
     if ui.add_enabled(!busy, egui::Button::new("Save run")).clicked() {
         if panel.picture.contains("%05d") {
@@ -165,8 +163,8 @@ fn pictures(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
     progress(interface, ui, studio);
 }
 
-fn side(value: &mut u32) -> egui::DragValue<'_> {
-    egui::DragValue::new(value).range(1..=16_384)
+fn side(value: &mut u32) -> DragValue<'_> {
+    DragValue::new(value).range(1..=16_384)
 }
 
 /// The running run: its bar, its next frame, its end.
@@ -189,7 +187,8 @@ fn progress(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
         }
     }
     ui.horizontal(|ui| {
-        ui.add(ProgressBar::new(run.done as f32 / run.frames.max(1) as f32).desired_width(180.0).show_percentage());
+        let bar = ProgressBar::new(run.done as f32 / run.frames.max(1) as f32).desired_width(180.0).show_percentage();
+        ui.add(bar).accessible_name("Frames that are done");
         if ui.button("Cancel").on_hover_text("Frames that are done stay").clicked() {
             goes_on = false;
         }
@@ -272,5 +271,5 @@ fn looks(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.selectable_value(&mut interface.settings.dark, dark, name);
         }
     });
-    ui.add(egui::Slider::new(&mut interface.settings.zoom, 0.6..=3.0).text("size of text")).on_hover_text("Size of text and controls");
+    ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("size of text")).on_hover_text("Size of text and controls");
 }

@@ -2,6 +2,7 @@
 
 use super::Interface;
 use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, Side, hit};
+use crate::view::orbit::NOTCH;
 use crate::view::pieces::ON_DEVICE;
 use crate::view::viewer::Action;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2, pos2};
@@ -56,7 +57,9 @@ fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     place.fixed_pos(rect.left_bottom() + Vec2::new(8.0, -8.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((rect.width() - 40.0).max(60.0));
-            ui.colored_label(ui.visuals().warn_fg_color, said);
+            let line = ui.colored_label(ui.visuals().warn_fg_color, said);
+            // Read out by a screen reader without being gone to.
+            ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
         });
     });
 }
@@ -114,11 +117,11 @@ fn mouse(
     }
     if response.hovered() {
         // A notch of most wheels is fifty points.
-        let (notches, pinch, lens) =
-            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / 0.15, i.modifiers.alt));
-        if pinch != 0.0 {
-            actions.push(Action::Lens(pinch));
-        } else if notches != 0.0 {
+        let (wheel, pinch, lens) =
+            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / NOTCH, i.modifiers.alt));
+        // Fingers that go apart to twice their distance halve that of the ground.
+        let notches = if pinch == 0.0 { wheel } else { pinch };
+        if notches != 0.0 {
             actions.push(if lens { Action::Lens(notches) } else { Action::Zoom(notches) });
         }
     }

@@ -1,10 +1,10 @@
 //! Where to stand and which way to face, below the list of bodies.
 
-use super::Interface;
+use super::{Interface, named};
 use crate::catalog::NaifId;
 use crate::view::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG};
 use crate::view::viewer::Action;
-use egui::{Checkbox, ComboBox, DragValue, Role, Slider, WidgetInfo};
+use egui::{Checkbox, ComboBox, DragValue, Slider};
 
 /// A place that is being chosen, degrees.
 #[derive(Default)]
@@ -30,12 +30,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     from_another(interface, ui, selected, actions);
     ui.horizontal_wrapped(|ui| {
         let stance = &mut interface.stance;
-        ui.add(DragValue::new(&mut stance.latitude_deg).range(-90.0..=90.0).speed(0.2).suffix(" lat"))
-            .on_hover_text("Latitude to stand on, degrees")
-            .widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, "Latitude to stand on, degrees"));
-        ui.add(DragValue::new(&mut stance.longitude_deg).range(-180.0..=180.0).speed(0.2).suffix(" east"))
-            .on_hover_text("East longitude to stand on, degrees")
-            .widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, "East longitude to stand on, degrees"));
+        let latitude = DragValue::new(&mut stance.latitude_deg).range(-90.0..=90.0).speed(0.2).suffix(" lat");
+        named::number(ui, latitude, "Latitude to stand on, degrees");
+        let longitude = DragValue::new(&mut stance.longitude_deg).range(-180.0..=180.0).speed(0.2).suffix(" east");
+        named::number(ui, longitude, "East longitude to stand on, degrees");
         if ui.button("Stand there").on_hover_text(format!("Stand on the ground of {name}")).clicked() {
             actions.push(Action::StandOn(stance.latitude_deg, stance.longitude_deg));
         }

@@ -6,7 +6,7 @@
 pub mod pair;
 
 use self::pair::{Half, Pair, PairView};
-use super::Interface;
+use super::{Interface, named};
 use crate::image::Picture;
 use crate::render::plan::Fineness;
 use crate::scene::draw::PixelView;
@@ -110,7 +110,7 @@ impl ComparePanel {
                 ways = first_ways(sight);
             }
             if self.coming.is_some() {
-                ui.spinner();
+                named::coming(ui, "Both are being drawn");
                 ui.weak("drawing both");
             }
         });

@@ -8,6 +8,7 @@ use crate::shader::ModuleId;
 use crate::shader::compare::FeatureDifference;
 use crate::shader::key::ShaderKey;
 use crate::view::interface::compare::pair::{Pair, PairView};
+use crate::view::interface::named;
 use crate::view::studio::Studio;
 use egui::{CollapsingHeader, Grid, RichText, TextStyle};
 use std::sync::Arc;
@@ -57,7 +58,7 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     }
     let ids = keys.map(ModuleId::Planet);
     let Some((first, second)) = both(&mut panel.work, seen.studio, &ids) else {
-        ui.spinner();
+        named::coming(ui, "Both modules are being read");
         return;
     };
     let lines = match panel.work.difference(seen.studio, &ids) {
@@ -150,7 +151,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     match change.last.as_ref().filter(|(of, _)| *of == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"]),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => drop(ui.spinner()),
+        None => drop(named::coming(ui, "Both are being drawn")),
     }
 }
 

@@ -3,13 +3,14 @@
 use super::change::grid;
 use super::{Seen, ShaderPanel};
 use crate::shader::library::{Arrival, Statistics};
+use crate::view::interface::named;
 use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let Some(module) = panel.work.whole(seen.studio, &seen.id) else {
-        ui.spinner();
+        named::coming(ui, "The module is being read");
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

@@ -9,7 +9,7 @@ use crate::probe::pixel::{DrawSeen, Looked, look};
 use crate::render::plan::Fineness;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
-use crate::view::interface::Interface;
+use crate::view::interface::{Interface, named};
 use crate::view::studio::{Ticket, ask};
 use egui::{RichText, ScrollArea, TextEdit, TextStyle};
 
@@ -50,7 +50,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     };
     page.ask(seen, interface, pixel);
     let Some(answer) = &page.seen else {
-        ui.spinner();
+        named::coming(ui, "The pixel is being computed");
         return;
     };
     let [single, double] = match answer {
@@ -62,13 +62,13 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
         ui.strong("Pixel");
         let [mut x, mut y] = pixel;
         let most = interface.sky.size_px.map(|side| side.saturating_sub(1));
-        let across = ui.add(egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0])).on_hover_text("Pixels from the left");
-        let down = ui.add(egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1])).on_hover_text("Pixels from the top");
+        let across = named::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), "Pixels from the left");
+        let down = named::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), "Pixels from the top");
         if across.changed() || down.changed() {
             page.typed_px = Some([x, y]);
         }
         if page.coming.is_some() {
-            ui.spinner();
+            named::coming(ui, "Another pixel is being computed");
         }
     });
     ui.label(format!("radiance {level}; exposure {:+.2} stops; {}", single.exposure_stops, single.time.to_utc_iso()));

@@ -1,10 +1,12 @@
 //! The generated source: line numbers, colours, the feature of each line, finding.
 //!
-//! Always: only the lines in sight are laid out, so that a text of a hundred thousand lines scrolls as a short one does.
+//! Always: only the lines in sight are laid out, so that a text of a hundred thousand lines scrolls as a short one does; the keyboard stops once at
+//! all of them, and arrow keys go from one to the next.
 
 use super::text::{Text, feature_colour, found_in, job};
 use super::{Seen, ShaderPanel};
 use crate::shader::translate::Language;
+use crate::view::interface::named;
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
@@ -28,6 +30,8 @@ pub struct SourcePage {
     at_line: Option<usize>,
     /// A line (from 0) to bring into sight.
     jump: Option<u32>,
+    /// The line (from 0) that the arrow keys have come to.
+    at_keys: usize,
 }
 
 fn language_name(language: Language) -> (&'static str, &'static str) {
@@ -56,7 +60,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
     let text = match panel.work.text(seen.studio, &seen.id, language) {
         Some(Ok(text)) => text,
         Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => return drop(ui.spinner()),
+        None => return drop(named::coming(ui, "The source is being written")),
     };
     page.find(ui, &text);
     if !text.features.is_empty() {
@@ -128,7 +132,7 @@ impl SourcePage {
                 for (k, (name, lines)) in all {
                     let chosen = self.feature.as_ref() == Some(name);
                     let words = RichText::new(format!("{name} {lines}")).size(11.0).color(feature_colour(name, dark));
-                    let hover = format!("{lines} lines that {name} asked for: go there; once more, to the next place");
+                    let hover = format!("{lines} lines that {name} asked for: go where most of them are; once more, to the next place");
                     if ui.selectable_label(chosen, words).on_hover_text(hover).clicked() {
                         self.go_to(text, k, chosen);
                     }
@@ -146,12 +150,16 @@ impl SourcePage {
         });
     }
 
-    /// To the first line of a feature, or the next run of its lines.
+    /// To where most lines of a feature stand together, or to the next of its places.
     fn go_to(&mut self, text: &Text, feature: usize, again: bool) {
         let of = |i: usize| text.lines.get(i).is_some_and(|l| usize::from(l.feature) == feature);
         let starts: Vec<usize> = (0..text.lines.len()).filter(|i| of(*i) && (*i == 0 || !of(i - 1))).collect();
-        let here = self.at_line.filter(|_| again);
-        let next = here.and_then(|h| starts.iter().find(|s| **s > h)).or(starts.first());
+        let length = |start: usize| (start..text.lines.len()).take_while(|i| of(*i)).count();
+        let next = match self.at_line.filter(|_| again) {
+            Some(here) => starts.iter().find(|s| **s > here).or(starts.first()),
+            // Its first lines name what it reads; the longest stretch is what it does.
+            None => starts.iter().rev().max_by_key(|s| length(**s)),
+        };
         self.feature = text.features.get(feature).map(|f| f.0.clone());
         self.at_line = next.copied();
         self.jump = next.map(|n| *n as u32);
@@ -169,14 +177,32 @@ impl SourcePage {
         let height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
         ui.spacing_mut().interact_size.y = height;
         let mut area = ScrollArea::both().auto_shrink(false).id_salt(("source", text.language.to_string()));
+        let row_of = |line: usize| rows.as_ref().map_or(line, |r| r.partition_point(|i| *i < line));
         if let Some(line) = self.jump.take() {
-            let row = rows.as_ref().map_or(line as usize, |r| r.partition_point(|i| *i < line as usize));
-            area = area.vertical_scroll_offset((row as f32 * height - 3.0 * height).max(0.0));
+            self.at_keys = line as usize;
+            area = area.vertical_scroll_offset((row_of(line as usize) as f32 * height - 3.0 * height).max(0.0));
         }
         let margin = !text.features.is_empty();
         let mut clicked = None;
+        let stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
+        let about = "Lines of the source: arrow keys go from one to the next, Enter marks the feature that asked for it";
+        stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, about));
+        let (at_keys, moved) = keys(ui, &stop, row_of(self.at_keys).min(count.saturating_sub(1)), count);
+        if moved {
+            self.at_keys = rows.as_ref().map_or(at_keys, |r| r[at_keys]);
+        }
+        if stop.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
+            clicked = text.lines.get(self.at_keys).filter(|_| margin).map(|line| usize::from(line.feature));
+        }
         area.show_rows(ui, height, count, |ui, range| {
             let dark = ui.visuals().dark_mode;
+            if moved {
+                // Up or down as far as needed, never aside.
+                let top = ui.max_rect().top() + (at_keys as f32 - range.start as f32) * height;
+                let row = egui::Rect::from_x_y_ranges(ui.clip_rect().x_range(), top..=top + height);
+                ui.scroll_to_rect_animation(row, None, egui::style::ScrollAnimation::none());
+                ui.ctx().request_repaint();
+            }
             for row in range.clone() {
                 let i = rows.as_ref().map_or(row, |r| r[row]);
                 let Some(line) = text.lines.get(i) else { continue };
@@ -189,7 +215,15 @@ impl SourcePage {
                             clicked = Some(usize::from(line.feature));
                         }
                     }
-                    ui.add(egui::Label::new(job(i + 1, &line.text, &self.needle, &font, dark)).extend());
+                    let shown = ui.add(egui::Label::new(job(i + 1, &line.text, &self.needle, &font, dark)).extend());
+                    if stop.has_focus() && row == at_keys {
+                        ui.painter().rect_stroke(shown.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
+                        ui.ctx().accesskit_node_builder(stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
+                        let feature = text.features.get(usize::from(line.feature)).filter(|_| margin);
+                        if let Some((feature, _)) = feature {
+                            ui.ctx().accesskit_node_builder(shown.id, |node| node.set_description(format!("{feature} asked for it")));
+                        }
+                    }
                 });
             }
         });
@@ -203,7 +237,8 @@ impl SourcePage {
         let Some(line) = text.lines.get(i) else { return false };
         let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
         let width = if self.no_margin { STRIPE_POINTS } else { MARGIN_POINTS };
-        let (rect, response) = ui.allocate_exact_size(Vec2::new(width, height), Sense::click());
+        // No stop of its own for the keyboard, which has the list.
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(width, height), Sense::CLICK);
         let colour = feature_colour(name, ui.visuals().dark_mode);
         let stripe = egui::Rect::from_min_size(egui::pos2(rect.right() - STRIPE_POINTS, rect.top()), vec2(STRIPE_POINTS, height));
         ui.painter().rect_filled(stripe, 0.0, colour);
@@ -222,4 +257,25 @@ impl SourcePage {
         }
         response.on_hover_text(format!("{name}\n{}", line.origin)).clicked()
     }
+}
+
+/// The row that the keys go to from `row` of so many, while the list has the keyboard, and whether they did.
+fn keys(ui: &Ui, stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
+    const PAGE: usize = 20;
+    if !stop.has_focus() || count == 0 {
+        return (row, false);
+    }
+    let arrows = egui::EventFilter { vertical_arrows: true, ..egui::EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(stop.id, arrows));
+    let last = count - 1;
+    let steps = [
+        (Key::ArrowDown, (row + 1).min(last)),
+        (Key::ArrowUp, row.saturating_sub(1)),
+        (Key::PageDown, (row + PAGE).min(last)),
+        (Key::PageUp, row.saturating_sub(PAGE)),
+        (Key::Home, 0),
+        (Key::End, last),
+    ];
+    let pressed = steps.into_iter().find(|(key, _)| ui.input(|i| i.key_pressed(*key)));
+    pressed.map_or((row, false), |(_, to)| (to, true))
 }

@@ -6,6 +6,7 @@ use super::{Seen, ShaderPanel};
 use crate::render::plan::{RING_PROFILE_BINDING, uniforms_of};
 use crate::shader::reflect::Field;
 use crate::shader::{Layout, ModuleId};
+use crate::view::interface::named;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 #[derive(Default)]
@@ -17,7 +18,7 @@ pub struct ValuesPage {
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let Some(module) = panel.work.whole(seen.studio, &seen.id) else {
-        ui.spinner();
+        named::coming(ui, "The module is being read");
         return;
     };
     let layout = &module.module.layout;
@@ -129,7 +130,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
                             ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
                         }
                         Some(Err(why)) => drop(ui.label(why)),
-                        None => drop(ui.spinner()),
+                        None => drop(named::coming(ui, "The map is being read")),
                     }
                 }
                 (None, Some(table)) => {
