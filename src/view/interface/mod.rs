@@ -74,7 +74,7 @@ impl Tab {
 }
 
 /// Of the panels at the left and the right, points: a window that was small for a moment leaves them as they were.
-const LEAST_WIDTHS: [f32; 2] = [170.0, 280.0];
+const LEAST_WIDTHS: [f32; 2] = [190.0, 280.0];
 /// After this long without input a whole frame replaces the coarse one.
 const STILL_AFTER_S: f64 = 0.18;
 /// How often to look whether the GPU is ready for a picture at rest.
