@@ -269,6 +269,8 @@ fn a_window_of_nothing_draws_nothing_and_comes_back() {
     harness.set_size(egui::vec2(900.0, 500.0));
     settle(&mut harness);
     assert!(sky_pixels(&harness).0 > 300);
+    // The panels have their room again.
+    assert!(harness.get_by_label_contains("The sky:").rect().left() > 165.0);
 }
 
 #[test]

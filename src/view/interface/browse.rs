@@ -94,7 +94,7 @@ fn command(interface: &mut Interface, actions: &mut Vec<Action>) -> bool {
 
 /// The Sun, its planets each with its moons, then the rest.
 pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
         let subjects = interface.viewer.subjects();
         let top = |s: &&Subject| s.kind != Kind::Moon;
         for body in subjects.iter().filter(top) {

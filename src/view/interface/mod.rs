@@ -73,6 +73,8 @@ impl Tab {
     }
 }
 
+/// Of the panels at the left and the right, points: a window that was small for a moment leaves them as they were.
+const LEAST_WIDTHS: [f32; 2] = [190.0, 280.0];
 /// After this long without input a whole frame replaces the coarse one.
 const STILL_AFTER_S: f64 = 0.18;
 /// How often to look whether the GPU is ready for a picture at rest.
@@ -226,15 +228,22 @@ impl Interface {
         keys::pressed(self, ui.ctx(), &mut actions);
         self.top(ui, &mut actions);
         if self.bodies_shown {
-            egui::Panel::left("bodies").default_size(190.0).show(ui, |ui| {
-                egui::Panel::bottom("stance").show(ui, |ui| stance::panel(self, ui, &mut actions));
+            egui::Panel::left("bodies").default_size(190.0).min_size(LEAST_WIDTHS[0]).show(ui, |ui| {
+                // Where there is little room each has its part and is scrolled.
+                let most = 0.6 * ui.available_height();
+                egui::Panel::bottom("stance").show(ui, |ui| {
+                    egui::ScrollArea::vertical()
+                        .max_height(most)
+                        .min_scrolled_height(most)
+                        .show(ui, |ui| stance::panel(self, ui, &mut actions));
+                });
                 browse::tree(self, ui, &mut actions);
             });
         }
         if let Some(tab) = self.tab {
             // A panel's width is kept by its name: source wants more room than a list.
             let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
-            egui::Panel::right(name).default_size(tab.width_points()).show(ui, |ui| {
+            egui::Panel::right(name).default_size(tab.width_points()).min_size(LEAST_WIDTHS[1]).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
                     Tab::Moments => moments::panel(self, ui, studio, &mut actions),
