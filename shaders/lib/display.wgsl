@@ -33,7 +33,14 @@ fn bayer_8(pixel: vec2f) -> f32 {
 
 // What is shown of exposed light at a pixel. `dither`: in 255ths.
 fn displayed(exposed: vec3f, true_to: f32, dither: f32, position: vec2f) -> vec4f {
+    // Most of the sky is black, and stays so.
+    if dither == 0.0 && max(max(exposed.r, exposed.g), exposed.b) <= 0.0 {
+        return vec4f(0.0, 0.0, 0.0, 1.0);
+    }
     let encoded = srgb_encoded(filmic(exposed, true_to));
+    if dither == 0.0 {
+        return vec4f(encoded, 1.0);
+    }
     // The mean of the thresholds is 63/128: the dither moves no average.
     let threshold = bayer_8(position - 8.0 * floor(position / 8.0)) - 0.4921875;
     return vec4f(encoded + dither * threshold / 255.0, 1.0);
