@@ -55,6 +55,44 @@ fn light_through_the_ring_is_what_the_closed_form_says() {
     }
 }
 
+/// The edges of a sphere's shadow and of the oblate globe's, found on the ring in many directions for Suns low and high.
+#[test]
+fn a_spheres_shadow_is_as_far_off_as_its_tier_is_chosen_by() {
+    let (flattening, outer) = (0.098, 2.3);
+    for height_deg in [0.5_f64, 4.0, 12.0, 26.7] {
+        let (sine, cosine) = height_deg.to_radians().sin_cos();
+        let hidden = |model: &str, radius: f64, angle: f64| {
+            let point = [-radius * angle.cos(), radius * angle.sin(), 0.0];
+            let q = json!({"q": "ring-shadow", "flattening": flattening, "point": point, "sun": [cosine, 0.0, sine],
+                "sun_angular_radius_deg": 1e-3, "model": model});
+            ask(Precision::F64, &q, "blocked") > 0.5
+        };
+        // Outwards along each direction the shadow ends once.
+        let edge = |model: &str, angle: f64| {
+            let (mut from, mut to) = (1.01, outer);
+            if !hidden(model, from, angle) || hidden(model, to, angle) {
+                return if hidden(model, to, angle) { to } else { from };
+            }
+            while to - from > 1e-6 {
+                let middle = 0.5 * (from + to);
+                if hidden(model, middle, angle) { from = middle } else { to = middle }
+            }
+            from
+        };
+        // Across the edge: the sphere's is an ellipse, 1 wide and 1 / sine long.
+        let apart = |angle: f64| {
+            let [x, y] = [angle.cos() * sine * sine, angle.sin()];
+            let slant = (x * angle.cos() + y * angle.sin()) / x.hypot(y);
+            (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * slant
+        };
+        let worst = (0..40).map(|k| apart(f64::from(k) * 0.0389)).fold(0.0, f64::max);
+        let stated = tiers::sphere_aside(1.0 - flattening, sine, outer);
+        println!("{height_deg} degrees: {worst:.4} of {stated:.4} radii");
+        assert!(worst <= stated + 1e-5, "{height_deg} degrees: {worst} radii, {stated} stated");
+        assert!(worst > 0.5 * stated, "{height_deg} degrees: {worst} radii is far less than the {stated} stated");
+    }
+}
+
 #[test]
 fn the_oblate_planet_hides_what_the_chords_say() {
     let (table, stated) = (table(), tiers::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a tier").at_most);

@@ -10,7 +10,7 @@ use super::effects::VISIBLE_CHANGE;
 use super::ring_shine::{Lit, RingShine};
 use super::ring_table::RingTable;
 use super::silhouette::Outline;
-use super::tiers::WITHIN_PX;
+use super::tiers::{self, WITHIN_PX};
 use crate::catalog::{Body, Ring};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::{Arc, OnceLock};
@@ -204,8 +204,9 @@ impl<'a> View<'a> {
         let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
         // The shadow's cylinder passes this far over the innermost ring's nearest point.
         let aside = inner_km * self.sun.z.abs() / self.body.radii_km.x;
-        let flat = super::effects::flattening(self.body);
-        let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer_km / self.body.radii_km.x;
+        let outer = outer_km / self.body.radii_km.x;
+        let flat = tiers::sphere_aside(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
+        let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let aside_px = flat.max(soft) * self.pixels_per_radius();
         let model = if aside_px > WITHIN_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
         let reason =

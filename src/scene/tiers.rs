@@ -1,7 +1,7 @@
 //! The ways in which an effect is computed, and how far off each is: the figures that `explain` prints and the tests hold.
 //!
 //! In: a tier of the key. Out: [`Tier`], its name and its error. Always: a figure of light is the bound of a test, which reads it here; one in pixels is the
-//! bound by which the tier is chosen (nothing measures it apart). Not here: which tier a draw
+//! bound by which the tier is chosen ([`sphere_aside`] is measured; that of `point-sun` is the penumbra's own width). Not here: which tier a draw
 //! gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use super::draw::{AirTier, BodyShadow, EclipseModel, RingShadow};
@@ -78,6 +78,20 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
         BodyShadow::Sphere => of("sphere", WITHIN_PX, "a pixel where its edges lie"),
         BodyShadow::EllipsoidPenumbra => of("ellipsoid-penumbra", 1e-3, "the Sun's light"),
     }
+}
+
+/// How far the edge of a sphere's shadow on the ring lies from that of the oblate globe at most, equatorial radii. `polar`: the polar radius in those; `sine`: of
+/// the Sun's height over the ring's plane; `outer`: the ring's outer radius.
+///
+/// In the plane both shadows are ellipses about the centre, as wide as the equator and 1 / sine or q / sine long, where q is half the height of the globe's outline
+/// seen from the Sun. In each direction the lengths' ratio lies between q and 1, so the edges are apart by at most 1 - q of the way to the farther one, which
+/// ends at the ring or at its own tip. Where both shadows leave the ring by its outer edge they are apart by their widths there at most. Measured by tests/rings.rs.
+pub fn sphere_aside(polar: f64, sine: f64, outer: f64) -> f64 {
+    let outline = (polar * polar * (1.0 - sine * sine) + sine * sine).sqrt();
+    let half_width = |tip: f64| (1.0 - outer * outer / (tip * tip)).sqrt();
+    let (far, near) = (1.0 / sine.abs().max(1e-9), outline / sine.abs().max(1e-9));
+    let along = (1.0 - outline) * outer.min(far);
+    if outer < near { along.min(half_width(far) - half_width(near)) } else { along }
 }
 
 /// Pixels by which a shadow's edges may be off or soft before the better model is taken.
