@@ -54,7 +54,7 @@ fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
 fn by_processor(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> Picture {
     let mut pixels = vec![0; (SIZE[0] * SIZE[1]) as usize];
     painter.paint(&mut Canvas { width: SIZE[0] as usize, height: SIZE[1] as usize, pixels: &mut pixels }, SCALE, primitives);
-    let rgba = pixels.into_iter().map(|p| u32::to_be_bytes(p)).map(|[_, r, g, b]| [r, g, b, 255]).collect();
+    let rgba = pixels.into_iter().map(u32::to_be_bytes).map(|[_, r, g, b]| [r, g, b, 255]).collect();
     Picture { width: SIZE[0], height: SIZE[1], rgba }
 }
 

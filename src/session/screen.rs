@@ -83,11 +83,11 @@ mod some {
             })
         }
 
-        /// Shows the interface in the window.
+        /// Shows the interface in the window; false where the system takes no picture just now.
         ///
         /// # Errors
         /// Why it cannot, in one line; the screen is of no more use.
-        pub fn show(&self, on: &mut DeviceScreen, pieces: Vec<Piece>, size: [u32; 2]) -> Result<(), String> {
+        pub fn show(&self, on: &mut DeviceScreen, pieces: Vec<Piece>, size: [u32; 2]) -> Result<bool, String> {
             let generator = self.library.generator();
             if on.generator != generator {
                 on.screen.forget_modules();
@@ -123,7 +123,7 @@ mod none {
         ///
         /// # Errors
         /// None: there is no such screen.
-        pub fn show(&self, on: &mut DeviceScreen, _: Vec<Piece>, _: [u32; 2]) -> Result<(), String> {
+        pub fn show(&self, on: &mut DeviceScreen, _: Vec<Piece>, _: [u32; 2]) -> Result<bool, String> {
             match *on {}
         }
     }

@@ -93,7 +93,7 @@ impl Presenter {
         }
     }
 
-    /// Shows the interface, with the sky's picture where that lies on the device.
+    /// Shows the interface, with the sky's picture where that lies on the device. False: the system takes no picture just now.
     ///
     /// # Errors
     /// Why not.
@@ -105,7 +105,7 @@ impl Presenter {
         pixels_per_point: f32,
         primitives: &[ClippedPrimitive],
         sky: Option<&PictureOnDevice>,
-    ) -> Result<(), Unshown> {
+    ) -> Result<bool, Unshown> {
         match &mut self.way {
             Some(Way::Device(screen)) => {
                 let size = [width.get(), height.get()];
@@ -121,7 +121,8 @@ impl Presenter {
                 let mut canvas = Canvas { width: width.get() as usize, height: height.get() as usize, pixels: &mut buffer };
                 painter.paint(&mut canvas, pixels_per_point, primitives);
                 self.window.pre_present_notify();
-                buffer.present().map_err(failed)
+                buffer.present().map_err(failed)?;
+                Ok(true)
             }
             None => Err(Unshown::ByDevice(None)),
         }

@@ -33,6 +33,8 @@ pub enum WindowError {
     NotKept(String),
 }
 
+/// When to try again where the system took no picture.
+const NO_ROOM: Duration = Duration::from_millis(250);
 /// So long what is at work may take to end by itself after the window.
 const PATIENCE: Duration = Duration::from_millis(250);
 
@@ -256,7 +258,7 @@ impl App<'_> {
         for id in textures.free.drain() {
             self.painter.free_texture(id);
         }
-        drawn?;
+        let is_shown = drawn?;
         let title = self.interface.title();
         if title != shown.title {
             shown.window.set_title(&title);
@@ -267,7 +269,7 @@ impl App<'_> {
             shown.window.set_fullscreen(shown.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&shown.window))));
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
-        self.due = Moment::now().checked_add(wait);
+        self.due = Moment::now().checked_add(if is_shown { wait } else { wait.min(NO_ROOM) });
         Ok(())
     }
 

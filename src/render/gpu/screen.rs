@@ -41,18 +41,18 @@ impl GpuRenderer {
         Ok(GpuScreen { surface, format, alpha_mode, configured: None, state: State::default() })
     }
 
-    /// Draws the plan onto the window. Where the system has no room for a picture just now (a window that is hidden), nothing happens.
+    /// Draws the plan onto the window. False where the system has no room for a picture just now (a window that is hidden): nothing happened.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`]: after one the screen is to be dropped.
-    pub fn show(&self, screen: &mut GpuScreen, plan: &Plan, modules: &impl Modules) -> Result<(), GpuError> {
+    pub fn show(&self, screen: &mut GpuScreen, plan: &Plan, modules: &impl Modules) -> Result<bool, GpuError> {
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = [last.width, last.height];
         self.guarded(plan, || {
-            let Some(next) = self.next(screen, size)? else { return Ok(()) };
+            let Some(next) = self.next(screen, size)? else { return Ok(false) };
             self.submit(&mut screen.state, plan, modules, Onto::Given(&next.texture))?;
             self.queue.present(next);
-            Ok(())
+            Ok(true)
         })
     }
 
@@ -75,7 +75,7 @@ impl GpuRenderer {
             }
         }
         self.still_there()?;
-        // A window that is being resized: its next size comes with an event.
+        // A window that is being resized.
         Ok(None)
     }
 }
