@@ -189,3 +189,22 @@ fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
         assert!(why.contains(names) && !why.is_empty() && !why.contains('\n'), "{bad}: {why}");
     }
 }
+
+/// A turn may be slow: what was typed after the slash meanwhile is for the search field, be it a date, whose digits are shortcuts elsewhere, or a q.
+#[test]
+fn what_is_typed_with_the_slash_in_one_turn_is_searched() {
+    let mut harness = saturn();
+    for letter in "/2009-08-11T00:15:00Z".chars() {
+        harness.event(Event::Text(letter.to_string()));
+    }
+    harness.run_steps(3);
+    assert!(harness.state().tab.is_none(), "a digit opened a tab");
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+    let time = harness.state().viewer.sight.time();
+    assert!(time.to_utc_iso().starts_with("2009-08-11T00:15:00"), "{}", time.to_utc_iso());
+    harness.event(Event::Text("/".into()));
+    harness.event(Event::Text("q".into()));
+    harness.run_steps(3);
+    assert!(!harness.state().quits, "a searched q quits");
+}

@@ -8,7 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::Fineness;
 use orrery::scene::effects::Effect;
 use orrery::scene::request::{ExposureRequest, Position, Quality, ToneMap, ViewRequest};
-use orrery::session::{RendererWish, Session, Sources};
+use orrery::session::{Readiness, RendererWish, Session, Sources};
 use orrery::time::Instant;
 use orrery::view::interface::{Interface, Tab};
 use std::fmt::Write;
@@ -169,6 +169,10 @@ fn the_renderer_is_chosen_in_the_window() {
         settle(&mut harness);
         assert_eq!(session.renderers().1, wish);
         assert!(harness.state().drawing().is_some() && harness.state().message.is_empty(), "{}", harness.state().message);
+        // This session is never given back: were a driver still at work when the process ends, it would break off.
+        while session.readiness() == Readiness::Preparing {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
     }
     assert_eq!(harness.state().drawing().expect("a picture").by.renderer, "software");
 }

@@ -104,6 +104,8 @@ pub struct Interface {
     pub warning: Option<String>,
     /// A control has the keyboard.
     has_keyboard: bool,
+    /// What was typed after `/` in one turn: the search field has the keyboard in the next.
+    typed_ahead: Vec<egui::Event>,
     /// The last thing worth saying, for the line below the sky.
     pub message: String,
     /// Lines that the session says: a fallback, a map that cannot be read.
@@ -164,6 +166,7 @@ impl Interface {
             on_device: false,
             warning: None,
             has_keyboard: false,
+            typed_ahead: Vec::new(),
             message: String::new(),
             heard: Arc::default(),
             notice: None,
