@@ -35,6 +35,7 @@ mod scene_silhouette;
 mod shader_keys;
 mod shared;
 mod shrinking;
+mod six_cases;
 mod software_filtered;
 mod software_frame;
 mod software_lower;
