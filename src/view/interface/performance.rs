@@ -3,6 +3,7 @@
 use super::Interface;
 use crate::session::Stage;
 use crate::view::studio::Drawing;
+use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use std::collections::VecDeque;
 
@@ -100,7 +101,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         node.set_description(words);
     });
     let Some(drawing) = interface.drawing() else { return };
-    egui::Grid::new("account").num_columns(2).striped(true).show(ui, |ui| {
+    let account_of = |ui: &mut egui::Ui| {
         let mut line = |what: &str, value: String| {
             ui.label(what);
             ui.monospace(value);
@@ -134,6 +135,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             }
         }
         line("memory", resident_mib().map_or("not told by this system".into(), |m| format!("{m:.0} MiB")));
+    };
+    // A small window has no room for all of it.
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        egui::Grid::new("account").num_columns(2).striped(true).show(ui, account_of);
     });
 }
 
