@@ -129,6 +129,7 @@ fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };
         plan::interface(pieces(&Painter::default(), size, 1.0, &[primitive], Some(picture)), size, &*SESSION).expect("a plan")
     };
+    assert!(gpu.holds(&kept) && !again.holds(&kept));
     let why = again.render(&window(&kept), SESSION.library(), false).expect_err("another device's picture").to_string();
     assert!(why.contains("another device"), "{why}");
 }

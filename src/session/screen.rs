@@ -4,7 +4,7 @@
 //! one, or none, the window is told so before it shows anything.
 
 use super::Session;
-use crate::render::plan::Piece;
+use crate::render::plan::{PictureOnDevice, Piece};
 
 #[cfg(not(feature = "gpu"))]
 pub use none::{DeviceScreen, Showable};
@@ -36,7 +36,7 @@ pub enum ShownBy {
 
 #[cfg(feature = "gpu")]
 mod some {
-    use super::{Piece, Session, ShowWish, ShownBy};
+    use super::{PictureOnDevice, Piece, Session, ShowWish, ShownBy};
     pub use crate::render::gpu::Showable;
     use crate::render::gpu::{AdapterKind, GpuRenderer, GpuScreen};
     use crate::render::plan;
@@ -48,6 +48,13 @@ mod some {
         screen: GpuScreen,
         /// What its modules were made of.
         generator: Arc<str>,
+    }
+
+    impl DeviceScreen {
+        /// Whether the picture lies on this screen's device, and can be shown.
+        pub fn holds(&self, picture: &PictureOnDevice) -> bool {
+            self.renderer.holds(picture)
+        }
     }
 
     impl Session {
@@ -102,11 +109,18 @@ mod some {
 /// Without a GPU renderer there is no such screen.
 #[cfg(not(feature = "gpu"))]
 mod none {
-    use super::{Piece, Session, ShowWish, ShownBy};
+    use super::{PictureOnDevice, Piece, Session, ShowWish, ShownBy};
 
     pub enum DeviceScreen {}
     pub trait Showable {}
     impl<T> Showable for T {}
+
+    impl DeviceScreen {
+        /// There is no such screen.
+        pub fn holds(&self, _: &PictureOnDevice) -> bool {
+            match *self {}
+        }
+    }
 
     impl Session {
         /// What a window is to be shown by: the processor, as ever.

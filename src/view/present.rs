@@ -56,6 +56,11 @@ impl Presenter {
         matches!(self.way, Some(Way::Device(_)))
     }
 
+    /// Whether a picture that stayed on a device can be shown: it lies on the one that shows this window.
+    pub fn holds(&self, picture: &PictureOnDevice) -> bool {
+        matches!(&self.way, Some(Way::Device(screen)) if screen.holds(picture))
+    }
+
     /// Follows the renderer and the wish: the device that draws shall show, too. Answers a line worth saying.
     ///
     /// # Errors

@@ -252,6 +252,10 @@ impl App<'_> {
             }
         }
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
+        let lost = self.interface.picture_on_device().is_some_and(|p| !shown.presenter.holds(p));
+        if lost {
+            self.interface.lose_picture();
+        }
         let sky = self.interface.picture_on_device();
         let drawn = shown.presenter.show(self.studio.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
         self.interface.note_painting(start.elapsed());
@@ -269,7 +273,13 @@ impl App<'_> {
             shown.window.set_fullscreen(shown.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&shown.window))));
         }
         let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
-        self.due = Moment::now().checked_add(if is_shown { wait } else { wait.min(NO_ROOM) });
+        self.due = Moment::now().checked_add(if lost {
+            Duration::ZERO
+        } else if is_shown {
+            wait
+        } else {
+            wait.min(NO_ROOM)
+        });
         Ok(())
     }
 

@@ -235,6 +235,11 @@ impl GpuRenderer {
         Ok((picture, timings))
     }
 
+    /// Whether the picture lies on this device.
+    pub fn holds(&self, picture: &PictureOnDevice) -> bool {
+        self.pictures.lock().unwrap_or_else(PoisonError::into_inner).get(picture).is_some()
+    }
+
     /// Runs what draws a plan, with the device's errors caught around it.
     pub(super) fn guarded<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         self.still_there()?;

@@ -206,6 +206,14 @@ impl Interface {
         self.sky.drawing.as_ref().and_then(|d| d.on_device.as_ref())
     }
 
+    /// The picture lies on a device that does not show the window (any more): another one is ordered.
+    pub fn lose_picture(&mut self) {
+        if let Some(drawing) = &mut self.sky.drawing {
+            drawing.on_device = None;
+        }
+        self.sky.ordered = None;
+    }
+
     /// One turn: time passes, pictures arrive, panels are shown, the next picture is ordered.
     pub fn ui(&mut self, ui: &mut egui::Ui, studio: &dyn Studio) {
         let now_s = ui.input(|i| i.time);
@@ -319,8 +327,6 @@ impl Interface {
         match studio.take() {
             None => {}
             Some(Err(why)) => self.message = why,
-            // Its window is shown by the processor by now.
-            Some(Ok(drawing)) if drawing.on_device.is_some() && !self.on_device => self.sky.ordered = None,
             Some(Ok(mut drawing)) => {
                 self.message.clear();
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
@@ -383,9 +389,8 @@ impl Interface {
         // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
         let interval_s = CALM_INTERVAL_S.max(1e-2 * self.sky.drawing.as_ref().map_or(0.0, |d| d.took_ms));
         let calm = !moving && now_s - self.sky.ordered_s < interval_s;
-        let stale = self.sky.ordered.as_ref().is_none_or(|last| {
-            last.fineness != order.fineness || (last.on_device && !order.on_device) || differs(&last.request, &order.request, calm)
-        });
+        let stale =
+            self.sky.ordered.as_ref().is_none_or(|last| last.fineness != order.fineness || differs(&last.request, &order.request, calm));
         if stale {
             self.sky.ordered = Some(order.clone());
             self.sky.ordered_s = now_s;
