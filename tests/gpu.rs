@@ -156,8 +156,17 @@ fn a_lost_device_ends_in_software_with_the_same_view() {
     assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "nothing is open yet");
     let before = draw();
     assert_eq!(before.by.renderer, "gpu");
-    // A window may be shown by it from here on, if that is wished: one of llvmpipe's waits for each picture.
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "a window would wait for what its frames need");
+    // That is made beside a window's picture. Shown by llvmpipe a window waits for each picture, so that it is only if wished.
+    session.draw_promptly(&request, FINENESS, false).expect("drawn");
+    let mut looks = 0;
+    while session.shown_by(None, ShowWish::Device) == ShownBy::AsBefore {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        looks += 1;
+        assert!(looks < 10_000, "the device never became ready for windows");
+    }
     assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AnotherDevice);
+    assert_eq!(session.shown_by(None, ShowWish::Auto), ShownBy::AsBefore);
     assert_eq!(session.shown_by(None, ShowWish::Processor), ShownBy::AsBefore);
     session.destroy_gpu();
     let after = draw();

@@ -99,6 +99,22 @@ fn the_renderers_make_the_window_that_the_processor_paints() {
 }
 
 #[test]
+fn a_device_made_ready_has_what_any_window_needs() {
+    let Some(gpu) = gpu() else { return };
+    // A device of its own: others draw windows with the shared one.
+    let own = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
+    drop(gpu);
+    let (painter, primitives) = painted();
+    let window = plan_of(&painter, &primitives);
+    assert_eq!(own.is_ready_for_windows(&window), Some(false), "nothing was made yet");
+    let smallest = plan::smallest_interface(&*SESSION).expect("a plan");
+    own.prepare_windows(&smallest, SESSION.library()).expect("prepared");
+    assert_eq!(own.is_ready_for_windows(&window), Some(true), "a window's frame waits for a compiler");
+    own.forget_modules();
+    assert_eq!(own.is_ready_for_windows(&window), Some(false), "pipelines of other modules are kept");
+}
+
+#[test]
 fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
     let Some(gpu) = gpu() else { return };
     let (_, request) = crate::golden::views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");

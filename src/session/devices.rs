@@ -134,17 +134,18 @@ impl Devices {
         }
     }
 
-    /// The same for a window: what the GPU has no pipeline for yet is drawn in software, while a thread makes it.
+    /// The same for a window: what the GPU has no pipeline for yet is drawn in software, while a thread makes it, and what `window`, the plan of
+    /// a window's own frame, needs.
     #[cfg(feature = "gpu")]
-    pub fn draw_promptly(&self, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
-        match self.gpu.draw_if_ready(plan, library, keep, &self.say) {
+    pub fn draw_promptly(&self, plan: &Plan, window: Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
+        match self.gpu.draw_if_ready(plan, window, library, keep, &self.say) {
             Some(drawn) => Ok(drawn),
             None => Self::in_software(&self.software, plan, library, keep),
         }
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw_promptly(&self, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
+    pub fn draw_promptly(&self, plan: &Plan, _: Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
         self.draw(&self.software, plan, library, keep)
     }
 
@@ -200,7 +201,7 @@ impl Devices {
     /// The device that draws, if one does. Never waits: while it draws, or is made ready for more, the answer is [`gpu::Standing::Unchanged`].
     #[cfg(feature = "gpu")]
     pub fn standing(&self) -> gpu::Standing {
-        self.gpu.standing()
+        self.gpu.standing(&*self.say)
     }
 
     /// Gives the device back, as a driver that resets does: for tests of the way back.
@@ -213,11 +214,11 @@ impl Devices {
 #[cfg(feature = "gpu")]
 pub mod gpu {
     use super::{Done, DrawnBy, Frame, Keep, Library, Plan, Readiness, RendererWish};
-    use crate::render::gpu::{GpuError, GpuRenderer};
+    use crate::render::gpu::{GpuError, GpuRenderer, Turn};
     use crate::render::plan::{ModuleName, Modules};
     use crate::shader::ShaderModule;
     use std::collections::HashMap;
-    use std::sync::atomic::{AtomicU64, Ordering};
+    use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
     use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
     use std::thread::JoinHandle;
 
@@ -256,6 +257,8 @@ pub mod gpu {
         state: Mutex<State>,
         /// Grows when kept pipelines are no longer those of the modules.
         epoch: AtomicU64,
+        /// A thread's work was taken over, and no picture was drawn promptly since.
+        just_ready: AtomicBool,
         /// Said last: a run of frames says it once.
         said: Mutex<Option<GpuError>>,
     }
@@ -294,7 +297,13 @@ pub mod gpu {
     impl Gpu {
         pub fn new(wish: RendererWish) -> Self {
             let state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
-            Self { wish: Mutex::new(wish), state: Mutex::new(state), epoch: AtomicU64::new(0), said: Mutex::default() }
+            Self {
+                wish: Mutex::new(wish),
+                state: Mutex::new(state),
+                epoch: AtomicU64::new(0),
+                just_ready: AtomicBool::new(false),
+                said: Mutex::default(),
+            }
         }
 
         pub fn wish(&self) -> RendererWish {
@@ -320,6 +329,7 @@ pub mod gpu {
                 _ if self.wish() == RendererWish::Software => Readiness::Settled,
                 State::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
                 State::Preparing(_) => Readiness::Preparing,
+                State::Open(_) if self.just_ready.load(Ordering::SeqCst) => Readiness::JustReady,
                 State::Unopened | State::Open(_) | State::Closed => Readiness::Settled,
             }
         }
@@ -336,11 +346,12 @@ pub mod gpu {
         }
 
         /// Never waits.
-        pub fn standing(&self) -> Standing {
+        pub fn standing(&self, say: &Say) -> Standing {
             if self.wish() == RendererWish::Software {
                 return Standing::Software;
             }
-            let Ok(state) = self.state.try_lock() else { return Standing::Unchanged };
+            let Ok(mut state) = self.state.try_lock() else { return Standing::Unchanged };
+            self.settle(&mut state, say);
             match &*state {
                 State::Open(renderer) => Standing::Open(Arc::clone(renderer)),
                 State::Unopened | State::Preparing(_) => Standing::Unchanged,
@@ -362,6 +373,17 @@ pub mod gpu {
                 renderer.forget_modules();
             }
             Ok(State::Open(renderer))
+        }
+
+        /// Takes over what a thread has made, if it is done.
+        fn settle(&self, state: &mut State, say: &Say) {
+            *state = match std::mem::replace(state, State::Unopened) {
+                State::Preparing(preparing) if preparing.thread.is_finished() => {
+                    self.just_ready.store(true, Ordering::SeqCst);
+                    self.prepared(preparing).unwrap_or_else(|e| closed(&e, say))
+                }
+                other => other,
+            };
         }
 
         /// Opens the device beside whatever else is done before the first frame.
@@ -403,12 +425,24 @@ pub mod gpu {
                 return Ok(None);
             }
             // Drawn without the lock: whoever wants a picture promptly, or asks how the device stands, sees at once that it is at work.
-            let Some(renderer) = self.opened(say)? else { return Ok(None) };
+            Ok(self.opened(say)?.and_then(|renderer| self.draw_in(&renderer, renderer.turn(), plan, library, keep, say)))
+        }
+
+        /// `None`: it could not, and software shall draw.
+        fn draw_in(
+            &self,
+            renderer: &Arc<GpuRenderer>,
+            turn: Turn<'_>,
+            plan: &Plan,
+            library: &Library,
+            keep: Keep,
+            say: &Say,
+        ) -> Option<Done> {
             let drawn = match keep {
                 Keep::Pixels | Keep::Linear => {
-                    renderer.render(plan, library, keep == Keep::Linear).map(|(frame, timings)| (frame, None, timings))
+                    renderer.render_in(turn, plan, library, keep == Keep::Linear).map(|(frame, timings)| (frame, None, timings))
                 }
-                Keep::OnDevice => renderer.render_on_device(plan, library).map(|(picture, timings)| {
+                Keep::OnDevice => renderer.render_on_device_in(turn, plan, library).map(|(picture, timings)| {
                     let frame = Frame { width: picture.width, height: picture.height, hdr: Vec::new(), display: Vec::new() };
                     (frame, Some(picture), timings)
                 }),
@@ -417,7 +451,7 @@ pub mod gpu {
                 Ok((frame, on_device, timings)) => {
                     let adapter = Some(renderer.facts().to_string());
                     let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None };
-                    Ok(Some(Done { frame, on_device, by }))
+                    Some(Done { frame, on_device, by })
                 }
                 Err(e) => {
                     let said = self.said.lock().unwrap_or_else(PoisonError::into_inner).replace(e.clone());
@@ -426,46 +460,49 @@ pub mod gpu {
                     }
                     if e.is_final() {
                         let mut state = locked(&self.state);
-                        if matches!(&*state, State::Open(open) if Arc::ptr_eq(open, &renderer)) {
+                        if matches!(&*state, State::Open(open) if Arc::ptr_eq(open, renderer)) {
                             *state = State::Closed;
                         }
                     }
-                    Ok(None)
+                    None
                 }
             }
         }
 
         /// `None`: software shall draw it, now or for good. Never waits for a driver.
-        pub fn draw_if_ready(&self, plan: &Plan, library: &Library, keep: Keep, say: &Arc<Say>) -> Option<Done> {
+        pub fn draw_if_ready(&self, plan: &Plan, window: Option<Plan>, library: &Library, keep: Keep, say: &Arc<Say>) -> Option<Done> {
             if self.wish() == RendererWish::Software {
                 return None;
             }
             // Another thread opens the device or waits for it.
             let Ok(mut state) = self.state.try_lock() else { return None };
-            *state = match std::mem::replace(&mut *state, State::Unopened) {
-                State::Preparing(preparing) if preparing.thread.is_finished() => {
-                    self.prepared(preparing).unwrap_or_else(|e| closed(&e, &**say))
-                }
-                other => other,
-            };
+            self.settle(&mut state, &**say);
+            self.just_ready.store(false, Ordering::SeqCst);
             let renderer = match &*state {
-                State::Open(renderer) if renderer.ready(plan) => {
-                    drop(state);
-                    return self.draw(plan, library, keep, &**say).ok().flatten();
+                State::Open(renderer) => {
+                    let renderer = Arc::clone(renderer);
+                    let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
+                    if let Some(turn) = renderer.turn_if_ready(plan).filter(|_| for_windows) {
+                        drop(state);
+                        return self.draw_in(&renderer, turn, plan, library, keep, &**say);
+                    }
+                    Some(renderer)
                 }
-                State::Open(renderer) => Some(Arc::clone(renderer)),
                 State::Unopened => None,
                 State::Preparing(_) | State::Closed => return None,
             };
-            let names: Vec<&ModuleName> = plan.passes.iter().flat_map(|p| &p.draws).map(|d| &d.module).collect();
+            let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
+            let names: Vec<&ModuleName> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
             let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;
             let (plan, wish) = (plan.clone(), self.wish());
             *state = self.prepare(move || {
                 let renderer = renderer.map_or_else(|| GpuRenderer::open(wish == RendererWish::Gpu).map(Arc::new), Ok)?;
                 // Drawn once to no end: some drivers compile with the first draw only.
-                match renderer.render(&plan, &gathered, false) {
-                    Err(e) if e.is_final() => Err(e),
-                    _ => Ok(renderer),
+                let drawn =
+                    [Some(renderer.render(&plan, &gathered, false).err()), window.map(|w| renderer.prepare_windows(&w, &gathered).err())];
+                match drawn.into_iter().flatten().flatten().find(GpuError::is_final) {
+                    Some(e) => Err(e),
+                    None => Ok(renderer),
                 }
             });
             None

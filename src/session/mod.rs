@@ -374,7 +374,10 @@ impl Session {
     pub fn draw_promptly(&self, request: &ViewRequest, fineness: Fineness, on_device: bool) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;
         let keep = if on_device { Keep::OnDevice } else { Keep::Pixels };
-        let done = self.measured(Stage::Draw, || self.devices.draw_promptly(&plan, &self.library, keep)).map_err(SessionError::Renderer)?;
+        let window = plan::smallest_interface(self).ok();
+        let done = self
+            .measured(Stage::Draw, || self.devices.draw_promptly(&plan, window, &self.library, keep))
+            .map_err(SessionError::Renderer)?;
         Ok(drawn(scene, &plan, done))
     }
 }

@@ -46,8 +46,6 @@ mod some {
     pub struct DeviceScreen {
         renderer: Arc<GpuRenderer>,
         screen: GpuScreen,
-        /// What its modules were made of.
-        generator: Arc<str>,
     }
 
     impl DeviceScreen {
@@ -71,10 +69,16 @@ mod some {
             };
             match (standing, screen) {
                 (Standing::Open(renderer), Some(screen)) if Arc::ptr_eq(&renderer, &screen.renderer) => ShownBy::AsBefore,
-                (Standing::Open(_), _) => ShownBy::AnotherDevice,
+                (Standing::Open(renderer), _) if self.is_ready_for_windows(&renderer) => ShownBy::AnotherDevice,
+                // What the window's own frames need is being made beside the picture's.
+                (Standing::Open(_), _) => ShownBy::AsBefore,
                 (Standing::Unchanged, _) | (Standing::Software, None) => ShownBy::AsBefore,
                 (Standing::Software, Some(_)) => ShownBy::Processor,
             }
+        }
+
+        fn is_ready_for_windows(&self, renderer: &GpuRenderer) -> bool {
+            plan::smallest_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
         }
 
         /// A screen of the device that draws; `None`: none draws just now.
@@ -83,9 +87,8 @@ mod some {
         /// Why the device cannot show anything in this window, in one line.
         pub fn screen(&self, window: impl Showable) -> Option<Result<DeviceScreen, String>> {
             let Standing::Open(renderer) = self.devices.standing() else { return None };
-            let generator = self.library.generator();
             Some(match renderer.screen(window) {
-                Ok(screen) => Ok(DeviceScreen { renderer, screen, generator }),
+                Ok(screen) => Ok(DeviceScreen { renderer, screen }),
                 Err(e) => Err(e.to_string()),
             })
         }
@@ -95,11 +98,6 @@ mod some {
         /// # Errors
         /// Why it cannot, in one line; the screen is of no more use.
         pub fn show(&self, on: &mut DeviceScreen, pieces: Vec<Piece>, size: [u32; 2]) -> Result<bool, String> {
-            let generator = self.library.generator();
-            if on.generator != generator {
-                on.screen.forget_modules();
-                on.generator = generator;
-            }
             let plan = plan::interface(pieces, size, self).map_err(|e| e.to_string())?;
             on.renderer.show(&mut on.screen, &plan, &self.library).map_err(|e| e.to_string())
         }

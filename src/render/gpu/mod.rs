@@ -10,11 +10,12 @@ mod pictures;
 mod pipelines;
 mod readback;
 mod renderer;
+mod resolve;
 mod screen;
 mod uploads;
 
 pub use adapters::{AdapterFacts, AdapterKind, adapters};
-pub use renderer::{GpuRenderer, GpuTimings};
+pub use renderer::{GpuRenderer, GpuTimings, Turn};
 pub use screen::{GpuScreen, Showable};
 
 /// Why the GPU does not draw.
@@ -59,6 +60,15 @@ impl From<wgpu::Error> for GpuError {
             }
         }
     }
+}
+
+/// Runs calls of the device; the first error that it has of them is the answer. Errors are known to the thread alone that made the call.
+fn caught<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+    use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+    let scopes = [Validation, OutOfMemory, Internal].map(|f| device.push_error_scope(f));
+    let done = work();
+    let caught: Vec<GpuError> = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).map(GpuError::from).collect();
+    caught.into_iter().next().map_or(Ok(done), Err)
 }
 
 /// wgpu explains itself over many indented lines.

@@ -3,10 +3,12 @@
 //! A module goes to wgpu as the library's naga IR, with wgpu's bounds checks; nothing is parsed again. Bind group 0 follows the module's reflected layout:
 //! the uniform block at a dynamic offset of one buffer per frame, textures, samplers.
 
-use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleName, PlanDraw, SamplerState};
-use crate::shader::{Layout, ShaderModule};
+use super::{GpuError, caught};
+use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleName, Modules, PlanDraw, SamplerState};
+use crate::shader::Layout;
+use rayon::prelude::*;
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::num::NonZeroU64;
 use std::sync::Arc;
 use wgpu::{
@@ -80,26 +82,33 @@ impl Pipelines {
         self.by_key.len()
     }
 
-    pub fn get(
-        &mut self,
-        device: &Device,
-        key: &PipelineKey,
-        module: impl FnOnce() -> Result<Arc<ShaderModule>, String>,
-    ) -> Result<Arc<Pipeline>, String> {
-        if let Some(known) = self.by_key.get(key) {
-            return Ok(Arc::clone(known));
-        }
-        if !self.modules.contains_key(&key.module) {
-            let module = module()?;
+    /// Made before.
+    pub fn get(&self, key: &PipelineKey) -> Option<Arc<Pipeline>> {
+        self.by_key.get(key).cloned()
+    }
+
+    /// Makes what is missing of these, by all threads: most drivers compile here, and take long.
+    pub fn make(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl Modules) -> Result<(), GpuError> {
+        let missing: Vec<&PipelineKey> =
+            keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
+        let fault = |name: &ModuleName, what: String| GpuError::Draw { draw: name.to_string(), what };
+        let names: HashSet<&ModuleName> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
+        let made = names.into_par_iter().map(|name| {
+            let module = modules.module(name).map_err(|what| fault(name, what))?;
             let label = module.id.to_string();
             let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
-            let made = device.create_shader_module(ShaderModuleDescriptor { label: Some(&label), source });
-            self.modules.insert(key.module.clone(), (made, module.layout.clone()));
-        }
-        let (module, layout) = &self.modules[&key.module];
-        let made = Arc::new(pipeline(device, key, module, layout)?);
-        self.by_key.insert(key.clone(), Arc::clone(&made));
-        Ok(made)
+            let descriptor = ShaderModuleDescriptor { label: Some(&label), source };
+            Ok((name.clone(), (caught(device, || device.create_shader_module(descriptor))?, module.layout.clone())))
+        });
+        self.modules.extend(made.collect::<Result<Vec<_>, GpuError>>()?);
+        let made = missing.into_par_iter().map(|key| {
+            let (module, layout) = &self.modules[&key.module];
+            let made = caught(device, || pipeline(device, key, module, layout))?.map_err(|what| fault(&key.module, what))?;
+            Ok((key.clone(), Arc::new(made)))
+        });
+        let made = made.collect::<Result<Vec<_>, GpuError>>()?;
+        self.by_key.extend(made);
+        Ok(())
     }
 
     pub fn sampler(&mut self, device: &Device, state: SamplerState) -> Sampler {

@@ -3,20 +3,21 @@
 //! All uniform bytes and attributes of a frame go to the device in one write each. Errors are caught in scopes around the whole frame; a device
 //! that is lost stays lost, and says so to every later call.
 
-use super::GpuError;
-use super::adapters::{AdapterFacts, Opened, open, open_gl};
+use super::adapters::{AdapterFacts, AdapterKind, Opened, open, open_gl};
 use super::pictures::Pictures;
 use super::pipelines::{DEPTH_FORMAT, Pipeline, PipelineKey, Pipelines};
 use super::readback::{Readback, mapped};
+use super::resolve::{Resolve, Resolves};
 use super::uploads::Uploads;
+use super::{GpuError, caught};
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
 use crate::render::plan::{ColourFormat, ModuleName, Modules, Pass, PictureOnDevice, Plan, PlanDraw, TextureSource, Vertices};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use wgpu::{
     Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Color,
-    Device, ErrorFilter, Extent3d, IndexFormat, Instance, LoadOp, Operations, PollType, QuerySet, QuerySetDescriptor, QueryType, Queue,
+    Device, Extent3d, IndexFormat, Instance, LoadOp, Operations, PollType, QuerySet, QuerySetDescriptor, QueryType, Queue,
     RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPassTimestampWrites, StoreOp,
     TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
 };
@@ -46,6 +47,8 @@ struct Target {
     view: TextureView,
     /// With several samples.
     sampled: Option<TextureView>,
+    /// `None`: the driver resolves.
+    resolve: Option<Resolve>,
     depth: Option<TextureView>,
 }
 
@@ -53,6 +56,7 @@ struct Target {
 #[derive(Default)]
 pub(super) struct State {
     pipelines: Pipelines,
+    resolves: Resolves,
     uploads: Uploads,
     targets: Vec<Target>,
     uniforms: Option<Buffer>,
@@ -63,8 +67,9 @@ pub(super) struct State {
 }
 
 impl State {
-    pub fn forget_modules(&mut self) {
-        self.pipelines = Pipelines::default();
+    /// Whether nothing has to be made for a plan whose passes draw into these formats.
+    pub fn is_ready(&self, plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> bool {
+        keys(plan, format).iter().all(|key| self.pipelines.has(key))
     }
 }
 
@@ -93,10 +98,17 @@ pub struct GpuRenderer {
     pub(super) queue: Queue,
     wide_colour: bool,
     timestamps: bool,
+    /// By a shader of our own.
+    resolves: bool,
     lost: Arc<Mutex<Option<GpuError>>>,
     state: Mutex<State>,
+    /// Of windows' own frames: none of them waits for a picture that is being drawn.
+    pub(super) windows: Mutex<State>,
     pictures: Mutex<Pictures>,
 }
+
+/// The renderer for one frame: nobody else draws until it is done.
+pub struct Turn<'a>(MutexGuard<'a, State>);
 
 /// A draw with its places in the frame's buffers.
 struct Prepared<'a> {
@@ -134,6 +146,21 @@ fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
 }
 
+/// Whether the draw may touch a pixel.
+fn touches(draw: &PlanDraw) -> bool {
+    draw.scissor[0] < draw.scissor[2] && draw.scissor[1] < draw.scissor[3]
+}
+
+/// The pipelines of a plan's draws, in their order. `format`: what the pass of this number draws into.
+fn keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
+    let of = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth, unfiltered(d));
+    let passes = plan.passes.iter().enumerate();
+    passes
+        .flat_map(|(k, pass)| pass.draws.iter().filter(|d| touches(d)).map(move |d| (k, pass, d)))
+        .map(|(k, pass, d)| of(k, pass, d))
+        .collect()
+}
+
 impl GpuRenderer {
     /// Opens the best adapter. `software`: a driver that computes on the processor will do.
     ///
@@ -162,7 +189,9 @@ impl GpuRenderer {
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
             on_error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(e.into());
         }));
-        Self { facts, instance, adapter, device, queue, wide_colour, timestamps, lost, state: Mutex::default(), pictures: Mutex::default() }
+        let resolves = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
+        let (state, windows, pictures) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Self { facts, instance, adapter, device, queue, wide_colour, timestamps, resolves, lost, state, windows, pictures }
     }
 
     pub fn facts(&self) -> &AdapterFacts {
@@ -174,19 +203,22 @@ impl GpuRenderer {
         self.device.destroy();
     }
 
-    /// Whether the plan can be drawn without waiting for a compiler or for another frame.
-    pub fn ready(&self, plan: &Plan) -> bool {
-        let Ok(state) = self.state.try_lock() else { return false };
-        let known = |pass: &Pass| {
-            let format = self.format(pass.format, false);
-            pass.draws.iter().all(|d| state.pipelines.has(&PipelineKey::of(d, format, u32::from(pass.samples), pass.depth, unfiltered(d))))
-        };
-        plan.passes.iter().all(known)
+    /// The renderer, once whoever draws now is done.
+    pub fn turn(&self) -> Turn<'_> {
+        Turn(self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The renderer, if the plan can be drawn at once: without waiting for a compiler or for another frame.
+    pub fn turn_if_ready(&self, plan: &Plan) -> Option<Turn<'_>> {
+        let state = self.state.try_lock().ok()?;
+        state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(Turn(state))
     }
 
     /// Forgets what was made of modules: those of the same names are no longer the same.
     pub fn forget_modules(&self) {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).forget_modules();
+        for state in [&self.state, &self.windows] {
+            state.lock().unwrap_or_else(PoisonError::into_inner).pipelines = Pipelines::default();
+        }
     }
 
     /// Bytes of maps on the device, and how many pipelines there are.
@@ -200,12 +232,25 @@ impl GpuRenderer {
     /// # Errors
     /// See [`GpuError`]; after one that [`GpuError::is_final`] says is final the next frame fails too.
     pub fn render(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
+        self.render_in(self.turn(), plan, modules, keep_hdr)
+    }
+
+    /// The same in a turn that was taken.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::render`].
+    pub fn render_in(
+        &self,
+        Turn(mut state): Turn<'_>,
+        plan: &Plan,
+        modules: &impl Modules,
+        keep_hdr: bool,
+    ) -> Result<(Frame, GpuTimings), GpuError> {
         if keep_hdr && !self.wide_colour {
             return Err(GpuError::NotDrawn("linear pictures on this adapter, which has no 32-bit blending"));
         }
         let start = Instant::now();
         let (frame, mut timings) = self.guarded(plan, || {
-            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let sent_bytes = self.submit(&mut state, plan, modules, Onto::Own { hdr: keep_hdr })?;
             let frame = self.read(&mut state, keep_hdr)?;
             Ok((frame, GpuTimings { sent_bytes, passes: self.clocked(&state, plan)?, wall_ms: 0.0 }))
@@ -219,9 +264,21 @@ impl GpuRenderer {
     /// # Errors
     /// As [`GpuRenderer::render`].
     pub fn render_on_device(&self, plan: &Plan, modules: &impl Modules) -> Result<(PictureOnDevice, GpuTimings), GpuError> {
+        self.render_on_device_in(self.turn(), plan, modules)
+    }
+
+    /// The same in a turn that was taken.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::render`].
+    pub fn render_on_device_in(
+        &self,
+        Turn(mut state): Turn<'_>,
+        plan: &Plan,
+        modules: &impl Modules,
+    ) -> Result<(PictureOnDevice, GpuTimings), GpuError> {
         let start = Instant::now();
         let (picture, mut timings) = self.guarded(plan, || {
-            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let sent_bytes = self.submit(&mut state, plan, modules, Onto::Own { hdr: false })?;
             // The next frame makes itself another target.
             let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
@@ -247,15 +304,9 @@ impl GpuRenderer {
         if plan.passes.iter().flat_map(|p| &p.draws).any(counts) {
             return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
         }
-        let scopes = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal].map(|f| self.device.push_error_scope(f));
-        let done = work();
-        let caught: Vec<GpuError> =
-            scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).map(GpuError::from).collect();
+        let done = caught(&self.device, work);
         self.still_there()?;
-        match caught.into_iter().next() {
-            Some(first) => Err(first),
-            None => done,
-        }
+        done?
     }
 
     pub(super) fn still_there(&self) -> Result<(), GpuError> {
@@ -281,10 +332,13 @@ impl GpuRenderer {
         // Places first, because the buffers' sizes follow from all draws.
         let places: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| self.place(d, &mut bytes)).collect()).collect();
         self.send(state, &bytes);
+        let formats: Vec<TextureFormat> = state.targets.iter().map(|t| t.format).collect();
+        let keys = keys(plan, |k| formats[k]);
+        state.pipelines.make(&self.device, &keys, modules)?;
+        let mut keys = keys.iter();
         for (pass_index, (pass, places)) in plan.passes.iter().zip(places).enumerate() {
-            let format = state.targets[pass_index].format;
-            let draws = pass.draws.iter().zip(places).filter(|(d, _)| d.scissor[0] < d.scissor[2] && d.scissor[1] < d.scissor[3]);
-            let all: Result<Vec<_>, _> = draws.map(|(d, at)| self.prepare(state, pass, pass_index, d, at, format, modules)).collect();
+            let draws = pass.draws.iter().zip(places).filter(|(d, _)| touches(d)).zip(&mut keys);
+            let all: Result<Vec<_>, _> = draws.map(|((d, at), key)| self.prepare(state, key, pass_index, d, at)).collect();
             prepared.push(all?);
         }
         if self.timestamps && state.clock.is_none() && matches!(onto, Onto::Own { .. }) {
@@ -373,13 +427,13 @@ impl GpuRenderer {
             if given.is_none() && state.targets.get(k).is_some_and(fits) {
                 continue;
             }
-            let made = self.target(pass, format, samples, given);
+            let made = self.target(&mut state.resolves, pass, format, samples, given);
             if k < state.targets.len() { state.targets[k] = made } else { state.targets.push(made) }
         }
         Ok(())
     }
 
-    fn target(&self, pass: &Pass, format: TextureFormat, samples: u32, given: Option<&wgpu::Texture>) -> Target {
+    fn target(&self, resolves: &mut Resolves, pass: &Pass, format: TextureFormat, samples: u32, given: Option<&wgpu::Texture>) -> Target {
         let texture = |format: TextureFormat, samples: u32, usage: TextureUsages| {
             self.device.create_texture(&TextureDescriptor {
                 label: Some(pass.name),
@@ -396,6 +450,10 @@ impl GpuRenderer {
         let drawn = TextureUsages::RENDER_ATTACHMENT;
         let own = || texture(format, 1, drawn | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
         let colour = given.cloned().unwrap_or_else(own);
+        let usage = if self.resolves { drawn | TextureUsages::TEXTURE_BINDING } else { drawn };
+        let sampled = (samples > 1).then(|| view(&texture(format, samples, usage)));
+        let own = sampled.as_ref().filter(|_| self.resolves);
+        let resolve = own.map(|s| resolves.of(&self.device, s, format, samples));
         Target {
             width: pass.width,
             height: pass.height,
@@ -403,7 +461,8 @@ impl GpuRenderer {
             samples,
             view: view(&colour),
             colour,
-            sampled: (samples > 1).then(|| view(&texture(format, samples, drawn))),
+            sampled,
+            resolve,
             depth: pass.depth.then(|| view(&texture(DEPTH_FORMAT, samples, drawn))),
         }
     }
@@ -461,16 +520,13 @@ impl GpuRenderer {
     fn prepare<'a>(
         &self,
         state: &mut State,
-        pass: &Pass,
+        key: &PipelineKey,
         pass_index: usize,
         draw: &'a PlanDraw,
         (uniform_offset, attributes, indices): (Option<u32>, Vec<(u64, u64)>, Option<u64>),
-        format: TextureFormat,
-        modules: &impl Modules,
     ) -> Result<Prepared<'a>, GpuError> {
         let fault = |what: String| GpuError::Draw { draw: draw.label.clone(), what };
-        let key = PipelineKey::of(draw, format, u32::from(pass.samples), pass.depth, unfiltered(draw));
-        let pipeline = state.pipelines.get(&self.device, &key, || modules.module(&draw.module)).map_err(fault)?;
+        let pipeline = state.pipelines.get(key).ok_or_else(|| fault("has no pipeline".into()))?;
         let missing = |binding: u32| GpuError::Draw { draw: draw.label.clone(), what: format!("binding {binding} is not supplied") };
         let mut views = Vec::new();
         for texture in &pipeline.layout.textures {
@@ -510,9 +566,10 @@ impl GpuRenderer {
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &State, pass: &Pass, draws: &[Prepared<'_>], k: usize) {
         let target = &state.targets[k];
         let [r, g, b, a] = pass.clear.map(f64::from);
-        let (view, resolve_target, store) = match &target.sampled {
-            Some(sampled) => (sampled, Some(&target.view), StoreOp::Discard),
-            None => (&target.view, None, StoreOp::Store),
+        let (view, resolve_target, store) = match (&target.sampled, &target.resolve) {
+            (Some(sampled), None) => (sampled, Some(&target.view), StoreOp::Discard),
+            (Some(sampled), Some(_)) => (sampled, None, StoreOp::Store),
+            (None, _) => (&target.view, None, StoreOp::Store),
         };
         let colour = RenderPassColorAttachment {
             view,
@@ -527,16 +584,19 @@ impl GpuRenderer {
             stencil_ops: None,
         });
         let clock = state.clock.as_ref().filter(|_| (k as u32) < MOST_TIMED);
-        let timestamp_writes = clock.map(|c| RenderPassTimestampWrites {
-            query_set: &c.queries,
-            beginning_of_pass_write_index: Some(2 * k as u32),
-            end_of_pass_write_index: Some(2 * k as u32 + 1),
-        });
+        let (begins, ends) = (2 * k as u32, 2 * k as u32 + 1);
+        let at = |begins: Option<u32>, ends: Option<u32>| {
+            clock.map(|c| RenderPassTimestampWrites {
+                query_set: &c.queries,
+                beginning_of_pass_write_index: begins,
+                end_of_pass_write_index: ends,
+            })
+        };
         let mut rendering = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some(pass.name),
             color_attachments: &[Some(colour)],
             depth_stencil_attachment,
-            timestamp_writes,
+            timestamp_writes: at(Some(begins), target.resolve.is_none().then_some(ends)),
             occlusion_query_set: None,
             multiview_mask: None,
         });
@@ -565,5 +625,9 @@ impl GpuRenderer {
         }
         // On GL the last draw's rectangle would also cut the samples' way into the picture, which ends the pass.
         rendering.set_scissor_rect(0, 0, pass.width, pass.height);
+        drop(rendering);
+        if let Some(resolve) = &target.resolve {
+            resolve.encode(encoder, &target.view, at(None, Some(ends)));
+        }
     }
 }

@@ -3,12 +3,13 @@
 //! In: a window's handle, and plans of its size. Out: what the window shows next. Always: the surface has the size of the last plan; bytes of a plan are
 //! shown as they are, since they are encoded for the display already. Not here: what is shown, and when.
 
-use super::renderer::{Onto, State};
+use super::renderer::Onto;
 use super::{GpuError, GpuRenderer};
 use crate::render::plan::{Modules, Plan};
+use std::sync::PoisonError;
 use wgpu::{
-    CompositeAlphaMode, CurrentSurfaceTexture, PresentMode, Surface, SurfaceColorSpace, SurfaceConfiguration, SurfaceTexture,
-    TextureFormat, TextureUsages,
+    CompositeAlphaMode, CurrentSurfaceTexture, Extent3d, PollType, PresentMode, Surface, SurfaceColorSpace, SurfaceConfiguration,
+    SurfaceTexture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
 };
 
 /// A window's handle.
@@ -21,9 +22,10 @@ pub struct GpuScreen {
     format: TextureFormat,
     alpha_mode: CompositeAlphaMode,
     configured: Option<[u32; 2]>,
-    /// Of the window's own frames: none of them waits for a picture that is being drawn.
-    state: State,
 }
+
+/// What pictures of a window may be made of, the one that is liked best first.
+const WINDOW_FORMATS: [TextureFormat; 2] = [TextureFormat::Rgba8Unorm, TextureFormat::Bgra8Unorm];
 
 impl GpuRenderer {
     /// A surface for the window.
@@ -34,23 +36,58 @@ impl GpuRenderer {
         let refused = |why: String| GpuError::Adapter { adapter: self.facts().to_string(), why };
         let surface = self.instance.create_surface(window).map_err(|e| refused(super::one_line(&e.to_string())))?;
         let able = surface.get_capabilities(&self.adapter);
-        let plain = |f: &&TextureFormat| matches!(f, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm);
+        let plain = |f: &&TextureFormat| WINDOW_FORMATS.contains(f);
         let format = *able.formats.iter().find(plain).ok_or_else(|| refused("it cannot show 8-bit pixels in this window".into()))?;
         let alpha_mode =
             if able.alpha_modes.contains(&CompositeAlphaMode::Opaque) { CompositeAlphaMode::Opaque } else { CompositeAlphaMode::Auto };
-        Ok(GpuScreen { surface, format, alpha_mode, configured: None, state: State::default() })
+        Ok(GpuScreen { surface, format, alpha_mode, configured: None })
     }
 
-    /// Draws the plan onto the window. False where the system has no room for a picture just now (a window that is hidden): nothing happened.
+    /// Draws the plan to no end, so that no window waits for what its own frames need: some drivers compile with the first draw only.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::render`].
+    pub fn prepare_windows(&self, plan: &Plan, modules: &impl Modules) -> Result<(), GpuError> {
+        let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
+        let size = Extent3d { width: last.width, height: last.height, depth_or_array_layers: 1 };
+        self.guarded(plan, || {
+            let mut state = self.windows.lock().unwrap_or_else(PoisonError::into_inner);
+            for format in WINDOW_FORMATS {
+                let onto = self.device.create_texture(&TextureDescriptor {
+                    label: Some("no window"),
+                    size,
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: TextureDimension::D2,
+                    format,
+                    usage: TextureUsages::RENDER_ATTACHMENT,
+                    view_formats: &[],
+                });
+                self.submit(&mut state, plan, modules, Onto::Given(&onto))?;
+            }
+            self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+            Ok(())
+        })
+    }
+
+    /// Whether a window's frame can be drawn without waiting for a compiler, whatever format the window has; `None`: one is being drawn just now.
+    pub fn is_ready_for_windows(&self, plan: &Plan) -> Option<bool> {
+        let state = self.windows.try_lock().ok()?;
+        Some(WINDOW_FORMATS.into_iter().all(|format| state.is_ready(plan, |_| format)))
+    }
+
+    /// Draws the plan onto the window. False where the system has no room for a picture just now (a window that is hidden), or windows are
+    /// being made ready: nothing happened.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`]: after one the screen is to be dropped.
     pub fn show(&self, screen: &mut GpuScreen, plan: &Plan, modules: &impl Modules) -> Result<bool, GpuError> {
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = [last.width, last.height];
+        let Ok(mut state) = self.windows.try_lock() else { return Ok(false) };
         self.guarded(plan, || {
             let Some(next) = self.next(screen, size)? else { return Ok(false) };
-            self.submit(&mut screen.state, plan, modules, Onto::Given(&next.texture))?;
+            self.submit(&mut state, plan, modules, Onto::Given(&next.texture))?;
             self.queue.present(next);
             Ok(true)
         })
@@ -81,11 +118,6 @@ impl GpuRenderer {
 }
 
 impl GpuScreen {
-    /// Forgets what was made of modules: those of the same names are no longer the same.
-    pub fn forget_modules(&mut self) {
-        self.state.forget_modules();
-    }
-
     fn configure(&mut self, renderer: &GpuRenderer, [width, height]: [u32; 2]) {
         let config = SurfaceConfiguration {
             usage: TextureUsages::RENDER_ATTACHMENT,

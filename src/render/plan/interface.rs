@@ -7,7 +7,10 @@
 use super::build::{PlanError, Supplies};
 use super::graph::{self, Step, Target, Write};
 use super::shared::over_all;
-use super::{Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices};
+use super::{
+    AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices,
+};
+use crate::image::{Level, TexelFormat, Texture};
 use std::sync::Arc;
 
 /// The module of all pieces: shaders/entry/interface.wgsl.
@@ -65,4 +68,22 @@ pub fn interface_step(pieces: Vec<Piece>, [width, height]: [u32; 2], supplies: &
 /// See [`interface_step`].
 pub fn interface(pieces: Vec<Piece>, size: [u32; 2], supplies: &impl Supplies) -> Result<Plan, PlanError> {
     Ok(graph::compile(&[interface_step(pieces, size, supplies)?], WINDOW)?)
+}
+
+/// The plan of a window of one white pixel: drawn to no end, a device has made by it what any window needs.
+///
+/// # Errors
+/// See [`interface_step`].
+pub fn smallest_interface(supplies: &impl Supplies) -> Result<Plan, PlanError> {
+    let white = Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width: 1, height: 1, bytes: vec![255; 4] }] };
+    let piece = Piece {
+        corners_px: vec![0.0, 0.0, 2.0, 0.0, 0.0, 2.0],
+        places: vec![0.5; 6],
+        colours: vec![1.0; 12],
+        indices: vec![0, 1, 2],
+        texture: TextureSource::Image(Arc::new(white)),
+        sampler: SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true },
+        scissor: [0, 0, 1, 1],
+    };
+    interface(vec![piece], [1, 1], supplies)
 }

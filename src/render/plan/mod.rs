@@ -8,7 +8,7 @@ pub use build::{
     Fineness, OVERLAY_BINDINGS, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, modules, plan, ring_profile,
     ring_shine, steps, uniforms_of,
 };
-pub use interface::{INTERFACE_MODULE, Piece, interface, interface_step};
+pub use interface::{INTERFACE_MODULE, Piece, interface, interface_step, smallest_interface};
 
 use crate::image::SharedTexture;
 pub use crate::shader::ModuleId as ModuleName;
