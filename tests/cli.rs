@@ -184,3 +184,20 @@ fn a_renderer_that_is_not_there_is_refused_with_one_line() {
     let drawn = orrery(&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "software"]);
     assert!(drawn.status.success() && std::path::Path::new(png).exists());
 }
+
+#[test]
+fn a_time_report_adds_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("moon.png");
+    let start = std::time::Instant::now();
+    let words = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "32x32", "--renderer", "software", "--time-report", "-o"];
+    let report = json(&[&words[..], &[picture.to_str().expect("a plain name")]].concat());
+    let whole_ms = 1e3 * start.elapsed().as_secs_f64();
+    let stages = report["stages"].as_object().expect("stages");
+    let before_the_frame: f64 =
+        stages.iter().filter(|(name, _)| *name != "write_ms").map(|(_, ms)| ms.as_f64().expect("milliseconds")).sum();
+    let first_ms = report["first_frame_ms"].as_f64().expect("a frame was drawn");
+    assert!(before_the_frame > 0.0 && stages.contains_key("draw_ms"), "{report}");
+    assert!(before_the_frame <= first_ms && first_ms <= whole_ms, "stages {before_the_frame}, first {first_ms}, whole {whole_ms}");
+    assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
+}

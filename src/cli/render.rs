@@ -7,7 +7,7 @@ use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
 use crate::session::{DrawnBy, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
-use std::time::Instant as Moment;
+use std::time::{Duration, Instant as Moment};
 
 const EXAMPLES: &str = "Examples:
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png
@@ -46,7 +46,7 @@ pub struct RenderArgs {
     /// Frames a second of a y4m stream
     #[arg(long, value_name = "N", default_value_t = 25)]
     rate: u32,
-    /// Print JSON timings per stage (to standard error when the picture goes to standard output)
+    /// Print JSON timings per stage, and when the first frame was there (to standard error when the picture goes to standard output)
     #[arg(long)]
     time_report: bool,
 }
@@ -113,6 +113,8 @@ fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 }
 
 pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
+    let begun = Moment::now();
+    let mut first_frame = None;
     let output = output(args.output.as_deref(), args.frames)?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
@@ -137,6 +139,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let request = ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), ..request.clone() };
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
         let drawn = session.draw(&request, fineness, keep_hdr)?;
+        first_frame.get_or_insert_with(|| begun.elapsed());
         drawn_frames += 1;
         drawn_by = Some(drawn.by.clone());
         let before = if args.time_report { process_cpu() } else { None };
@@ -159,7 +162,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     stream.flush().map_err(to_stream)?;
     bar.finish_and_clear();
     if args.time_report {
-        let report = report(&session, &written, drawn_frames, drawn_by);
+        let report = report(&session, &written, drawn_frames, first_frame, drawn_by);
         if output == Output::Stream { eprintln!("{report}") } else { println!("{report}") }
     }
     Ok(())
@@ -197,7 +200,7 @@ fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::S
     ]
 }
 
-fn report(session: &Session, written: &Stages, frames: u32, by: Option<DrawnBy>) -> serde_json::Value {
+fn report(session: &Session, written: &Stages, frames: u32, first_frame: Option<Duration>, by: Option<DrawnBy>) -> serde_json::Value {
     let (mut stages, library) = session.report();
     stages.add(Stage::Write, written.spent(Stage::Write));
     if let Some(ran) = written.cpu(Stage::Write) {
@@ -210,7 +213,7 @@ fn report(session: &Session, written: &Stages, frames: u32, by: Option<DrawnBy>)
     let whole = process_cpu().map(milliseconds);
     let mut report = serde_json::json!({
         "renderer": by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
-        "process_cpu_ms": whole, "library": library,
+        "process_cpu_ms": whole, "library": library, "first_frame_ms": first_frame.map(milliseconds),
     });
     if let Some(timings) = by.as_ref().and_then(|by| by.software.as_ref()) {
         report["software_passes"] = serde_json::json!(timings.passes);
