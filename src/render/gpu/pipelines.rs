@@ -210,6 +210,7 @@ fn pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModule, lay
             targets: &[Some(target)],
         }),
         multiview_mask: None,
+        // It would serve drivers that keep nothing on disk themselves; Mesa's does (docs/measurements.md), and no other is known to us that does not.
         cache: None,
     });
     Ok(Pipeline { pipeline, group, layout: layout.clone() })
