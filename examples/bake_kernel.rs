@@ -4,6 +4,8 @@
 //! lowest degree that keeps the stated error is found, and the smallest of these choices is written as an SPK of type 2
 //! (NAIF's SPK and DAF Required Reading). The worst error against DE440, at points between the nodes, is printed per body.
 
+use glam::DVec3;
+use orrery::ephemeris::chebyshev::{through_nodes, value_and_slope};
 use orrery::ephemeris::kernel::Spk;
 use std::f64::consts::PI;
 
@@ -76,29 +78,11 @@ struct Fit {
 
 /// Coefficients per axis from the interpolation at `terms` Chebyshev nodes of the interval.
 fn coefficients(kernel: &Spk, body: &Wanted, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
-    let values: Vec<_> = (0..terms)
-        .map(|j| {
-            let u = (PI * (j as f64 + 0.5) / terms as f64).cos();
-            position(kernel, body, midpoint_s + u * radius_s)
-        })
-        .collect();
-    std::array::from_fn(|axis| {
-        (0..terms)
-            .map(|k| {
-                let sum: f64 = (0..terms).map(|j| values[j][axis] * (PI * k as f64 * (j as f64 + 0.5) / terms as f64).cos()).sum();
-                sum * if k == 0 { 1.0 } else { 2.0 } / terms as f64
-            })
-            .collect()
-    })
+    through_nodes(terms, |u| position(kernel, body, midpoint_s + u * radius_s))
 }
 
-fn position(kernel: &Spk, body: &Wanted, tdb_s: f64) -> [f64; 3] {
-    kernel.state(body.target, body.center, tdb_s).map_or([f64::NAN; 3], |s| s.pos_km.to_array())
-}
-
-fn sum(c: &[f64], u: f64) -> f64 {
-    let theta = u.clamp(-1.0, 1.0).acos();
-    c.iter().enumerate().map(|(k, c)| c * (k as f64 * theta).cos()).sum()
+fn position(kernel: &Spk, body: &Wanted, tdb_s: f64) -> DVec3 {
+    kernel.state(body.target, body.center, tdb_s).map_or(DVec3::NAN, |s| s.pos_km)
 }
 
 /// Worst error in km over every `stride`-th interval, at the ends and between the nodes.
@@ -111,7 +95,8 @@ fn worst_km(kernel: &Spk, baked: &Baked, body: &Wanted, length_days: f64, terms:
         (0..=terms).fold(worst, |worst, j| {
             let u = (PI * j as f64 / terms as f64).cos();
             let truth = position(kernel, body, midpoint_s + u * radius_s);
-            let error: f64 = (0..3).map(|a| (sum(&c[a], u) - truth[a]).powi(2)).sum::<f64>().sqrt();
+            let [x, y, z] = c.each_ref().map(|c| value_and_slope(c, u).0);
+            let error = (DVec3::new(x, y, z) - truth).length();
             // Outside of DE440 there is no position; max() would pass over that.
             if error.is_nan() { f64::INFINITY } else { worst.max(error) }
         })

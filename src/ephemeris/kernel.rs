@@ -1,10 +1,11 @@
 //! SPK kernels: the bytes of a file come in, states of bodies relative to their segment's centre go out.
 //!
 //! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
-//! doubles and summed by the recurrence below: anise's own call goes through an epoch of nanoseconds, which costs more than the sum.
+//! doubles and summed in `chebyshev`: anise's own call goes through an epoch of nanoseconds, which costs more than the sum.
 //! What always holds: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
 //! (Chebyshev positions) and 3 (positions and velocities) are read; other types are named and refused.
 
+use super::chebyshev::value_and_slope;
 use super::{EphemerisError, State};
 use anise::naif::SPK;
 use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2ChebyshevSet, datatypes::Type3ChebyshevSet};
@@ -40,24 +41,13 @@ impl Segment {
         let (radius_s, u) = (record[1], (tdb_s - record[0]) / record[1]);
         let terms = (self.record_len - 2) / self.components;
         let row = |k: usize| &record[2 + k * terms..][..terms];
-        let (x, y, z) = (chebyshev(row(0), u), chebyshev(row(1), u), chebyshev(row(2), u));
+        let (x, y, z) = (value_and_slope(row(0), u), value_and_slope(row(1), u), value_and_slope(row(2), u));
         let vel_km_s = match self.components {
-            6 => DVec3::new(chebyshev(row(3), u).0, chebyshev(row(4), u).0, chebyshev(row(5), u).0),
+            6 => DVec3::new(value_and_slope(row(3), u).0, value_and_slope(row(4), u).0, value_and_slope(row(5), u).0),
             _ => DVec3::new(x.1, y.1, z.1) / radius_s,
         };
         State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s }
     }
-}
-
-/// Value and derivative at `u` in -1..=1 of the sum of `c[k] T_k(u)`, by Clenshaw's recurrence and its derivative.
-fn chebyshev(c: &[f64], u: f64) -> (f64, f64) {
-    let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
-    for &ck in c[1..].iter().rev() {
-        let d0 = 2.0 * b1 + 2.0 * u * d1 - d2;
-        let b0 = ck + 2.0 * u * b1 - b2;
-        (b2, b1, d2, d1) = (b1, b0, d1, d0);
-    }
-    (c[0] + u * b1 - b2, b1 + u * d1 - d2)
 }
 
 /// A kernel file in memory, indexed by target.
@@ -170,18 +160,6 @@ impl Spk {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn chebyshev_sums_and_their_slopes_agree_with_cosines() {
-        let c = [0.3, -1.2, 0.7, 0.05, -0.4];
-        for i in 0..=20 {
-            let theta = 0.01 + f64::from(i) / 20.0 * 3.1;
-            let value: f64 = c.iter().enumerate().map(|(k, c)| c * (k as f64 * theta).cos()).sum();
-            let slope: f64 = c.iter().enumerate().map(|(k, c)| c * k as f64 * (k as f64 * theta).sin() / theta.sin()).sum();
-            let got = chebyshev(&c, theta.cos());
-            assert!((got.0 - value).abs() < 1e-14 && (got.1 - slope).abs() < 1e-11, "{theta}: {got:?}");
-        }
-    }
 
     #[test]
     fn what_is_no_kernel_is_refused() {

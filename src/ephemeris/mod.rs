@@ -5,6 +5,7 @@
 //! the answer names the least accurate source that it used and a bound of its error. No file is read here: bytes come in.
 
 pub mod apparent;
+pub mod chebyshev;
 pub mod frames;
 pub mod horizon;
 pub mod kepler;
@@ -13,6 +14,7 @@ pub mod lunar;
 pub mod mean;
 pub mod order;
 pub mod orientation;
+mod pieces;
 pub mod satellites;
 pub mod series;
 

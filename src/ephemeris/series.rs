@@ -1,8 +1,11 @@
 //! The planets by VSOP87 (crate vsop87, full theory), the Sun's place from VSOP87E, and Pluto by a refit of DE440 for 1551-2646.
 //!
-//! A place and an instant come in; a state relative to the place that the theory counts from goes out, ICRF. Velocities are
-//! central differences over 0.02 days: their error is under 5e-6 km/s. Errors are in [`error_km`].
+//! A place and an instant come in; a state relative to the place that the theory counts from goes out, ICRF. The planets' series have thousands of terms:
+//! they are summed at the nodes of polynomials ([`super::pieces`]), which follow them to 4e-3 km, as
+//! far as a Julian date in a double tells one instant from the next, and 2e-6 km/s (tests/ephemeris.rs).
+//! Errors against DE440 are in [`error_km`].
 
+use super::pieces::Pieces;
 use super::{EphemerisError, State, frames, kernel::Spk, lunar::LunarSeries};
 use crate::units::{JD_J2000, KM_PER_AU, SECONDS_PER_DAY};
 use glam::DVec3;
@@ -13,18 +16,20 @@ static PLUTO: &[u8] = include_bytes!("../../catalogs/pluto_1551_2646.bsp");
 /// Mass of the Earth over that of the Moon (DE440, Park et al. 2021).
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 
-/// Half the step of the velocity's difference, days: h² n³ a / 6 is 4e-6 km/s for Mercury.
-const HALF_STEP_DAYS: f64 = 0.01;
+/// Days that one polynomial covers: Mercury's year is the shortest, and has the largest overtones.
+const MERCURY_STRETCH_DAYS: f64 = 16.0;
+const STRETCH_DAYS: f64 = 32.0;
 
 #[derive(Debug)]
 pub struct Series {
     moon: LunarSeries,
     pluto: Spk,
+    pieces: Pieces,
 }
 
 impl Series {
     pub fn embedded() -> Result<Self, EphemerisError> {
-        Ok(Self { moon: LunarSeries::embedded()?, pluto: Spk::parse("pluto_1551_2646.bsp", PLUTO)? })
+        Ok(Self { moon: LunarSeries::embedded()?, pluto: Spk::parse("pluto_1551_2646.bsp", PLUTO)?, pieces: Pieces::default() })
     }
 
     /// NAIF code of the place that the series of `place` counts from; `None` where no series has it.
@@ -37,23 +42,22 @@ impl Series {
 
     /// State of `place` relative to where it counts from; `None` where no series has it.
     pub fn state(&self, place: i32, tdb_s: f64) -> Option<State> {
-        let theory: fn(f64) -> RectangularCoordinates = match place {
-            1 => vsop87a::mercury,
-            2 => vsop87a::venus,
-            3 => vsop87a::earth_moon,
-            4 => vsop87a::mars,
-            5 => vsop87a::jupiter,
-            6 => vsop87a::saturn,
-            7 => vsop87a::uranus,
-            8 => vsop87a::neptune,
-            9 => return self.pluto.step(9, tdb_s).map(|(_, state)| state),
-            10 => vsop87e::sun,
-            301 => return Some(self.moon.state(tdb_s, 0.0)),
-            399 => return Some(earth_from_moon(self.moon.state(tdb_s, 0.0))),
-            199 | 299 => return Some(State::REST),
-            _ => return None,
-        };
-        Some(differenced(theory, tdb_s))
+        match place {
+            9 => self.pluto.step(9, tdb_s).map(|(_, state)| state),
+            301 => Some(self.moon.state(tdb_s, 0.0)),
+            399 => Some(earth_from_moon(self.moon.state(tdb_s, 0.0))),
+            199 | 299 => Some(State::REST),
+            _ => {
+                let theory = planetary(place)?;
+                let days = if place == 1 { MERCURY_STRETCH_DAYS } else { STRETCH_DAYS };
+                Some(self.pieces.state(place, days, tdb_s, |tdb_s| position_km(theory, tdb_s)))
+            }
+        }
+    }
+
+    /// The position of a planet or of the Sun by its series itself, km; `None`: they have no other place.
+    pub fn summed_km(place: i32, tdb_s: f64) -> Option<DVec3> {
+        planetary(place).map(|theory| position_km(theory, tdb_s))
     }
 
     /// The Moon by its largest terms alone: its mean motion with the equation of the centre, evection, variation and their like.
@@ -68,16 +72,27 @@ pub fn earth_from_moon(moon: State) -> State {
     State { pos_km: moon.pos_km * part, vel_km_s: moon.vel_km_s * part }
 }
 
-fn differenced(theory: fn(f64) -> RectangularCoordinates, tdb_s: f64) -> State {
-    let jd = tdb_s / SECONDS_PER_DAY + JD_J2000;
-    let at = |jd: f64| {
-        let p = theory(jd);
-        DVec3::new(p.x, p.y, p.z) * KM_PER_AU
-    };
-    let icrf_from_ecliptic = frames::icrf_from_ecliptic();
-    let (before, after) = (jd - HALF_STEP_DAYS, jd + HALF_STEP_DAYS);
-    let velocity = (at(after) - at(before)) / ((after - before) * SECONDS_PER_DAY);
-    State { pos_km: icrf_from_ecliptic * at(jd), vel_km_s: icrf_from_ecliptic * velocity }
+/// Astronomical units in the ecliptic of J2000, by Julian date.
+type Theory = fn(f64) -> RectangularCoordinates;
+
+fn planetary(place: i32) -> Option<Theory> {
+    Some(match place {
+        1 => vsop87a::mercury,
+        2 => vsop87a::venus,
+        3 => vsop87a::earth_moon,
+        4 => vsop87a::mars,
+        5 => vsop87a::jupiter,
+        6 => vsop87a::saturn,
+        7 => vsop87a::uranus,
+        8 => vsop87a::neptune,
+        10 => vsop87e::sun,
+        _ => return None,
+    })
+}
+
+fn position_km(theory: Theory, tdb_s: f64) -> DVec3 {
+    let p = theory(tdb_s / SECONDS_PER_DAY + JD_J2000);
+    frames::icrf_from_ecliptic() * (DVec3::new(p.x, p.y, p.z) * KM_PER_AU)
 }
 
 /// Bound of the position's error in km: the worst against DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs`
