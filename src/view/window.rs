@@ -104,12 +104,9 @@ pub fn run(
 /// process's exit what its compiler still stands on. Files are written whole or not at all, so that nothing is left half done.
 fn end_at_once() -> ! {
     #[cfg(unix)]
-    {
-        unsafe extern "C" {
-            // POSIX: ends the process, runs nothing at its exit, takes any status.
-            safe fn _exit(status: std::ffi::c_int) -> !;
-        }
-        _exit(0)
+    // SAFETY: it takes any status, runs nothing at the process's exit and does not return.
+    unsafe {
+        libc::_exit(0)
     }
     #[cfg(not(unix))]
     std::process::exit(0)
