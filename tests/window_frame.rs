@@ -176,6 +176,44 @@ fn a_changed_texture_is_sent_anew() {
     assert_eq!(first(&painter), [0, 255, 0, 255]);
 }
 
+/// A map of more bytes than are sent at a time goes by rows: each texel arrives at its place, to the last row.
+#[test]
+fn a_large_map_arrives_whole() {
+    use orrery::image::{Level, TexelFormat, Texture};
+    use orrery::render::plan::{AddressMode, Piece, SamplerState, TextureSource};
+    let Some(gpu) = gpu() else { return };
+    // 64 MB and a little: more than two pieces, and no whole number of them.
+    let (width, height) = (2048_u32, 8200_u32);
+    let texel = |x: u32, y: u32| [(x % 251) as u8, (y % 241) as u8, (y / 241) as u8, 255];
+    let bytes = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();
+    let level = Level { width, height, bytes };
+    let texture = TextureSource::Kept(std::sync::Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] }));
+    let clamp = AddressMode::ClampToEdge;
+    let sampler = SamplerState { address_u: clamp, address_v: clamp, linear: false };
+    let size = [64, 64];
+    // Texel for pixel: around where a piece of 32 MB ends, and the last rows.
+    for y0 in [0, 4064, 8136] {
+        let (left, right) = (1000.0 / width as f32, 1064.0 / width as f32);
+        let (top, bottom) = (y0 as f32 / height as f32, (y0 + 64) as f32 / height as f32);
+        let piece = Piece {
+            corners_px: vec![0.0, 0.0, 64.0, 0.0, 0.0, 64.0, 64.0, 64.0],
+            places: vec![left, top, right, top, left, bottom, right, bottom],
+            colours: vec![1.0; 16],
+            indices: vec![0, 1, 2, 2, 1, 3],
+            texture: texture.clone(),
+            sampler,
+            scissor: [0, 0, 64, 64],
+        };
+        let plan = plan::interface(vec![piece], size, &*SESSION).expect("a plan");
+        let (frame, timings) = gpu.render(&plan, SESSION.library(), false).expect("drawn");
+        assert_eq!(timings.sent_bytes, if y0 == 0 { u64::from(4 * width * height) } else { 0 }, "sent once");
+        for (k, pixel) in (0..).zip(&frame.display) {
+            let (x, y) = (1000 + k % 64, y0 + k / 64);
+            assert_eq!(*pixel, texel(x, y), "texel {x} {y}");
+        }
+    }
+}
+
 /// Shader fragments that someone changes: the GPU draws with the new ones, on the same device, and with the old ones again.
 #[test]
 fn the_gpu_forgets_modules_that_changed() {
