@@ -30,7 +30,11 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["units", "time", "catalog", "ephemeris", "scene", "shader", "render::plan", "image", "session", "probe", "view"],
         &["naga", "wgpu"],
     ),
-    ("render/gpu", &["shader", "image", "render::plan", "render::frame", "render::gpu"], &["naga", "winit", "softbuffer", "std::fs"]),
+    (
+        "render/gpu",
+        &["shader", "image", "render::plan", "render::frame", "render::gpu"],
+        &["naga", "winit", "softbuffer", "std::fs", "rayon"],
+    ),
     (
         "render/software",
         &["shader", "image", "render::plan", "render::frame", "render::software"],

@@ -6,11 +6,10 @@
 use super::{GpuError, caught};
 use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleName, Modules, PlanDraw, SamplerState};
 use crate::shader::Layout;
-use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::num::NonZeroU64;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BlendComponent, BlendFactor, BlendOperation, BlendState,
     BufferBindingType, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Device, Face, FilterMode, FragmentState,
@@ -87,26 +86,26 @@ impl Pipelines {
         self.by_key.get(key).cloned()
     }
 
-    /// Makes what is missing of these, by all threads: most drivers compile here, and take long.
+    /// Makes what is missing of these, by as many threads as there are cores: most drivers compile here, and take long.
     pub fn make(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl Modules) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
         let fault = |name: &ModuleName, what: String| GpuError::Draw { draw: name.to_string(), what };
         let names: HashSet<&ModuleName> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
-        let made = names.into_par_iter().map(|name| {
+        let made = spread(names.into_iter().collect(), |name| {
             let module = modules.module(name).map_err(|what| fault(name, what))?;
             let label = module.id.to_string();
             let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
             let descriptor = ShaderModuleDescriptor { label: Some(&label), source };
             Ok((name.clone(), (caught(device, || device.create_shader_module(descriptor))?, module.layout.clone())))
         });
-        self.modules.extend(made.collect::<Result<Vec<_>, GpuError>>()?);
-        let made = missing.into_par_iter().map(|key| {
+        self.modules.extend(made.into_iter().collect::<Result<Vec<_>, GpuError>>()?);
+        let made = spread(missing, |key| {
             let (module, layout) = &self.modules[&key.module];
             let made = caught(device, || pipeline(device, key, module, layout))?.map_err(|what| fault(&key.module, what))?;
             Ok((key.clone(), Arc::new(made)))
         });
-        let made = made.collect::<Result<Vec<_>, GpuError>>()?;
+        let made = made.into_iter().collect::<Result<Vec<_>, GpuError>>()?;
         self.by_key.extend(made);
         Ok(())
     }
@@ -133,6 +132,25 @@ impl Pipelines {
         });
         made.clone()
     }
+}
+
+/// Work on all items by as many threads as there are cores, in any order. Threads of its own: in a pool that others share, a window that is painted would
+/// wait until the driver's compiler is done.
+fn spread<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
+    let items = Mutex::new(items.into_iter());
+    let run = || {
+        let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+        std::iter::from_fn(next).map(&work).collect::<Vec<R>>()
+    };
+    std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(run)).collect();
+        let mut done = run();
+        for other in others {
+            done.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        done
+    })
 }
 
 fn entries(layout: &Layout, unfiltered: &[u32]) -> Vec<BindGroupLayoutEntry> {
@@ -214,4 +232,18 @@ fn pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModule, lay
         cache: None,
     });
     Ok(Pipeline { pipeline, group, layout: layout.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spread_work_is_done_once_each() {
+        for count in [0, 1, 2, 100] {
+            let mut done = spread((0..count).collect(), |k| 3 * k);
+            done.sort_unstable();
+            assert_eq!(done, (0..count).map(|k| 3 * k).collect::<Vec<_>>());
+        }
+    }
 }
