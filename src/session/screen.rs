@@ -93,13 +93,19 @@ mod some {
             })
         }
 
-        /// Shows the interface in the window; false where the system takes no picture just now.
+        /// Shows the interface in the window; false where the system takes no picture just now. `about_to_show` is called only if it does.
         ///
         /// # Errors
         /// Why it cannot, in one line; the screen is of no more use.
-        pub fn show(&self, on: &mut DeviceScreen, pieces: Vec<Piece>, size: [u32; 2]) -> Result<bool, String> {
+        pub fn show(
+            &self,
+            on: &mut DeviceScreen,
+            pieces: Vec<Piece>,
+            size: [u32; 2],
+            about_to_show: impl FnOnce(),
+        ) -> Result<bool, String> {
             let plan = plan::interface(pieces, size, self).map_err(|e| e.to_string())?;
-            on.renderer.show(&mut on.screen, &plan, &self.library).map_err(|e| e.to_string())
+            on.renderer.show(&mut on.screen, &plan, &self.library, about_to_show).map_err(|e| e.to_string())
         }
     }
 }
@@ -135,7 +141,7 @@ mod none {
         ///
         /// # Errors
         /// None: there is no such screen.
-        pub fn show(&self, on: &mut DeviceScreen, _: Vec<Piece>, _: [u32; 2]) -> Result<bool, String> {
+        pub fn show(&self, on: &mut DeviceScreen, _: Vec<Piece>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, String> {
             match *on {}
         }
     }

@@ -115,8 +115,9 @@ impl Presenter {
             Some(Way::Device(screen)) => {
                 let size = [width.get(), height.get()];
                 let pieces = pieces(painter, size, pixels_per_point, primitives, sky);
-                self.window.pre_present_notify();
-                session.show(screen, pieces, size).map_err(|why| Unshown::ByDevice(Some(why)))
+                // On Wayland the next turn waits until the system has shown this one: a picture that is never sent would be the last.
+                let about_to_show = || self.window.pre_present_notify();
+                session.show(screen, pieces, size, about_to_show).map_err(|why| Unshown::ByDevice(Some(why)))
             }
             Some(Way::Processor(surface)) => {
                 let failed = |e: softbuffer::SoftBufferError| Unshown::AtAll(e.to_string());

@@ -372,6 +372,11 @@ impl ApplicationHandler<Wake> for App<'_> {
         }
     }
 
+    /// What is shown goes before the connection to the system on which it was made: a driver's surface on a connection that is gone ends the process.
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.shown = None;
+    }
+
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         event_loop.set_control_flow(self.due.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }

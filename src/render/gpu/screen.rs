@@ -4,7 +4,7 @@
 //! shown as they are, since they are encoded for the display already. Not here: what is shown, and when.
 
 use super::renderer::Onto;
-use super::{GpuError, GpuRenderer};
+use super::{GpuError, GpuRenderer, caught};
 use crate::render::plan::{Modules, Plan};
 use std::sync::PoisonError;
 use wgpu::{
@@ -22,7 +22,12 @@ pub struct GpuScreen {
     format: TextureFormat,
     alpha_mode: CompositeAlphaMode,
     configured: Option<[u32; 2]>,
+    /// How often in a row it could not be given the window's size.
+    misfits: u32,
 }
+
+/// A surface that fits its window no sooner does not fit it at all.
+const MOST_MISFITS: u32 = 40;
 
 /// What pictures of a window may be made of, the one that is liked best first.
 const WINDOW_FORMATS: [TextureFormat; 2] = [TextureFormat::Rgba8Unorm, TextureFormat::Bgra8Unorm];
@@ -40,7 +45,7 @@ impl GpuRenderer {
         let format = *able.formats.iter().find(plain).ok_or_else(|| refused("it cannot show 8-bit pixels in this window".into()))?;
         let alpha_mode =
             if able.alpha_modes.contains(&CompositeAlphaMode::Opaque) { CompositeAlphaMode::Opaque } else { CompositeAlphaMode::Auto };
-        Ok(GpuScreen { surface, format, alpha_mode, configured: None })
+        Ok(GpuScreen { surface, format, alpha_mode, configured: None, misfits: 0 })
     }
 
     /// Draws the plan to no end, so that no window waits for what its own frames need: some drivers compile with the first draw only.
@@ -48,6 +53,9 @@ impl GpuRenderer {
     /// # Errors
     /// As [`GpuRenderer::render`].
     pub fn prepare_windows(&self, plan: &Plan, modules: &impl Modules) -> Result<(), GpuError> {
+        if self.is_ready_for_windows(plan) == Some(true) {
+            return Ok(());
+        }
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = Extent3d { width: last.width, height: last.height, depth_or_array_layers: 1 };
         self.guarded(plan, || {
@@ -77,28 +85,57 @@ impl GpuRenderer {
     }
 
     /// Draws the plan onto the window. False where the system has no room for a picture just now (a window that is hidden), or windows are
-    /// being made ready: nothing happened.
+    /// being made ready: nothing happened. `about_to_show` is called only if something will: some systems then wait for it.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`]: after one the screen is to be dropped.
-    pub fn show(&self, screen: &mut GpuScreen, plan: &Plan, modules: &impl Modules) -> Result<bool, GpuError> {
+    pub fn show(
+        &self,
+        screen: &mut GpuScreen,
+        plan: &Plan,
+        modules: &impl Modules,
+        about_to_show: impl FnOnce(),
+    ) -> Result<bool, GpuError> {
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = [last.width, last.height];
         let Ok(mut state) = self.windows.try_lock() else { return Ok(false) };
         self.guarded(plan, || {
             let Some(next) = self.next(screen, size)? else { return Ok(false) };
             self.submit(&mut state, plan, modules, Onto::Given(&next.texture))?;
+            about_to_show();
             self.queue.present(next);
             Ok(true)
         })
+    }
+
+    /// Whether the surface has the window's size. False where it could not be given that just now: wgpu refuses while another thread draws, which passes.
+    fn fitted(&self, screen: &mut GpuScreen, size: [u32; 2]) -> Result<bool, GpuError> {
+        if screen.configured == Some(size) {
+            return Ok(true);
+        }
+        screen.configured = None;
+        let tried =
+            caught(&self.device, || screen.configure(self, size)).or_else(|_| caught(&self.device, || screen.configure(self, size)));
+        self.still_there()?;
+        match tried {
+            Ok(()) => {
+                (screen.configured, screen.misfits) = (Some(size), 0);
+                Ok(true)
+            }
+            Err(e) if screen.misfits >= MOST_MISFITS => Err(e),
+            Err(_) => {
+                screen.misfits += 1;
+                Ok(false)
+            }
+        }
     }
 
     /// The picture to draw on next; `None`: not now.
     fn next(&self, screen: &mut GpuScreen, size: [u32; 2]) -> Result<Option<SurfaceTexture>, GpuError> {
         // A surface that no longer fits its window is fitted once.
         for _ in 0..2 {
-            if screen.configured != Some(size) {
-                screen.configure(self, size);
+            if !self.fitted(screen, size)? {
+                return Ok(None);
             }
             match screen.surface.get_current_texture() {
                 CurrentSurfaceTexture::Success(next) => return Ok(Some(next)),
@@ -118,7 +155,7 @@ impl GpuRenderer {
 }
 
 impl GpuScreen {
-    fn configure(&mut self, renderer: &GpuRenderer, [width, height]: [u32; 2]) {
+    fn configure(&self, renderer: &GpuRenderer, [width, height]: [u32; 2]) {
         let config = SurfaceConfiguration {
             usage: TextureUsages::RENDER_ATTACHMENT,
             format: self.format,
@@ -131,6 +168,5 @@ impl GpuScreen {
             view_formats: Vec::new(),
         };
         self.surface.configure(&renderer.device, &config);
-        self.configured = Some([width, height]);
     }
 }
