@@ -4,7 +4,8 @@
 
 /// Scene seconds per real second on each step of the ladder: real time up to a year a second.
 const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// A stall (a suspended laptop, a long frame) moves time by this much at the most.
+/// A stall (a hidden window, a long frame) moves time by this many real seconds at the most, where it does not go as the clock does: the sky as it is now
+/// stays the sky as it is now.
 const LONGEST_STEP_S: f64 = 2.0;
 
 /// How fast and which way scene time runs.
@@ -55,7 +56,9 @@ impl Pace {
 
     /// Scene seconds that pass in `real_s`.
     pub fn scene_seconds(&self, real_s: f64) -> f64 {
-        self.rate() * real_s.clamp(0.0, LONGEST_STEP_S)
+        let rate = self.rate();
+        let longest_s = if rate == 1.0 { f64::INFINITY } else { LONGEST_STEP_S };
+        rate * real_s.clamp(0.0, longest_s)
     }
 
     /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
@@ -95,8 +98,15 @@ mod tests {
     }
 
     #[test]
-    fn a_stall_does_not_leap() {
-        assert_eq!(Pace::default().scene_seconds(1e6), LONGEST_STEP_S);
-        assert_eq!(Pace::default().scene_seconds(-1.0), 0.0);
+    fn a_stall_does_not_leap_but_at_the_clocks_own_pace() {
+        let mut pace = Pace::default();
+        assert_eq!((pace.scene_seconds(3600.0), pace.scene_seconds(-1.0)), (3600.0, 0.0));
+        pace.faster();
+        assert_eq!(pace.scene_seconds(3600.0), 10.0 * LONGEST_STEP_S);
+        pace.reset();
+        pace.backward();
+        assert_eq!(pace.scene_seconds(3600.0), -LONGEST_STEP_S);
+        pace.toggle_pause();
+        assert_eq!(pace.scene_seconds(3600.0), 0.0);
     }
 }
