@@ -137,7 +137,7 @@ impl Devices {
     /// The same for a window: what the GPU has no pipeline for yet is drawn in software, while a thread makes it, and what `window`, the plan of
     /// a window's own frame, needs.
     #[cfg(feature = "gpu")]
-    pub fn draw_promptly(&self, plan: &Plan, window: Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
+    pub fn draw_promptly(&self, plan: &Plan, window: impl FnOnce() -> Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
         match self.gpu.draw_if_ready(plan, window, library, keep, &self.say) {
             Some(drawn) => Ok(drawn),
             None => Self::in_software(&self.software, plan, library, keep),
@@ -145,7 +145,7 @@ impl Devices {
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw_promptly(&self, plan: &Plan, _: Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
+    pub fn draw_promptly(&self, plan: &Plan, _: impl FnOnce() -> Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
         self.draw(&self.software, plan, library, keep)
     }
 
@@ -470,7 +470,14 @@ pub mod gpu {
         }
 
         /// `None`: software shall draw it, now or for good. Never waits for a driver.
-        pub fn draw_if_ready(&self, plan: &Plan, window: Option<Plan>, library: &Library, keep: Keep, say: &Arc<Say>) -> Option<Done> {
+        pub fn draw_if_ready(
+            &self,
+            plan: &Plan,
+            window: impl FnOnce() -> Option<Plan>,
+            library: &Library,
+            keep: Keep,
+            say: &Arc<Say>,
+        ) -> Option<Done> {
             if self.wish() == RendererWish::Software {
                 return None;
             }
@@ -479,18 +486,18 @@ pub mod gpu {
             self.settle(&mut state, &**say);
             self.just_ready.store(false, Ordering::SeqCst);
             let renderer = match &*state {
-                State::Open(renderer) => {
-                    let renderer = Arc::clone(renderer);
-                    let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
-                    if let Some(turn) = renderer.turn_if_ready(plan).filter(|_| for_windows) {
-                        drop(state);
-                        return self.draw_in(&renderer, turn, plan, library, keep, &**say);
-                    }
-                    Some(renderer)
-                }
+                State::Open(renderer) => Some(Arc::clone(renderer)),
                 State::Unopened => None,
                 State::Preparing(_) | State::Closed => return None,
             };
+            let window = window();
+            if let Some(renderer) = &renderer {
+                let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
+                if let Some(turn) = renderer.turn_if_ready(plan).filter(|_| for_windows) {
+                    drop(state);
+                    return self.draw_in(renderer, turn, plan, library, keep, &**say);
+                }
+            }
             let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
             let names: Vec<&ModuleName> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
             let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;

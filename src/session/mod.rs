@@ -374,7 +374,8 @@ impl Session {
     pub fn draw_promptly(&self, request: &ViewRequest, fineness: Fineness, on_device: bool) -> Result<Drawn, SessionError> {
         let (scene, plan) = self.plan(request, fineness)?;
         let keep = if on_device { Keep::OnDevice } else { Keep::Pixels };
-        let window = plan::smallest_interface(self).ok();
+        // Asked for by a device alone: in software no window needs that module.
+        let window = || plan::smallest_interface(self).ok();
         let done = self
             .measured(Stage::Draw, || self.devices.draw_promptly(&plan, window, &self.library, keep))
             .map_err(SessionError::Renderer)?;
