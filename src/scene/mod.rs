@@ -8,6 +8,7 @@ pub mod air_nodes;
 pub mod air_table;
 pub mod camera;
 mod clouds;
+pub mod corona;
 pub mod draw;
 pub mod eclipse;
 pub mod effects;
