@@ -1,6 +1,6 @@
 //! The sky of a place against the reference tables and almanacs.
 
-use orrery::catalog::{Catalog, NaifId};
+use orrery::catalog::{Catalog, EclipseRadii, NaifId};
 use orrery::ephemeris::horizon::{Place, Sky};
 use orrery::ephemeris::{Ephemeris, angle_rad};
 use orrery::time::Instant;
@@ -93,4 +93,52 @@ fn local_contacts_of_the_eclipse_of_2024_in_dallas() {
     // The month before there is none.
     let march = Instant::parse("2024-03-10T00:00:00Z").expect("a day");
     assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, march, 86_400.0).expect("places"), None);
+}
+
+/// Greatest eclipse: time (UT), latitude, east longitude, magnitude, central duration in seconds, by NASA's Five Millennium Canon (F. Espenak and J. Meeus; its
+/// pages of Besselian elements, read in the copy of the package astronomy-bundle-php): k = 0.272281 for the umbra. Places are rounded to 0.1 degrees, durations to 1 s.
+const CANON: [(&str, f64, f64, f64, f64); 7] = [
+    ("1991-07-11T19:06:03Z", 22.0, -105.2, 1.0800, 413.0),
+    ("2009-07-22T02:35:18Z", 24.2, 144.1, 1.0799, 399.0),
+    ("2010-01-15T07:06:32Z", 1.6, 69.3, 0.9190, 668.0),
+    ("2017-08-21T18:25:30Z", 37.0, -87.7, 1.0306, 160.0),
+    ("2020-12-14T16:13:27Z", -40.3, -67.9, 1.0254, 130.0),
+    ("2023-10-14T17:59:27Z", 11.4, -83.1, 0.9520, 317.0),
+    ("2024-04-08T18:17:15Z", 25.3, -104.1, 1.0566, 268.0),
+];
+
+/// Magnitude and the longest central duration around a place: the canon's places are rounded, and the duration peaks on the central line.
+fn longest(catalog: &Catalog, ephemeris: &Ephemeris, start: Instant, latitude_deg: f64, longitude_deg: f64) -> (f64, f64) {
+    let offsets = [-0.08, -0.04, 0.0, 0.04, 0.08];
+    let places = offsets.iter().flat_map(|up| offsets.map(|across| (latitude_deg + up, longitude_deg + across)));
+    let found = places.map(|(latitude_deg, longitude_deg)| {
+        let place = Place { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
+        let passage =
+            Sky { catalog, ephemeris, place }.passage(NaifId::SUN, NaifId::MOON, start, 1200.0).expect("places").expect("an eclipse");
+        let (second, third) = passage.inner.expect("a central eclipse");
+        (passage.magnitude, third.tdb_seconds_past_j2000() - second.tdb_seconds_past_j2000())
+    });
+    found.max_by(|a, b| a.1.total_cmp(&b.1)).expect("places")
+}
+
+#[test]
+fn almanac_radii_give_the_canons_magnitudes_and_durations() {
+    let iau = Catalog::embedded();
+    let almanac = Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac);
+    let ephemeris = Ephemeris::embedded(&iau).expect("the shipped ephemeris");
+    let mut off = Vec::new();
+    for (greatest, latitude_deg, longitude_deg, magnitude, duration_s) in CANON {
+        let start = Instant::parse(greatest).expect(greatest).plus_seconds(-600.0);
+        let ours = longest(&almanac, &ephemeris, start, latitude_deg, longitude_deg);
+        let by_iau = longest(&iau, &ephemeris, start, latitude_deg, longitude_deg);
+        println!("{greatest}: almanac {ours:?}, iau {by_iau:?}, canon {magnitude}, {duration_s} s");
+        if (ours.0 - magnitude).abs() > 2e-4 || (ours.1 - duration_s).abs() > 1.5 {
+            off.push(format!("{greatest}: {ours:?}, the canon has {magnitude}, {duration_s} s"));
+        }
+        // The IAU's Moon is larger: totality is longer by seconds, an annular phase shorter.
+        let longer_s = (by_iau.1 - ours.1) * (magnitude - 1.0).signum();
+        assert!((2.5..12.0).contains(&longer_s), "{greatest}: {longer_s} s");
+        assert!((6e-4..12e-4).contains(&(by_iau.0 - ours.0)), "{greatest}");
+    }
+    assert!(off.is_empty(), "{}", off.join("\n"));
 }

@@ -8,8 +8,11 @@ use std::collections::BTreeMap;
 
 pub mod moments;
 mod overlay;
+mod radii;
 mod read;
 mod table;
+
+pub use radii::EclipseRadii;
 
 /// The files that ship inside the program, in reading order.
 const EMBEDDED: &[(&str, &str)] = &[
@@ -134,6 +137,8 @@ pub struct MeanElements {
     /// Julian years; 0 = does not precess.
     pub node_period_yr: f64,
     pub argument_period_yr: f64,
+    /// Coefficient of T² in the mean longitude, degrees per Julian century squared, T from the epoch: what a tide does to the motion. 0 = none known.
+    pub longitude_quadratic_deg_cy2: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -280,6 +285,7 @@ impl Body {
 pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
+    eclipse_radii: EclipseRadii,
 }
 
 /// One wrong field: where, what it says, what is allowed.

@@ -6,8 +6,8 @@
 use super::overlay;
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
-    Atmosphere, Body, Catalog, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry, Ring,
-    Rotation, ShapeModel, Species, moments,
+    Atmosphere, Body, Catalog, CatalogError, Clouds, EclipseRadii, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay,
+    Photometry, Ring, Rotation, ShapeModel, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -112,6 +112,7 @@ fn elements(s: &mut Section) -> Option<MeanElements> {
     let mean_motion_deg_day = number(s, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
     let node_period_yr = number(s, "node_period_yr", "Julian years, 0 for none", any);
     let argument_period_yr = number(s, "argument_period_yr", "Julian years, 0 for none", any);
+    let quadratic = s.take::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
     Some(MeanElements {
         pole_ra_deg: pole_ra_deg?,
         pole_dec_deg: pole_dec_deg?,
@@ -125,6 +126,7 @@ fn elements(s: &mut Section) -> Option<MeanElements> {
         mean_motion_deg_day: mean_motion_deg_day?,
         node_period_yr: node_period_yr?,
         argument_period_yr: argument_period_yr?,
+        longitude_quadratic_deg_cy2: quadratic.map_or(0.0, |l| l.value),
     })
 }
 
@@ -355,7 +357,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     let moments = moments::assemble(moments_drafts, &bodies, &problems);
     problems.into_result()?;
-    Ok(Catalog { bodies, moments })
+    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default() })
 }
 
 /// Drafts to bodies: what must be there is there, names are single, parents and owners exist.

@@ -36,11 +36,12 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
         let value = json!({
             "time": scene.time.to_utc_iso(),
             "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
+            "eclipse_radii": session.catalog().eclipse_radii_in_words(),
             "bodies": bodies.iter().map(|b| as_json(b)).collect::<Vec<_>>(),
         });
         format!("{value:#}\n")
     } else {
-        as_text(&scene, &bodies)
+        as_text(&scene, &bodies, &session.catalog().eclipse_radii_in_words())
     };
     std::io::stdout().write_all(text.as_bytes()).map_err(|e| CliError(format!("standard output: {e}")))
 }
@@ -59,10 +60,11 @@ fn as_json(b: &BodyInView) -> Value {
     })
 }
 
-fn as_text(scene: &Scene, bodies: &[&BodyInView]) -> String {
+fn as_text(scene: &Scene, bodies: &[&BodyInView], eclipse_radii: &str) -> String {
     let mut text = format!("{}  exposure {:+.2} stops ({})\n", scene.time.to_utc_iso(), scene.exposure.stops, scene.exposure.reason);
+    text.push_str(&format!("radii in eclipses (--radii): {eclipse_radii}\n"));
     for b in bodies {
-        let magnitude = b.magnitude.map_or("-".to_owned(), |m| format!("{m:.2}"));
+        let magnitude = b.magnitude.map_or("none (no sunlight reaches it)".to_owned(), |m| format!("{m:.2}"));
         text.push_str(&format!(
             "\n{}: {:.6e} km away, {:.3} px across, phase angle {:.2} deg, magnitude {magnitude}\n",
             b.name, b.distance_km, b.diameter_px, b.phase_angle_deg

@@ -7,7 +7,7 @@ use crate::session::read_catalog;
 
 /// The embedded catalog under the files of `--catalogs` (every `.toml` in it, in order of name).
 pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
-    Ok(read_catalog(common.catalogs.as_deref())?)
+    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.eclipse_radii()))
 }
 
 /// The shipped ephemeris under the file of `--kernel`.

@@ -3,6 +3,7 @@
 //! Exit status 0 done, 1 it could not be done (one clear line says why and what to do), 2 the words are wrong. A verb is one file
 //! with its arguments and a `run`; nothing here computes anything.
 
+use crate::catalog::EclipseRadii;
 use crate::render::plan::Fineness;
 use crate::session::{RendererWish, SessionError, Sources};
 use clap::{Args, Parser, Subcommand};
@@ -70,6 +71,12 @@ pub enum Quality {
     Reference,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Radii {
+    Iau,
+    Almanac,
+}
+
 /// Options that every verb takes.
 #[derive(Args, Clone, Debug)]
 pub struct Common {
@@ -91,6 +98,9 @@ pub struct Common {
     /// A SPICE SPK file such as DE440
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
+    /// Radii of the Sun and the Moon in eclipses: the IAU's of 2015, or those of printed almanacs
+    #[arg(long, global = true, value_enum, default_value = "iau")]
+    pub radii: Radii,
     /// Worker threads (default: one per core)
     #[arg(long, global = true, value_name = "N")]
     pub threads: Option<usize>,
@@ -125,10 +135,19 @@ impl Common {
         Sources { draws: true, ..self.sources() }
     }
 
+    /// What the catalog knows `--radii` as.
+    pub fn eclipse_radii(&self) -> EclipseRadii {
+        match self.radii {
+            Radii::Iau => EclipseRadii::Iau,
+            Radii::Almanac => EclipseRadii::Almanac,
+        }
+    }
+
     /// The files and folders that the user named.
     pub fn sources(&self) -> Sources {
         Sources {
             catalogs: self.catalogs.clone(),
+            eclipse_radii: self.eclipse_radii(),
             textures: self.textures.clone(),
             kernel: self.kernel.clone(),
             cache: self.cache.clone(),

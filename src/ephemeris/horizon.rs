@@ -167,6 +167,12 @@ impl Sky<'_> {
             }
             Ok(far.semidiameter_deg + near.semidiameter_deg - angle_rad(far.direction, near.direction).to_degrees())
         };
+        // Almanacs reckon first and last contact with a larger Moon than totality.
+        let penumbral = if before == NaifId::MOON { self.catalog.eclipse_radii().penumbral_moon_ratio() } else { 1.0 };
+        let outer_overlap = |s: f64| -> Result<f64, EphemerisError> {
+            let near = self.look(before, start.plus_seconds(s))?;
+            Ok(overlap(s)? + near.semidiameter_deg * (penumbral - 1.0))
+        };
         let steps = (length_s / CONTACT_STEP_S).ceil().max(1.0) as usize;
         let mut best: Option<(f64, f64)> = None;
         for i in 0..=steps {
@@ -214,8 +220,8 @@ impl Sky<'_> {
             None
         };
         Ok(Some(Passage {
-            begins: start.plus_seconds(outward(-1.0, &overlap)?),
-            ends: start.plus_seconds(outward(1.0, &overlap)?),
+            begins: start.plus_seconds(outward(-1.0, &outer_overlap)?),
+            ends: start.plus_seconds(outward(1.0, &outer_overlap)?),
             inner,
             greatest: t,
             magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { deepest / (2.0 * far.semidiameter_deg) },

@@ -6,7 +6,7 @@
 use super::State;
 use crate::catalog::MeanElements;
 use crate::time::Instant;
-use crate::units::{JD_J2000, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -66,7 +66,7 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
 /// The node goes back for inclinations under 90 degrees and forward above; the periapsis goes forward. The table's mean motion is that
-/// of the mean longitude, so the anomaly's rate is what the two slow angles leave of it.
+/// of the mean longitude at the epoch, so the anomaly's rate is what the two slow angles leave of it; a tide's square of the time adds to both.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     let per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * 365.25) };
@@ -74,10 +74,13 @@ pub fn state(elements: &MeanElements, t: Instant) -> State {
     let node_rate = if retrograde { per_day(elements.node_period_yr) } else { -per_day(elements.node_period_yr) };
     let argument_rate = per_day(elements.argument_period_yr);
     // Longitude is node + argument + anomaly; for a retrograde orbit it counts against the node.
-    let anomaly_rate = elements.mean_motion_deg_day - argument_rate + if retrograde { node_rate } else { -node_rate };
+    let linear_rate = elements.mean_motion_deg_day - argument_rate + if retrograde { node_rate } else { -node_rate };
+    let (quadratic_deg_cy2, centuries) = (elements.longitude_quadratic_deg_cy2, days / DAYS_PER_JULIAN_CENTURY);
+    let anomaly_rate = linear_rate + 2.0 * quadratic_deg_cy2 * centuries / DAYS_PER_JULIAN_CENTURY;
     let node = (elements.node_deg + node_rate * days).to_radians();
     let argument = (elements.argument_of_periapsis_deg + argument_rate * days).to_radians();
-    let anomaly = ((elements.mean_anomaly_deg + anomaly_rate * days) % 360.0).to_radians();
+    let turned_deg = linear_rate * days + quadratic_deg_cy2 * centuries * centuries;
+    let anomaly = ((elements.mean_anomaly_deg + turned_deg) % 360.0).to_radians();
     let mut state = state_in_frame(
         elements.semi_major_axis_km,
         elements.eccentricity,
@@ -127,6 +130,7 @@ mod tests {
             mean_motion_deg_day: 203.5,
             node_period_yr: 0.7,
             argument_period_yr: 0.4,
+            longitude_quadratic_deg_cy2: 12.7,
         }
     }
 
@@ -134,7 +138,7 @@ mod tests {
     fn velocity_is_the_slope_of_position() {
         for inclination in [3.0, 157.0] {
             let e = elements(inclination);
-            for days in [0.0, 0.3, 777.7] {
+            for days in [0.0, 0.3, 777.7, -40_000.0] {
                 let at = |s: f64| state(&e, Instant::from_tdb_seconds_past_j2000(days * SECONDS_PER_DAY + s));
                 let slope = (at(1.0).pos_km - at(-1.0).pos_km) / 2.0;
                 assert!((slope - at(0.0).vel_km_s).length() < 1e-6, "{inclination} {days}: {slope} {}", at(0.0).vel_km_s);

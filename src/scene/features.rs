@@ -567,8 +567,17 @@ pub(super) fn dimming(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'
     if request.effects.asked(Effect::Eclipse) == Some(false) {
         return (1.0, 1.0);
     }
+    estimated(request, ephemeris, p, diameter_px, wanted(request))
+}
+
+/// The mean of [`dimming`] by the best model, whatever the picture is drawn with: what a magnitude is told of.
+pub(super) fn left_by_eclipses(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64) -> f64 {
+    estimated(request, ephemeris, p, diameter_px, Wanted::Best).0
+}
+
+fn estimated(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64, wanted: Wanted) -> (f64, f64) {
     let Some(mut found) = before_sun(request, ephemeris, p, diameter_px, None) else { return (1.0, 1.0) };
-    let model = eclipse::model(&mut found.casters, wanted(request)).model;
+    let model = eclipse::model(&mut found.casters, wanted).model;
     eclipse::estimate(&found.casters, model, &found.receiver, found.sun, found.camera)
 }
 

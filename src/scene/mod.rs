@@ -6,6 +6,7 @@
 mod air;
 pub mod air_nodes;
 pub mod air_table;
+mod brightness;
 pub mod camera;
 mod clouds;
 pub mod corona;
@@ -26,6 +27,7 @@ pub mod overlays;
 mod phase_laws;
 pub mod photometry;
 pub mod request;
+mod ring_light;
 pub mod ring_shine;
 mod ring_table;
 pub mod rings;
@@ -125,7 +127,7 @@ pub struct BodyInView {
     pub diameter_px: f64,
     /// Sun - body - viewer; 0 for the Sun.
     pub phase_angle_deg: f64,
-    /// Visual magnitude of the whole disc, without rings.
+    /// Visual magnitude of the whole disc with its rings, in the sunlight that eclipses leave; `None` where none is left.
     pub magnitude: Option<f64>,
     pub sub_viewer: SubPoint,
     pub sub_solar: Option<SubPoint>,
@@ -177,7 +179,7 @@ struct Placed<'a> {
     distance_km: f64,
     alpha: f64,
     outline: Outline,
-    /// At the viewer, in units of the Sun's at 1 au.
+    /// At the viewer, in units of the Sun's at 1 au: globe and rings, as if no eclipse were.
     irradiance: f64,
     /// Itself as a receiver of sunlight, and who may stand before its Sun: asked for by the exposure, the globe, its rings and its point.
     before_sun: OnceCell<(eclipse::Receiver<'a>, Vec<eclipse::Caster<'a>>)>,
@@ -217,7 +219,7 @@ impl Scene {
             let own = request.effects.for_body(&p.body.name).map(|effects| ViewRequest { effects, ..request.clone() });
             let frame = Frame { request: own.as_ref().unwrap_or(request), ..frame };
             let (seen, parts, point) = features::decide(&frame, p, hidden_inside);
-            let mut found = in_view(p, seen, &parts);
+            let mut found = in_view(p, seen, &parts, brightness::magnitude(request, ephemeris, p, &placed));
             if let Some((pieces, decision)) = orbits::line(camera, ephemeris, p).filter(|_| drawn_lines) {
                 lines.extend(pieces);
                 found.decisions.push(decision);
@@ -316,12 +318,8 @@ fn place<'a>(
     }
     let alpha = if body.id == NaifId::SUN || inside { 0.0 } else { crate::ephemeris::angle_rad(-resting_km, sun_from_body_km) };
     let n = placement.camera_in_unit_sphere() * body.radii_km;
-    let irradiance = if inside {
-        0.0
-    } else {
-        let outline_squared_km2 = photometry::projected_radius_squared_km2(body.radii_km, n.normalize());
-        photometry::irradiance_at_viewer(body, alpha, sun_from_body_km.length().max(1.0), distance_km, outline_squared_km2)
-    };
+    let irradiance =
+        if inside { 0.0 } else { brightness::irradiance(body, alpha, body_from_icrf * sun_from_body_km, n.normalize() * distance_km) };
     let outline = if inside { Outline::Behind } else { Outline::of(camera, &placement) };
     Ok(Placed {
         body,
@@ -339,7 +337,7 @@ fn place<'a>(
     })
 }
 
-fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw]) -> BodyInView {
+fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw], magnitude: Option<f64>) -> BodyInView {
     let to_viewer = p.placement.body_from_icrf * -p.placement.centre_km;
     BodyInView {
         id: p.body.id,
@@ -349,7 +347,7 @@ fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw]) -> BodyInView {
         angular_diameter_deg: 2.0 * (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin().to_degrees(),
         diameter_px: seen.diameter_px,
         phase_angle_deg: p.alpha.to_degrees(),
-        magnitude: (p.irradiance > 0.0).then(|| photometry::magnitude(p.irradiance)),
+        magnitude,
         sub_viewer: SubPoint::of(to_viewer),
         sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),
         placement: p.placement,

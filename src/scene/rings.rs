@@ -87,7 +87,7 @@ fn phase_function(alpha: f64, dust: f64) -> f64 {
 }
 
 /// Part of the rings' light that dust scatters, by what each ring covers.
-fn dust(rings: &[&Ring]) -> f64 {
+pub(super) fn dust(rings: &[&Ring]) -> f64 {
     let covers = |r: &&Ring| (r.outer_km - r.inner_km) * -(-r.tau_normal).exp_m1();
     let whole: f64 = rings.iter().map(covers).sum();
     rings.iter().map(|r| covers(r) * r.dust).sum::<f64>() / whole.max(1e-30)

@@ -27,7 +27,7 @@ pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
-use crate::catalog::{Catalog, CatalogError};
+use crate::catalog::{Catalog, CatalogError, EclipseRadii};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{Letters, MapStore, SharedTexture, TexelFormat};
 use crate::render::frame::Frame;
@@ -50,6 +50,8 @@ use std::thread::ThreadId;
 pub struct Sources {
     /// `*.toml` files that override or add bodies.
     pub catalogs: Option<PathBuf>,
+    /// Which radii of the Sun and the Moon eclipses are reckoned with.
+    pub eclipse_radii: EclipseRadii,
     /// Maps that come before the embedded ones.
     pub textures: Option<PathBuf>,
     /// An SPK that comes before the embedded one.
@@ -155,7 +157,8 @@ impl Session {
             devices.begin();
         }
         let mut stages = Stages::default();
-        let catalog = stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?;
+        let catalog =
+            stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
         let ephemeris = stages.measure(Stage::Kernel, || -> Result<Ephemeris, SessionError> {
             let embedded = Ephemeris::embedded(&catalog)?;
             let Some(path) = &sources.kernel else { return Ok(embedded) };

@@ -62,6 +62,8 @@ struct SkyReport {
     altitude_azimuth_deg: Result<[f64; 2], String>,
     day: Result<Day, String>,
     passage: Result<Option<Passage>, String>,
+    /// Of the Sun and the Moon in that passage.
+    radii: String,
 }
 
 /// What a report is of: it is made anew when this changes.
@@ -244,6 +246,7 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
                 line(ui, "last contact", p.ends.to_utc_iso());
                 line(ui, "magnitude", format!("{:.4}", p.magnitude));
                 line(ui, "the Sun stands", format!("{:+.1} deg high", p.altitude_deg));
+                line(ui, "radii", report.radii.clone());
             });
         }
         Err(why) => {
@@ -269,6 +272,7 @@ fn report(session: &Session, of: Question, time: Instant) -> SkyReport {
         },
         day: if elsewhere { sky.day(of.body, midnight, SECONDS_PER_DAY).map_err(words) } else { Err(on_it()) },
         passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(words),
+        radii: session.catalog().eclipse_radii_in_words(),
     }
 }
 

@@ -1,0 +1,113 @@
+//! Which radii of the Sun and the Moon eclipses are reckoned with.
+//!
+//! In: a convention. Out: the two bodies' radii in the catalog, so that picture, shadow, contacts and questions all use the same. The radii move totality by
+//! seconds: for 2024-04-08 the IAU's Moon, larger than the almanacs' by 0.75 km, keeps the Sun covered 5 s longer under an umbra 5 km wider.
+//! Not here: the Moon's mountains, which move contacts by seconds more.
+
+use super::{Catalog, NaifId};
+use crate::units::KM_PER_AU;
+use glam::DVec3;
+
+/// The Earth's equatorial radius by which almanacs count k, km.
+const ALMANAC_EARTH_KM: f64 = 6378.137;
+/// The Moon's radius over the Earth's for the umbra: the mean depth of the valleys on its limb, which let the last sunlight through; and for the penumbra.
+const K_UMBRA: f64 = 0.272_281;
+const K_PENUMBRA: f64 = 0.272_488;
+/// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), on which almanacs agreed.
+const ALMANAC_SUN_ARCSEC: f64 = 959.63;
+
+/// A convention on the radii of the Sun and the Moon.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EclipseRadii {
+    /// The catalog's own: the Sun by IAU 2015 Resolution B3, the Moon's mean radius by IAU WGCCRE 2015.
+    #[default]
+    Iau,
+    /// NASA's canons of eclipses (Espenak and Meeus 2006, NASA/TP-2006-214141): k = 0.272281 for the umbra, 0.272488 for the penumbra.
+    Almanac,
+}
+
+impl EclipseRadii {
+    pub const ALL: [Self; 2] = [Self::Iau, Self::Almanac];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Iau => "iau",
+            Self::Almanac => "almanac",
+        }
+    }
+
+    /// The convention of a name, in any case.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|r| r.name().eq_ignore_ascii_case(name))
+    }
+
+    /// Radii of the Sun and the Moon that replace the catalog's, km.
+    fn replaced_km(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Iau => None,
+            Self::Almanac => Some((KM_PER_AU * (ALMANAC_SUN_ARCSEC / 3600.0).to_radians().sin(), K_UMBRA * ALMANAC_EARTH_KM)),
+        }
+    }
+
+    /// The Moon's radius for first and last contact over that for totality and for the picture.
+    pub fn penumbral_moon_ratio(self) -> f64 {
+        match self {
+            Self::Iau => 1.0,
+            Self::Almanac => K_PENUMBRA / K_UMBRA,
+        }
+    }
+}
+
+impl Catalog {
+    /// The same catalog with the Sun and the Moon of a convention.
+    pub fn with_eclipse_radii(mut self, radii: EclipseRadii) -> Self {
+        self.eclipse_radii = radii;
+        if let Some((sun_km, moon_km)) = radii.replaced_km() {
+            for body in &mut self.bodies {
+                match body.id {
+                    NaifId::SUN => body.radii_km = DVec3::splat(sun_km),
+                    NaifId::MOON => body.radii_km = DVec3::splat(moon_km),
+                    _ => {}
+                }
+            }
+        }
+        self
+    }
+
+    /// The convention in force.
+    pub fn eclipse_radii(&self) -> EclipseRadii {
+        self.eclipse_radii
+    }
+
+    /// The convention and its radii in words: `iau: Sun 695700.0 km, Moon 1737.4 km`.
+    pub fn eclipse_radii_in_words(&self) -> String {
+        let radius_km = |id| self.body(id).map_or(f64::NAN, |b| b.radii_km.x);
+        format!("{}: Sun {:.1} km, Moon {:.1} km", self.eclipse_radii.name(), radius_km(NaifId::SUN), radius_km(NaifId::MOON))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::SUN_RADIUS_KM;
+
+    #[test]
+    fn the_default_is_the_iau_and_changes_nothing() {
+        let catalog = Catalog::embedded().with_eclipse_radii(EclipseRadii::default());
+        assert_eq!(catalog.body(NaifId::SUN).expect("the Sun").radii_km, DVec3::splat(SUN_RADIUS_KM));
+        assert_eq!(catalog.eclipse_radii_in_words(), "iau: Sun 695700.0 km, Moon 1737.4 km");
+    }
+
+    #[test]
+    fn almanacs_have_a_larger_sun_and_a_smaller_moon() {
+        let catalog = Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac);
+        let radius_km = |id| catalog.body(id).expect("a body").radii_km.x;
+        // 959.63 arcsec at 1 au are 696 000 km within 20; k = 0.272281 is 1736.65 km.
+        assert!((radius_km(NaifId::SUN) - 696_000.0).abs() < 20.0);
+        assert!((radius_km(NaifId::MOON) - 1736.65).abs() < 0.01);
+        for radii in EclipseRadii::ALL {
+            assert_eq!(EclipseRadii::from_name(&radii.name().to_uppercase()), Some(radii));
+        }
+        assert_eq!(EclipseRadii::from_name("other"), None);
+    }
+}
