@@ -64,6 +64,9 @@ enum Tier {
     Pixel16,
     #[serde(rename = "pixel-32")]
     Pixel32,
+    /// Of its light what is scattered once.
+    #[serde(rename = "table")]
+    Table,
 }
 
 fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
@@ -77,6 +80,7 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
         Tier::Pixel8 => AirTier::Pixel8,
         Tier::Pixel16 => AirTier::Pixel16,
         Tier::Pixel32 => AirTier::Pixel32,
+        Tier::Table => AirTier::Table,
     };
     let (cam, dir, sun) = (DVec3::from_array(f.cam), unit("dir", f.dir)?, unit("sun", f.sun)?);
     let excess = (cam.length() - 1.0) * (cam.length() + 1.0);
@@ -140,6 +144,13 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64,
                 layer = (Vec3::from_array(knots), per_radius(extinction_per_m));
             }
         }
+    }
+    // A species that the air lacks is given the other's height, so that the quadrature fits what there is.
+    if gases == 0 {
+        gas.0 = haze.0;
+    }
+    if hazes == 0 {
+        haze.0 = gas.0;
     }
     if gases > 1 || hazes > 1 || layers > 1 {
         return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
