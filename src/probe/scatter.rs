@@ -3,12 +3,14 @@
 use super::lanes::{Lanes, Numbers};
 use super::{Prober, fields};
 use crate::render::plan::uniforms_of;
+use crate::scene::air_table;
 use crate::scene::draw::{Air, AirAmounts, AirTier, Amounts, Light, Needs, Surface};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::sync::Arc;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -168,6 +170,7 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64,
         haze_asymmetry: haze.3,
         layer: layer.0,
         layer_extinction: layer.1,
+        many: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
         ..AirAmounts::default()
     };
     // The light's direction is the question's.

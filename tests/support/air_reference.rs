@@ -8,9 +8,13 @@
 use glam::DVec3;
 
 pub enum Profile {
-    Exponential { height: f64 },
+    Exponential {
+        height: f64,
+    },
     /// Heights of foot, middle and top; linear between.
-    Tent { knots: [f64; 3] },
+    Tent {
+        knots: [f64; 3],
+    },
 }
 
 pub enum Phase {
@@ -93,7 +97,7 @@ impl Profile {
     }
 
     /// Along a line whose point nearest the centre has the excess `low` (|p|^2 - 1), from the distance `from` to `to` of that point, both at least 0.
-    pub fn column(&self, low: f64, from: f64, to: f64) -> f64 {
+    fn column(&self, low: f64, from: f64, to: f64) -> f64 {
         if to <= from {
             return 0.0;
         }

@@ -19,7 +19,8 @@ struct AirLight {
 // begins and ends at the heights of the nodes.
 fn air_along(air: Air, path: AirPath, towards_sun: vec3f, scale: vec2f, cos_scattering: f32, from_node: bool) -> AirLight {
     var light: AirLight;
-    if path.to_s <= path.from_s || path.low >= air.top {
+    // A metre of a steep ray is no distance in f32; the heights of its ends tell them apart.
+    if path.to_s < path.from_s || path.low >= air.top {
         return light;
     }
     let sun_along = dot(path.along, towards_sun);

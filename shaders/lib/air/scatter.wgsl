@@ -181,7 +181,15 @@ fn air_marched(air: Air, path: AirPath, view: AirView, depth: vec3f, shadow: vec
 const MANY_SAMPLES = 8u;
 
 fn many_marched(air: Air, path: AirPath, view: AirView, depth: vec3f, sun_along: f32, sun_nearest: f32, scale: vec2f) -> vec3f {
-    let span = span_of(air, path.low, vec2f(path.from_s, path.from_excess), vec2f(path.to_s, path.to_excess), depth);
+    // Behind four to eight optical depths the far side is drawn in, so that the limb of an opaque body is as bright as the ground beside it. This light has no
+    // forward peak, and lacks nothing of it.
+    var end = vec2f(path.to_s, path.to_excess);
+    if view.passes {
+        let near_side = min(depth.x, min(depth.y, depth.z)) * (path.from_s / (path.from_s - path.to_s));
+        end.x = path.to_s * clamp(2.0 - near_side / 4.0, 0.0, 1.0);
+        end.y = path.low + end.x * end.x;
+    }
+    let span = span_of(air, path.low, vec2f(path.from_s, path.from_excess), end, depth);
     var light = vec3f(0.0);
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
     var shaded = vec3f(1.0);
