@@ -33,7 +33,7 @@ fn air_along(air: Air, path: AirPath, towards_sun: vec3f, scale: vec2f, cos_scat
     if rising {
         let at_camera = columns_from(air, air_node(AIR_NODES), path.from_s);
         light.depth = scale.x * depth_of(air, abs(columns_from(air, air_node(AIR_NODES + 1u), path.to_s) - at_camera));
-        rising = dot(light.depth, vec3f(0.33333333)) < MOST_RISING;
+        rising = dot(light.depth, vec3f(0.33333333)) < select(MOST_RISING, MOST_FALLING, path.to_s <= 0.0);
         if rising {
             sums = air_rising(air, path, at_camera, sun_along, sun_nearest, scale);
         }

@@ -65,7 +65,7 @@ fn node_at(air: Air, excess: f32) -> AirNode {
 // Chapman's grazing incidence function: the column of an exponential air outwards from |p|, along a line that rises there by `rise` = |p| cos of its
 // angle from the zenith, over the column sqrt(pi x / 2) H of a line that grazes, x = |p| / H. It is erfcx(z) (1 + g(z) / x + O(1 / x^2)), where
 // z = sqrt(x / 2) cos and g goes from 3 / 8 to 1; both are polynomials in t = 1 / (1 + ERFCX_SLOPE z), fitted over all z (erfcx within 1.6e-5 of it, g
-// within 8e-4). Against quadrature: 2e-5 for x above 300, 1.1e-4 for Titan's haze (x = 40), 3e-4 for Pluto's (24).
+// within 8e-4). Against quadrature: 2e-5 for x above 130, 1.1e-4 for Titan's haze (x = 40), 3e-4 for Pluto's (24).
 fn chapman(slope: f32, end: f32, rise: f32) -> f32 {
     let t = 1.0 / (1.0 + slope * rise);
     let erfcx = (((((-0.12700092 * t + 0.24332373) * t + 0.12417976) * t + 0.24097663) * t + 0.25897046) * t + 0.25953417) * t;
@@ -78,15 +78,19 @@ fn chapman(slope: f32, end: f32, rise: f32) -> f32 {
 // in s^2 gives (s_b^2 - s_a^2) (d_a (2 s_b + s_a) + d_b (s_b + 2 s_a)) / (3 (s_a + s_b)^2), without a difference of near numbers.
 // `knots`: excesses of foot, middle and top over the place.
 fn layer_out(layer: vec3f, knots: vec3f, rise: f32) -> f32 {
-    let above = max(knots, vec3f(0.0));
+    // The least keeps a line that grazes the top from 0 / 0.
+    let above = max(knots, vec3f(1.0e-18));
     let s = sqrt(above + rise * rise);
     // Density where the first piece begins, and in the middle, or here if that is higher.
     let first = max(-knots.x, 0.0) / (layer.y - layer.x);
     let second = min(above.z / (layer.z - layer.y), 1.0);
-    let below = max(s.x + s.y, 1.0e-12);
-    let beyond = max(s.y + s.z, 1.0e-12);
-    return 0.33333333 * ((above.y - above.x) * (first * (s.y + below) + second * (s.x + below)) / (below * below)
-        + (above.z - above.y) * second * (s.z + beyond) / (beyond * beyond));
+    let below = s.x + s.y;
+    let beyond = s.y + s.z;
+    let lower = (above.y - above.x) * (first * (s.y + below) + second * (s.x + below));
+    let upper = (above.z - above.y) * second * (s.z + beyond);
+    let below_sq = below * below;
+    let beyond_sq = beyond * beyond;
+    return 0.33333333 * (lower * beyond_sq + upper * below_sq) / (below_sq * beyond_sq);
 }
 //: end
 
