@@ -7,6 +7,7 @@ mod bench;
 mod catalog;
 mod cli;
 mod clouds;
+mod depth;
 mod eclipse;
 mod ephemeris;
 mod exposure;

@@ -136,8 +136,9 @@ pub enum Part {
     /// The air beside the ground, before it: the ground's soft edge covers it.
     Sky,
     Globe,
-    Ring,
     Clouds,
+    /// The half of the ring before the globe's centre.
+    Ring,
 }
 
 impl Part {
@@ -146,8 +147,8 @@ impl Part {
             Self::RingBehind => "ring-behind",
             Self::Sky => "sky",
             Self::Globe => "globe",
-            Self::Ring => "ring",
             Self::Clouds => "clouds",
+            Self::Ring => "ring",
         }
     }
 }

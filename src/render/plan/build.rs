@@ -276,6 +276,13 @@ fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
 }
 
+/// Depth orders bodies: globes, and lines and points among them. The layers of one body may be closer than it can tell: they lie over what was drawn before
+/// them (scene's order), and leave its depth.
+fn depth_of(part: Part) -> DepthState {
+    let globe = part == Part::Globe;
+    DepthState { test: globe, write: globe }
+}
+
 fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fineness: Fineness) -> Result<PlanDraw, PlanError> {
     let module = ModuleName::Planet(ShaderKey::for_draw(&draw.needs));
     let layout = supplies.layout(&module)?;
@@ -326,8 +333,7 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         // Work adds up; light is covered.
         blend: if draw.needs.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         cull,
-        // What shows through leaves the depth of what it lies over.
-        depth: DepthState { test: true, write: draw.part == Part::Globe },
+        depth: depth_of(draw.part),
         scissor: scissor(draw.amounts.rect_in_clip, width, height),
     })
 }
