@@ -19,6 +19,7 @@ mod horizon;
 mod layering;
 mod layers;
 mod library;
+mod limbs;
 mod mesh;
 mod moments;
 mod orientation;
@@ -47,6 +48,7 @@ mod software_speed;
 mod software_tone_map;
 mod textures;
 mod toggles;
+mod umbra;
 #[cfg(feature = "view")]
 mod viewer;
 #[cfg(feature = "view")]
