@@ -13,6 +13,7 @@ use super::eclipse::limb_law;
 use super::effects::Decision;
 use super::order::stands_before;
 use super::{BodyInView, Placed};
+use crate::catalog::NaifId;
 use glam::{DVec2, DVec3, Vec2, Vec4};
 
 /// Uniforms of shaders/lib/uncovered.wgsl.
@@ -34,16 +35,17 @@ struct Limb {
 }
 
 impl Limb {
-    /// On the rays `ray + x dx + y dy`. `None`: the middle ray points away from the body.
-    fn on(place: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Option<Self> {
+    /// On the rays `ray + x dx + y dy`.
+    fn on(place: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = place.camera_in_unit_sphere();
         let middle = place.centre_km.normalize();
         // The camera's place is parallel to the direction of the body's middle: what lies along that drops out of the cross product before it is rounded.
         let [d0, d1, d2] = [ray, dx, dy].map(|v| place.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(place.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let near = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
-        let unit = 1.0 / near[0];
-        (near[0] > 0.0).then(|| Self {
+        // Any scale will do; f32 must hold it. Over a horizon the middle ray may point away from the body.
+        let unit = 1.0 / (camera.length() * d0.length());
+        Self {
             form: [
                 d0.dot(d0) - n0.dot(n0),
                 2.0 * (d0.dot(d1) - n0.dot(n1)),
@@ -54,7 +56,7 @@ impl Limb {
             ]
             .map(|v| v * unit * unit),
             near: near.map(|v| v * unit),
-        })
+        }
     }
 
     fn holds(&self, x: f64, y: f64) -> bool {
@@ -122,7 +124,7 @@ pub(super) fn part_left(placed: &[Placed<'_>], of: &Placed<'_>) -> DVec3 {
     let aside = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = aside.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
-    let limbs: Vec<Limb> = before.iter().filter_map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
+    let limbs: Vec<Limb> = before.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
     let (u1, u2) = limb_law(of.body);
     let (mut whole, mut left) = (DVec3::ZERO, DVec3::ZERO);
     let mut marks = Vec::new();
@@ -157,12 +159,13 @@ fn of_small(radius_px: f64) -> f64 {
 
 /// Takes from points what nearer bodies hide of them, gives the discs that glow their hiders' limbs, and notes both.
 pub(super) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], points: &mut Vec<Point>, bodies: &mut [BodyInView]) {
-    let found = |id| placed.iter().find(|p| p.body.id == id);
+    let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let mut note = |of: &Placed<'_>, left: DVec3| {
         if left != DVec3::ONE {
             let reason = format!("nearer bodies leave {:.6} of its disc's light", left.y);
             let decision = Decision { feature: "hidden", on: left == DVec3::ZERO, reason, tier: None };
-            bodies.iter_mut().filter(|b| b.id == of.body.id).for_each(|b| b.decisions.push(decision.clone()));
+            let new = |b: &&mut BodyInView| b.id == of.body.id && b.decisions.iter().all(|d| d.feature != decision.feature);
+            bodies.iter_mut().filter(new).for_each(|b| b.decisions.push(decision.clone()));
         }
     };
     for point in points.iter_mut() {
@@ -191,8 +194,8 @@ pub(super) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
         let at = ray(from_px.as_dvec2());
         let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - at, ray(from_px.as_dvec2() + DVec2::Y) - at);
         draw.amounts.hiders.from_px = from_px;
-        let limbs = counted.iter().filter_map(|p| Some((p, Limb::on(&p.placement, at, dx, dy)?)));
-        for ((p, limb), rows) in limbs.zip(draw.amounts.hiders.rows.as_chunks_mut::<3>().0) {
+        for (p, rows) in counted.iter().zip(draw.amounts.hiders.rows.as_chunks_mut::<3>().0) {
+            let limb = Limb::on(&p.placement, at, dx, dy);
             let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
             let (kind, factor) = match shape(p) {
                 _ if left == DVec3::ZERO => (3.0, 1.0),
@@ -236,7 +239,7 @@ mod tests {
                 let ray = at(from);
                 let unit = 0.1 * from;
                 let (dx, dy) = (aside * unit, DVec3::X.cross(aside) * unit);
-                let limb = Limb::on(&body, ray, dx, dy).expect("before the camera");
+                let limb = Limb::on(&body, ray, dx, dy);
                 for (x, y) in [(0.01, 0.0), (-0.01, 0.0), (0.5, 0.4), (-0.5, 0.9), (0.9, -0.9), (-2.0, 0.1), (2.0, 0.3)] {
                     let expected = meets(&body, ray + dx * x + dy * y);
                     assert_eq!(limb.holds(x, y), expected, "{distance_km} km, {n}: {x} {y}");
