@@ -8,6 +8,7 @@ mod bench;
 mod catalog;
 mod cli;
 mod clouds;
+mod depth;
 mod eclipse;
 mod ephemeris;
 mod exposure;
@@ -19,6 +20,7 @@ mod horizon;
 mod layering;
 mod layers;
 mod library;
+mod limbs;
 mod mesh;
 mod moments;
 mod orientation;
@@ -47,6 +49,7 @@ mod software_speed;
 mod software_tone_map;
 mod textures;
 mod toggles;
+mod umbra;
 #[cfg(feature = "view")]
 mod viewer;
 #[cfg(feature = "view")]

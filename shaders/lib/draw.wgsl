@@ -101,6 +101,11 @@ struct Draw {
     // Limb darkening, linear and quadratic term per channel.
     limb_u1: vec3f,
     limb_u2: vec3f,
+  //: if shape.sphere|shape.ellipsoid
+    // Limbs of nearer bodies: lib/uncovered.wgsl says what each row is.
+    hider_from: vec2f,
+    hider: array<vec4f, 6>,
+  //: end
 //: end
 //: if maps.cloud-shadow|surface.cloud
     // Texels of the cloud map at which the sky is clear, and closed.

@@ -19,6 +19,10 @@ struct Seen {
     coverage: f32,
     // Reversed depth: 1 near, 0 infinitely far.
     depth: f32,
+//: if surface.emissive
+    // On the screen, at the limb: unit vector away from the body.
+    outwards: vec2f,
+//: end
 }
 
 fn seen_surface(in: Varyings) -> Seen {
@@ -73,6 +77,9 @@ fn seen_surface(in: Varyings) -> Seen {
     seen.cos_emission = min(emission, 1.0);
 //: end
     seen.coverage = select(0.0, filled, in_front);
+//: if surface.emissive
+    seen.outwards = vec2f(change_x, change_y) / q_change;
+//: end
     seen.depth = clamp(1.0 / max(dot(draw.depth_row.xyz, hit) + draw.depth_row.w, 1.0e-20), 0.0, 1.0);
     return seen;
 }

@@ -16,6 +16,7 @@ pub mod effects;
 mod exposure;
 mod features;
 pub mod glow;
+mod hidden;
 mod kept;
 pub mod legend;
 mod lights;
@@ -23,6 +24,7 @@ pub mod marks;
 mod meshes;
 mod needs;
 pub mod orbits;
+mod order;
 pub mod overlays;
 mod phase_laws;
 pub mod photometry;
@@ -147,7 +149,7 @@ pub struct Scene {
     pub tone_map: request::ToneMap,
     /// Every body of the catalog, in its order.
     pub bodies: Vec<BodyInView>,
-    /// Far to near.
+    /// Far to near: `order`.
     pub draws: Vec<Draw>,
     pub points: Vec<Point>,
     /// Over the bodies, hidden by what is nearer.
@@ -208,7 +210,7 @@ impl Scene {
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air: air.as_ref() };
-        let mut draws: Vec<(f64, Draw)> = Vec::new();
+        let mut draws: Vec<Draw> = Vec::new();
         let mut points = Vec::new();
         let mut lines = Vec::new();
         let drawn_lines = request.layers.orbits && request.pixel_view == PixelView::Shaded;
@@ -225,16 +227,17 @@ impl Scene {
                 found.decisions.push(decision);
             }
             *slot = Some(found);
-            draws.extend(parts.into_iter().map(|d| (p.distance_km, d)));
+            draws.extend(parts);
             points.extend(point);
         }
         let unread_meshes = meshes::unread(request, camera, &placed);
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
         let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
-        draws.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.part.cmp(&b.1.part)));
+        hidden::take(&placed, camera, &mut draws, &mut points, &mut bodies);
+        let draws = order::far_to_near(&placed, draws);
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        let outlined = draws.iter().map(|(_, d)| d).find(|d| d.body == selected && d.part == Part::Globe);
+        let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);
         let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
         let labels = request.layers.labels.then(|| {
             let size_px = marks::letter_size_px(camera.height);
@@ -249,7 +252,7 @@ impl Scene {
             pixel_view: request.pixel_view,
             tone_map: request.tone_map,
             bodies,
-            draws: draws.into_iter().map(|(_, d)| d).collect(),
+            draws,
             points,
             lines,
             glow,

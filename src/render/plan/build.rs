@@ -226,6 +226,8 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "shadow_axes" => w.vec3(name, a.ring.shadow_axes),
         "sun_limb_u1" => w.vec3(name, a.ring.sun_limb_u1),
         "sun_limb_u2" => w.vec3(name, a.ring.sun_limb_u2),
+        "hider_from" => w.vec2(name, a.hiders.from_px),
+        "hider" => w.vec4_array(name, &a.hiders.rows),
         "pixel_size" => w.vec2(name, a.pixel_size),
         _ => Err(LayoutError::Unknown(name.to_owned())),
     }
@@ -275,6 +277,13 @@ fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
         attributes.push(attribute(4, model.colours.as_ref().ok_or_else(|| missing("colours"))?));
     }
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
+}
+
+/// Depth orders bodies: globes, and lines and points among them. The layers of one body may be closer than it can tell: they lie over what was drawn before
+/// them (scene's order), and leave its depth.
+fn depth_of(part: Part) -> DepthState {
+    let globe = part == Part::Globe;
+    DepthState { test: globe, write: globe }
 }
 
 fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fineness: Fineness) -> Result<PlanDraw, PlanError> {
@@ -327,8 +336,7 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
         // Work adds up; light is covered.
         blend: if draw.needs.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         cull,
-        // What shows through leaves the depth of what it lies over.
-        depth: DepthState { test: true, write: draw.part == Part::Globe },
+        depth: depth_of(draw.part),
         scissor: scissor(draw.amounts.rect_in_clip, width, height),
     })
 }
