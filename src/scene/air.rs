@@ -199,7 +199,8 @@ impl<'a> Around<'a> {
         irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
     }
 
-    fn transmittance(&self, direction: DVec3) -> DVec3 {
+    /// What is left of light from beyond, per channel: of what is drawn after the air.
+    pub fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();
         let scale = (along * self.placement.radii_km).length();

@@ -134,7 +134,9 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     };
     // Light from beyond the camera's air comes reddened.
     let tint = frame.air.as_ref().filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
-    let flux = point_flux(frame, p) * (1.0 - share) * tint;
+    // Points are drawn over the air, so that all that it takes is taken here.
+    let through = frame.air.as_ref().filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
+    let flux = point_flux(frame, p) * (1.0 - share) * through;
     // A point that can be seen at all goes dark in a shadow.
     let shows = share < 1.0 && flux.max_element() / frame.exposure.white() > VISIBLE_CHANGE;
     let flux = if shows { flux * dimming(frame.request, frame.ephemeris, p, diameter_px).0 } else { flux };

@@ -107,8 +107,8 @@ fn kind(draw: &Draw) -> &'static str {
 }
 
 /// The steps of one frame. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
-/// neither can wait until all of the other are drawn. Then
-/// lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
+/// neither can wait until all of the other are drawn; the
+/// corona has its place among them. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let black = [0.0, 0.0, 0.0, 1.0];
@@ -116,10 +116,17 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
         Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(LIGHT), draws };
     let mut steps = vec![Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] }];
-    for of_kind in scene.draws.chunk_by(|a, b| kind(a) == kind(b)) {
-        let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
-        steps.push(over_light(kind(&of_kind[0]), draws));
-    }
+    let (behind, before) = scene.draws.split_at(scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len())));
+    let bodies = |steps: &mut Vec<Step>, draws: &[Draw]| -> Result<(), PlanError> {
+        for of_kind in draws.chunk_by(|a, b| kind(a) == kind(b)) {
+            let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
+            steps.push(over_light(kind(&of_kind[0]), draws));
+        }
+        Ok(())
+    };
+    bodies(&mut steps, behind)?;
+    steps.push(over_light("corona", shared::corona(scene, supplies)?));
+    bodies(&mut steps, before)?;
     steps.extend([
         over_light("lines", shared::lines(scene, supplies)?),
         over_light("points", shared::points(scene, supplies)?),
