@@ -46,6 +46,7 @@ mod software_speed;
 mod software_tone_map;
 mod textures;
 mod toggles;
+mod totality;
 #[cfg(feature = "view")]
 mod viewer;
 #[cfg(feature = "view")]

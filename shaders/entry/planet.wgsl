@@ -155,7 +155,8 @@ fn fragment_main(in: Varyings) -> Pixel {
     sunlight *= seen.sunlit;
   //: end
   //: if maps.cloud-shadow
-    sunlight *= sunlight_through_clouds(seen.position, draw.light_direction[0].xyz, place.dx, place.dy);
+    let past_clouds = sunlight_through_clouds(seen.position, draw.light_direction[0].xyz, place.dx, place.dy);
+    sunlight *= past_clouds;
   //: end
 //: end
     var radiance = vec3f(0.0);
@@ -168,7 +169,22 @@ fn fragment_main(in: Varyings) -> Pixel {
     //: if lights.1
       //: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
     let direct = sunlight_through_air(seen.position);
-    radiance += albedo * skylight_on(seen.position, seen.normal, direct) * sunlight;
+    var sky_sunlight = sunlight;
+        //: if air.table
+          //: if eclipse.1
+            //: if surface.cloud
+            //: else
+    // The sky is lit beyond the shadow, too.
+    let spread = spread_reaching(in_radii, SPREAD_GROUND) * draw.light_irradiance[0].rgb;
+              //: if maps.cloud-shadow
+    sky_sunlight = max(sunlight, spread * past_clouds);
+              //: else
+    sky_sunlight = max(sunlight, spread);
+              //: end
+            //: end
+          //: end
+        //: end
+    radiance += albedo * (skylight_on(seen.position, seen.normal, direct) * sky_sunlight + draw.air_night);
     sunlight *= direct;
       //: end
     var facet: Facet;

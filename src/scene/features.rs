@@ -376,6 +376,9 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     let (Some(rect), Some(needs), false) = (rect, needs, no_rim) else { return (None, veil) };
     let mut amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
     super::air::set_ends(&mut amounts, true);
+    if !inside {
+        amounts.air.night = 0.0;
+    }
     let name = format!("{} air", body.name);
     (Some(Draw { body: body.id, part: Part::Sky, name, needs, amounts, map_files: MapFiles::default() }), veil)
 }

@@ -5,6 +5,7 @@
 
 mod air;
 pub mod air_nodes;
+pub mod air_spread;
 pub mod air_table;
 pub mod camera;
 mod clouds;

@@ -37,6 +37,7 @@ fragments![
     "lib/air/scatter.wgsl",
     "lib/air/seen_air.wgsl",
     "lib/air/shaded.wgsl",
+    "lib/air/spread.wgsl",
     "lib/air/sums.wgsl",
     "lib/clouds.wgsl",
     "lib/display.wgsl",

@@ -1,7 +1,6 @@
 // Light that the air has scattered more than once: the table of src/scene/air_table.rs, read between its nodes.
 //
-// It adds to the light scattered once, at the same samples. Where the Sun is hidden by another body at a sample, this light is hidden there in the same part;
-// what would come from lit air beside it is left out.
+// It adds to the light scattered once, at the same samples. Where the Sun is hidden by another body at a sample, lib/air/spread.wgsl says what is left of it.
 
 //: use lib/draw.wgsl
 

@@ -14,6 +14,9 @@
 //: end
 //: if air.table
 //: use lib/air/many.wgsl
+  //: if eclipse.1
+//: use lib/air/spread.wgsl
+  //: end
 //: end
 
 // Rows of lib/air/columns.wgsl's nodes; after the samples' come the camera's end and the far end.
@@ -46,6 +49,11 @@ fn air_rising(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale: 
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
     var shaded = vec3f(1.0);
 //: end
+//: if air.table
+  //: if eclipse.1
+    var spread = vec3f(1.0);
+  //: end
+//: end
     for (var i = 0u; i < AIR_NODES; i++) {
         let node = air_node(i);
         let s = side * sqrt(max(node.a.x - path.low, 1.0e-12));
@@ -63,8 +71,18 @@ fn air_rising(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale: 
         let kept = exp(-depth_of(air, seen));
         var part = kept * exp(-depth_of(air, sunlit));
         var many = kept * many_at_node(i, max(rise, 0.0) * sqrt(node.a.w));
-  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+  //: if eclipse.1
+        if (i & 1u) == 0u {
+            spread = spread_air(path, side * sqrt(max(node.c.w - path.low, 0.0)), many_row(height_of(node.c.w)));
+    //: if eclipse.refracted
+            spread = max(spread, shaded);
+    //: end
+        }
+        many *= spread;
+  //: else
+    //: if ring-shadow.point-sun|ring-shadow.penumbra
         many *= shaded;
+    //: end
   //: end
   //: if air.mie
         sums.many += many * (gas * (air.gas_scattering + node.a.z * air.haze_scattering));

@@ -15,6 +15,9 @@
 //: end
 //: if air.table
 //: use lib/air/many.wgsl
+  //: if eclipse.1
+//: use lib/air/spread.wgsl
+  //: end
 //: end
 
 // Weight of the even spacing against smoothstep; of 0.05, 0.1, 0.2 and 0.4 the last had the least error.
@@ -92,7 +95,7 @@ fn span_of(path: AirPath) -> AirSpan {
 }
 
 // v at u = 0 to 1.
-fn spread(span: AirSpan, u: f32) -> f32 {
+fn v_at(span: AirSpan, u: f32) -> f32 {
     return span.first + span.length * (u * (END_WEIGHT + (1.0 - END_WEIGHT) * u * (3.0 - 2.0 * u)));
 }
 
@@ -102,7 +105,7 @@ fn distance_of(span: AirSpan, v: f32) -> f32 {
 }
 
 fn sample_of(span: AirSpan, u: f32) -> AirSample {
-    let v = spread(span, u);
+    let v = v_at(span, u);
     var sample: AirSample;
     sample.excess = span.base + v * v;
     sample.s = distance_of(span, v);
@@ -158,7 +161,7 @@ fn air_marched(air: Air, whole: AirPath, shadow: vec2f, sun_along: f32, sun_near
     var cell_from = path.from_s;
     for (var i = 0u; i < AIR_SAMPLES; i++) {
         let at = sample_of(span, (f32(i) + 0.5) * (1.0 / f32(AIR_SAMPLES)));
-        let cell_to = distance_of(span, spread(span, f32(i + 1u) * (1.0 / f32(AIR_SAMPLES))));
+        let cell_to = distance_of(span, v_at(span, f32(i + 1u) * (1.0 / f32(AIR_SAMPLES))));
         let height = height_of(at.excess);
         let step = scale.x * at.step * (1.0 / f32(AIR_SAMPLES));
         let gas = step * exp(-height / air.gas_height);
@@ -204,8 +207,12 @@ fn many_marched(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale
     let span = span_of(path);
     var light = vec3f(0.0);
     var behind = vec3f(0.0);
-  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+  //: if eclipse.1
+    var spread = vec3f(1.0);
+  //: else
+    //: if ring-shadow.point-sun|ring-shadow.penumbra
     var shaded = vec3f(1.0);
+    //: end
   //: end
     for (var i = 0u; i < MANY_SAMPLES; i++) {
         let at = sample_of(span, (f32(i) + 0.5) * (1.0 / f32(MANY_SAMPLES)));
@@ -224,11 +231,23 @@ fn many_marched(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale
   //: end
         let cosine = (sun_nearest + at.s * sun_along) / sqrt(1.0 + at.excess);
         var part = exp(-behind) * kept_in(cell) * many_at(many_row(height), cosine);
-  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+  //: if eclipse.1
+        // Two neighbours share it, between them.
         if (i & 1u) == 0u {
-            shaded = shaded_air(path, distance_of(span, spread(span, f32(i + 1u) * (1.0 / f32(MANY_SAMPLES)))));
+            let between = v_at(span, f32(i + 1u) * (1.0 / f32(MANY_SAMPLES)));
+            spread = spread_air(path, distance_of(span, between), many_row(height_of(span.base + between * between)));
+    //: if eclipse.refracted
+            spread = max(spread, shaded_air(path, distance_of(span, between)));
+    //: end
+        }
+        part *= spread;
+  //: else
+    //: if ring-shadow.point-sun|ring-shadow.penumbra
+        if (i & 1u) == 0u {
+            shaded = shaded_air(path, distance_of(span, v_at(span, f32(i + 1u) * (1.0 / f32(MANY_SAMPLES)))));
         }
         part *= shaded;
+    //: end
   //: end
         light += part * scattered;
         behind += cell;

@@ -60,13 +60,14 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
 //: if view.optical-depth
     return vec4f(air.depth, select(coverage, 1.0, air.depth.x > 0.0));
 //: else
-    let scattered = air.scattered * draw.light_irradiance[0].rgb;
   //: if surface.sky
+    let scattered = air.scattered * draw.light_irradiance[0].rgb + select(0.0, draw.air_night, air.depth.x > 0.0);
     // Not nothing where it shines: air too thin to dim would be lost.
     let least = select(0.0, 1.0e-6, scattered.x + scattered.y + scattered.z > 0.0);
     let taken = max(1.0 - dot(exp(-air.depth), vec3f(0.33333333)), least);
     return vec4f(scattered / max(taken, 1.0e-6), taken);
   //: else
+    let scattered = air.scattered * draw.light_irradiance[0].rgb;
     //: if surface.cloud
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: else
@@ -105,8 +106,7 @@ fn sunlight_through_air(position: vec3f) -> vec3f {
 //: end
 }
 
-// Irradiance by the whole sky per unit of sunlight. What the air takes out, `direct` is left, comes down in part as from a white dome; a
-// night has none.
+// Irradiance by the whole sky per unit of sunlight. What the air takes out, `direct` is left, comes down in part as from a white dome.
 fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f) -> vec3f {
   //: if air.table
     //: if surface.cloud
