@@ -24,6 +24,9 @@ pub const ROWS: usize = HEIGHTS + 1;
 pub const COLUMNS: usize = 16;
 pub const NODES: usize = ROWS * COLUMNS;
 
+/// What it is, for a reader.
+pub(super) const SAID: &str = "scattered from the lit air and ground around, within 40 % where a thousandth is left";
+
 const SLOPES: usize = 32;
 const STEPS: usize = 24;
 /// Distances over the ground: the first holds all below, each next one reaches 1.41 times as far.

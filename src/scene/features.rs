@@ -358,6 +358,15 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     ledger.note("air-samples", true, reason.into());
     chosen.air = tier;
     ledger.tier(Effect::Atmosphere.name(), tiers::of_air(tier));
+    if chosen.eclipse.casters > 0 {
+        let spread = tier == AirTier::Table;
+        let reason = if spread {
+            super::air_spread::SAID
+        } else {
+            "left out without the table of further scattering: overhead an umbra's air is as dark as at night"
+        };
+        ledger.note("light-into-shadow", spread, reason.into());
+    }
     if !chosen.ellipsoid && Available::of(body).ellipsoid {
         ledger.note(Effect::Ellipsoid.name(), true, "air lies on the true shape".into());
     }
