@@ -87,26 +87,6 @@ struct Draw {
       //: end
     //: end
   //: end
-  //: if air.table
-    // Roots of what each caster leaves of light scattered many times, and for each where the columns begin and one over how far they reach: lib/air/spread.wgsl.
-    //: if eclipse.4
-    caster_spread: array<vec4f, 320>,
-    caster_spread_reach: array<vec4f, 4>,
-    //: else
-      //: if eclipse.3
-    caster_spread: array<vec4f, 240>,
-    caster_spread_reach: array<vec4f, 3>,
-      //: else
-        //: if eclipse.2
-    caster_spread: array<vec4f, 160>,
-    caster_spread_reach: array<vec4f, 2>,
-        //: else
-    caster_spread: array<vec4f, 80>,
-    caster_spread_reach: array<vec4f, 1>,
-        //: end
-      //: end
-    //: end
-  //: end
   //: if eclipse.refracted
     // The first caster's air by layers, upward: radius and bending (radians) at the lower (xy) and the upper edge (zw); part let through.
     caster_air_edges: array<vec4f, 32>,
@@ -211,8 +191,6 @@ struct Draw {
   //: if lights.1
     // Part of what the air takes out of the sunlight that reaches the ground from the whole sky.
     air_skylight: vec3f,
-    // Radiance of the night sky.
-    air_night: f32,
   //: end
   //: if air.mie
     air_haze_height: f32,
@@ -263,6 +241,7 @@ struct Draw {
     //: end
   //: end
 //: end
+//: use lib/air/amounts.wgsl
 }
 
 @group(0) @binding(0) var<uniform> draw: Draw;

@@ -14,7 +14,7 @@
 //: end
 //: if air.table
 //: use lib/air/many.wgsl
-  //: if eclipse.1
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
 //: use lib/air/spread.wgsl
   //: end
 //: end
@@ -48,11 +48,7 @@ fn air_rising(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale: 
     sums.depth = scale.x * depth_of(air, abs(columns_from(air, air_node(AIR_NODES + 1u), path.to_s) - at_camera));
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
     var shaded = vec3f(1.0);
-//: end
-//: if air.table
-  //: if eclipse.1
-    var spread = vec3f(1.0);
-  //: end
+    var many_shaded = vec3f(1.0);
 //: end
     for (var i = 0u; i < AIR_NODES; i++) {
         let node = air_node(i);
@@ -71,18 +67,11 @@ fn air_rising(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale: 
         let kept = exp(-depth_of(air, seen));
         var part = kept * exp(-depth_of(air, sunlit));
         var many = kept * many_at_node(i, max(rise, 0.0) * sqrt(node.a.w));
-  //: if eclipse.1
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
         if (i & 1u) == 0u {
-            spread = spread_air(path, side * sqrt(max(node.c.w - path.low, 0.0)), many_row(height_of(node.c.w)));
-    //: if eclipse.refracted
-            spread = max(spread, shaded);
-    //: end
+            many_shaded = many_left(path, side * sqrt(max(node.c.w - path.low, 0.0)), node.c.w);
         }
-        many *= spread;
-  //: else
-    //: if ring-shadow.point-sun|ring-shadow.penumbra
-        many *= shaded;
-    //: end
+        many *= many_shaded;
   //: end
   //: if air.mie
         sums.many += many * (gas * (air.gas_scattering + node.a.z * air.haze_scattering));

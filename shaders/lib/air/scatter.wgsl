@@ -15,7 +15,7 @@
 //: end
 //: if air.table
 //: use lib/air/many.wgsl
-  //: if eclipse.1
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
 //: use lib/air/spread.wgsl
   //: end
 //: end
@@ -207,12 +207,8 @@ fn many_marched(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale
     let span = span_of(path);
     var light = vec3f(0.0);
     var behind = vec3f(0.0);
-  //: if eclipse.1
-    var spread = vec3f(1.0);
-  //: else
-    //: if ring-shadow.point-sun|ring-shadow.penumbra
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
     var shaded = vec3f(1.0);
-    //: end
   //: end
     for (var i = 0u; i < MANY_SAMPLES; i++) {
         let at = sample_of(span, (f32(i) + 0.5) * (1.0 / f32(MANY_SAMPLES)));
@@ -231,23 +227,12 @@ fn many_marched(air: Air, path: AirPath, sun_along: f32, sun_nearest: f32, scale
   //: end
         let cosine = (sun_nearest + at.s * sun_along) / sqrt(1.0 + at.excess);
         var part = exp(-behind) * kept_in(cell) * many_at(many_row(height), cosine);
-  //: if eclipse.1
-        // Two neighbours share it, between them.
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
         if (i & 1u) == 0u {
-            let between = v_at(span, f32(i + 1u) * (1.0 / f32(MANY_SAMPLES)));
-            spread = spread_air(path, distance_of(span, between), many_row(height_of(span.base + between * between)));
-    //: if eclipse.refracted
-            spread = max(spread, shaded_air(path, distance_of(span, between)));
-    //: end
-        }
-        part *= spread;
-  //: else
-    //: if ring-shadow.point-sun|ring-shadow.penumbra
-        if (i & 1u) == 0u {
-            shaded = shaded_air(path, distance_of(span, v_at(span, f32(i + 1u) * (1.0 / f32(MANY_SAMPLES)))));
+            let v = v_at(span, f32(i + 1u) * (1.0 / f32(MANY_SAMPLES)));
+            shaded = many_left(path, distance_of(span, v), span.base + v * v);
         }
         part *= shaded;
-    //: end
   //: end
         light += part * scattered;
         behind += cell;

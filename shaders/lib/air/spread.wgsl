@@ -3,8 +3,13 @@
 // The tables are those of src/scene/air_spread.rs, the roots of factors: for each caster 4 rows of heights and one of the ground, 16 distances from its limb each.
 
 //: use lib/draw.wgsl
-//: use lib/eclipse/casters.wgsl
+//: use lib/air/columns.wgsl
 //: use lib/air/path.wgsl
+//: use lib/air/shaded.wgsl
+//: use lib/air/many.wgsl
+
+//: if eclipse.1
+//: use lib/eclipse/casters.wgsl
 
 const SPREAD_NODES = 80u;
 const SPREAD_GROUND = 4.0;
@@ -46,12 +51,23 @@ fn spread_reaching(position: vec3f, row: f32) -> vec3f {
 //: end
     return part;
 }
+//: end
 
-// At a place on a view ray; `row`: that of lib/air/many.wgsl.
-fn spread_air(path: AirPath, s: f32, row: f32) -> vec3f {
-//: if shape.ellipsoid
-    return spread_reaching((path.nearest + s * path.along) * draw.axis_ratios, min(row, 3.0));
+// At a place on a view ray: its distance and excess.
+fn many_left(path: AirPath, s: f32, excess: f32) -> vec3f {
+//: if eclipse.1
+  //: if shape.ellipsoid
+    let position = (path.nearest + s * path.along) * draw.axis_ratios;
+  //: else
+    let position = path.nearest + s * path.along;
+  //: end
+    let left = spread_reaching(position, min(many_row(height_of(excess)), 3.0));
+  //: if eclipse.refracted
+    return max(left, shaded_air(path, s));
+  //: else
+    return left;
+  //: end
 //: else
-    return spread_reaching(path.nearest + s * path.along, min(row, 3.0));
+    return shaded_air(path, s);
 //: end
 }
