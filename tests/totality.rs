@@ -451,6 +451,24 @@ fn twilight_is_as_bright_as_it_is_known_to_be() {
     assert!(of(60.0) > 5e3 && of(60.0) < 2.5e4, "{} lux by day", of(60.0));
 }
 
+/// The ground's light is that of the sky which is drawn: from dusk to night their ratio, the ground's albedo, stays within a factor of 1.7 of its middle.
+#[test]
+fn the_ground_is_lit_by_the_sky_that_is_drawn() {
+    let place = (0.0, 0.0);
+    let noon = at("2024-03-20T12:00:00Z");
+    let ratios: Vec<f64> = [-1.0, -3.0, -5.0, -7.0, -9.0, -11.0, -13.0, -16.0, -20.0, -28.0]
+        .into_iter()
+        .map(|height| {
+            let time = when(NaifId::EARTH, place, noon, height, 36_000.0);
+            let c = sky(NaifId::EARTH, place, time, -70.0, 0.0, &format!("{CLEAR},-eclipse,-albedo,-specular"));
+            (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z) * UNIT_CD_M2 * PI / lux(NaifId::EARTH, place, time)
+        })
+        .collect();
+    let middle = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
+    assert!(ratios.iter().all(|r| (r / middle).ln().abs() < 1.7_f64.ln()), "{ratios:?}");
+    assert!((0.03..0.6).contains(&middle), "an albedo: {middle}");
+}
+
 /// The same at Mars, in all tiers: the ground and the sky fall without a jump and never to nothing.
 #[test]
 fn every_sky_has_a_night() {

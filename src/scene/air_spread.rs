@@ -35,7 +35,7 @@ const FIRST_KM: f64 = 2.0;
 /// Sides that a distance is averaged over.
 const SIDES: usize = 12;
 /// Rounds of further scattering; each adds less than half of the one before.
-const ORDERS: usize = 6;
+const ORDERS: usize = 4;
 const MOST_AGAIN: f64 = 0.98;
 /// Beyond so many kilometres nothing is spread into a shadow: eight free paths of red light.
 const REACH_KM: f64 = 600.0;
@@ -55,6 +55,7 @@ struct Shadow {
     to: f64,
     /// What is left of the Sun over the distance from the caster's limb, -1 to 1.
     left: Vec<DVec3>,
+    sides: [(DVec2, DVec2); SIDES],
 }
 
 impl Shadow {
@@ -73,7 +74,8 @@ impl Shadow {
         let margin = REACH_KM / km;
         let laws = eclipse.limb.map(|l| l.truncate().as_dvec3());
         let left = (0..EDGE_NODES).map(|k| left_of_sun(caster, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &laws)).collect();
-        Some(Self { caster, km, sun_cosine: along.max(LEAST_SUN), from: (-1.0 - margin).max(-caster), to: 1.0 + margin, left })
+        let sun_cosine = along.max(LEAST_SUN);
+        Some(Self { caster, km, sun_cosine, from: (-1.0 - margin).max(-caster), to: 1.0 + margin, left, sides: sides(sun_cosine) })
     }
 
     /// What is left of the Sun at a distance from the caster's centre.
@@ -103,14 +105,18 @@ impl Shadow {
     /// Mean of a quantity over all sides of a place, so many kilometres over the ground from it.
     fn around(&self, distance: f64, way_km: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
         let way = way_km / self.km;
-        let side = |k: usize| {
-            // The place itself lies on any side of the axis: the golden section spreads both angles evenly.
-            let (sin, cos) = (TAU * (k as f64 + 0.5) / SIDES as f64).sin_cos();
-            let from = DVec2::from_angle(PI * (k as f64 * 0.618_033_988_749).fract()) * distance;
-            what((from + DVec2::new(way * self.sun_cosine * cos, way * sin)).length())
-        };
-        (0..SIDES).map(side).sum::<DVec3>() / SIDES as f64
+        let side = |(from, to): &(DVec2, DVec2)| what((*from * distance + *to * way).length());
+        self.sides.iter().map(side).sum::<DVec3>() / SIDES as f64
     }
+}
+
+/// Unit vectors to a place from the shadow's axis, and from the place over the ground, across the light.
+fn sides(sun_cosine: f64) -> [(DVec2, DVec2); SIDES] {
+    std::array::from_fn(|k| {
+        // The place itself lies on any side of the axis: the golden section spreads both angles evenly.
+        let (sin, cos) = (TAU * (k as f64 + 0.5) / SIDES as f64).sin_cos();
+        (DVec2::from_angle(PI * (k as f64 * 0.618_033_988_749).fract()), DVec2::new(sun_cosine * cos, sin))
+    })
 }
 
 /// Part of the Sun's light past a circle of radius `caster` whose limb is `edge` beyond the Sun's centre (below 0: it covers the centre).
