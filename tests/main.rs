@@ -49,6 +49,7 @@ mod software_speed;
 mod software_tone_map;
 mod textures;
 mod toggles;
+mod totality;
 mod umbra;
 #[cfg(feature = "view")]
 mod viewer;

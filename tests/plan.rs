@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
+use orrery::scene::air_spread;
 use orrery::scene::air_table::NODES;
 use orrery::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, Needs, RingAmounts};
 use orrery::scene::effects::possible_needs;
@@ -62,6 +63,7 @@ fn amounts(lights: u8) -> Amounts {
             layer: Vec3::splat(41.0),
             layer_extinction: Vec3::splat(42.0),
             veil: 45.0,
+            night: 47.0,
             many_heights: Vec2::splat(43.0),
             many: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
         },
@@ -88,7 +90,10 @@ fn every_possible_structure_is_filled_by_name() {
         let casters = vec![Vec4::ZERO; usize::from(needs.eclipse.casters)];
         let layers = vec![Vec4::ZERO; 32];
         let (places, air_edges) = (casters.clone(), layers.clone());
-        let eclipse = EclipseAmounts { places, shapes: casters, air_edges, air_passes: layers, ..EclipseAmounts::default() };
+        let spread = vec![Vec4::splat(48.0); air_spread::NODES * usize::from(needs.eclipse.casters)];
+        let spread_reach = places.clone();
+        let eclipse =
+            EclipseAmounts { places, shapes: casters, air_edges, air_passes: layers, spread, spread_reach, ..EclipseAmounts::default() };
         match uniforms_of(layout, &Amounts { eclipse, ..amounts(needs.lights) }, 1) {
             Ok(bytes) if bytes.is_empty() => Some(format!("{key}: nothing to fill")),
             Ok(_) => None,

@@ -262,6 +262,7 @@ struct Draw {
     //: end
   //: end
 //: end
+//: use lib/air/amounts.wgsl
 }
 
 @group(0) @binding(0) var<uniform> draw: Draw;

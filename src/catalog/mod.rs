@@ -232,6 +232,8 @@ pub struct Atmosphere {
     pub top_km: f64,
     /// Refractive index less 1 at the reference level, green light; `None`: its bending of light is not counted.
     pub refractivity: Option<f64>,
+    /// Luminance of its glow at night, straight up; `None`: not known, and left out.
+    pub airglow_cd_m2: Option<f64>,
     pub species: Vec<Species>,
 }
 

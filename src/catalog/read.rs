@@ -344,10 +344,11 @@ fn atmosphere(mut s: Section) -> Option<(Located<String>, Atmosphere)> {
     let of = s.need("body", "the name of a body", |_: &String| true);
     let top_km = number(&mut s, "top_km", "kilometres above 0", |x| x > 0.0);
     let refractivity = s.take("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
+    let airglow_cd_m2 = s.take("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
     let species: Vec<_> = s.sections("species").into_iter().filter_map(species).collect();
     let _ = s.take::<String>("source", "a string", |_| true);
     s.finish();
-    Some((of?, Atmosphere { top_km: top_km?, refractivity, species }))
+    Some((of?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
 }
 
 /// Reads every file; later ones override. All problems come back together.

@@ -13,6 +13,21 @@ use std::collections::BTreeSet;
 
 /// Part of the extinguished light that comes down again as light of the sky: half goes each way in Rayleigh's scattering.
 const DOWNWARDS: f64 = 0.5;
+/// Luminance of a white plane that faces the Sun at 1 au: 133 000 lux over pi.
+const UNIT_CD_M2: f64 = 133_000.0 / std::f64::consts::PI;
+/// What shines through any air at night, mean over the sky: zodiacal light and starlight, 75 stars of tenth magnitude in a square degree (60 and 15 of the 220 that make
+/// the darkest sky of the Earth, 21.9 magnitudes in a square second, with the airglow's 145), 8.3e-7 cd/m2 each. It differs by a factor of two over the sky and
+/// between the planets, whose zodiacal light is fainter farther out.
+const BEYOND_CD_M2: f64 = 75.0 * 8.3e-7;
+
+/// Radiance of the sky at night where no moon shines; lamps are left out.
+fn night_radiance(air: &Atmosphere) -> f64 {
+    if vertical_depth(air).max_element() <= 0.0 {
+        return 0.0;
+    }
+    (BEYOND_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / UNIT_CD_M2
+}
+
 /// Steps of the transmittance towards a body beyond the air; against 1000 steps within 1e-4.
 const STEPS: usize = 64;
 
@@ -147,6 +162,7 @@ pub(super) fn amounts(body: &Body, floor: f64) -> AirAmounts {
         layer: camera::narrow(knots.map(excess_of)),
         layer_extinction: of(layer(air), extinction),
         veil: 0.0,
+        night: camera::narrow_scalar(night_radiance(air)),
         many_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         many: std::sync::Arc::default(),
     }
@@ -200,7 +216,8 @@ impl<'a> Around<'a> {
         irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
     }
 
-    fn transmittance(&self, direction: DVec3) -> DVec3 {
+    /// What is left of light from beyond, per channel: of what is drawn after the air.
+    pub fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();
         let scale = (along * self.placement.radii_km).length();

@@ -18,15 +18,27 @@ pub const SUNS: usize = 16;
 /// The heights' rows, then one of the light that falls on level ground.
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// Changes when the same atmosphere gives another table.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
-const DIRECTIONS: usize = 64;
+/// Directions over the sphere and steps along each, by day.
+const BY_DAY: Fineness = Fineness { directions: 64, steps: 24 };
+/// Under the horizon the Sun lights little of the sky: with the day's fineness the light of the ground at 12 degrees was a thirtieth of what the sky sends.
+const BY_DUSK: Fineness = Fineness { directions: 192, steps: 32 };
+/// For the one row of the ground.
+const ON_GROUND: Fineness = Fineness { directions: 1024, steps: 48 };
+/// On the way to the Sun.
 const STEPS: usize = 24;
 /// The part that scatters again stays under this, so that the series ends.
 const MOST_AGAIN: f64 = 0.98;
 /// Columns lie evenly in x = mu / (|mu| + BEND), from FIRST to 1 / (1 + BEND).
 const BEND: f64 = 0.3;
 const FIRST: f64 = -0.5;
+
+#[derive(Clone, Copy)]
+struct Fineness {
+    directions: usize,
+    steps: usize,
+}
 
 /// The body's air in shells.
 struct Shells<'a> {
@@ -47,9 +59,9 @@ fn height_km(air: &Atmosphere, row: usize) -> f64 {
 }
 
 /// Even directions over the sphere.
-fn directions() -> impl Iterator<Item = DVec3> {
-    (0..DIRECTIONS).map(|k| {
-        let z = 1.0 - (2.0 * k as f64 + 1.0) / DIRECTIONS as f64;
+fn directions(count: usize) -> impl Iterator<Item = DVec3> {
+    (0..count).map(move |k| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
         let (sin, cos) = (PI * (1.0 + 5.0f64.sqrt()) * k as f64).sin_cos();
         let across = (1.0 - z * z).sqrt();
         DVec3::new(across * cos, across * sin, z)
@@ -62,10 +74,10 @@ fn towards_sun(cosine: f64) -> DVec3 {
 }
 
 /// Middle and length of each step of a way of length 1; steps grow away from its start.
-fn steps() -> impl Iterator<Item = (f64, f64)> {
-    (0..STEPS).map(|k| {
-        let u = (k as f64 + 0.5) / STEPS as f64;
-        (u * u, 2.0 * u / STEPS as f64)
+fn steps(count: usize) -> impl Iterator<Item = (f64, f64)> {
+    (0..count).map(move |k| {
+        let u = (k as f64 + 0.5) / count as f64;
+        (u * u, 2.0 * u / count as f64)
     })
 }
 
@@ -111,15 +123,15 @@ impl Shells<'_> {
         if hits {
             return DVec3::ZERO;
         }
-        let depth: DVec3 = steps().map(|(at, part)| self.sum(self.height(p + sun * (way * at)), extinction) * (way * part)).sum();
+        let depth: DVec3 = steps(STEPS).map(|(at, part)| self.sum(self.height(p + sun * (way * at)), extinction) * (way * part)).sum();
         each(depth, |d| (-d).exp())
     }
 
     /// `source`: radiance per unit of scattering at a place.
-    fn ray(&self, from: DVec3, along: DVec3, source: impl Fn(DVec3) -> DVec3) -> Ray {
+    fn ray(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> Ray {
         let (way, hits) = self.reach(from, along);
         let mut ray = Ray { light: DVec3::ZERO, again: DVec3::ZERO, through: DVec3::ONE, ground: hits.then(|| from + along * way) };
-        for (at, part) in steps() {
+        for (at, part) in steps(count) {
             let p = from + along * (way * at);
             let height = self.height(p);
             let depth = self.sum(height, extinction) * (way * part);
@@ -137,14 +149,15 @@ impl Shells<'_> {
         // A finger's breadth above the ground, so that no ray begins under it.
         let from = DVec3::Z * (self.radius_km + height_km(self.air, row).max(1e-4));
         let sun = towards_sun(sun_cosine(column));
+        let fine = if sun.z > 0.0 { BY_DAY } else { BY_DUSK };
         let (mut second, mut again) = (DVec3::ZERO, DVec3::ZERO);
-        for along in directions() {
-            let ray = self.ray(from, along, |p| self.sunlight(p, sun) / (4.0 * PI));
+        for along in directions(fine.directions) {
+            let ray = self.ray(from, along, fine.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
             second += ray.light + ray.ground.map_or(DVec3::ZERO, |g| ray.through * self.reflected(g, sun));
             again += ray.again;
         }
-        let again = again / DIRECTIONS as f64;
-        second / DIRECTIONS as f64 / each(again, |a| 1.0 - a.min(MOST_AGAIN))
+        let again = again / fine.directions as f64;
+        second / fine.directions as f64 / each(again, |a| 1.0 - a.min(MOST_AGAIN))
     }
 
     /// Radiance of the ground in direct sunlight.
@@ -159,13 +172,13 @@ impl Shells<'_> {
         let from = DVec3::Z * (self.radius_km + 1e-4);
         let sun = towards_sun(sun_cosine(column));
         let mut sum = DVec3::ZERO;
-        for along in directions().filter(|d| d.z > 0.0) {
+        for along in directions(ON_GROUND.directions).filter(|d| d.z > 0.0) {
             let cos = along.dot(sun);
-            let many = self.ray(from, along, |p| self.at(rows, self.height(p), p.normalize().dot(sun))).light;
+            let many = self.ray(from, along, ON_GROUND.steps, |p| self.at(rows, self.height(p), p.normalize().dot(sun))).light;
             let once: DVec3 = self.once(from, along, sun, cos);
             sum += (many + once) * along.z;
         }
-        sum * (2.0 * TAU / DIRECTIONS as f64)
+        sum * (2.0 * TAU / ON_GROUND.directions as f64)
     }
 
     /// Light scattered once, each species by its own phase function.
@@ -180,7 +193,7 @@ impl Shells<'_> {
             let turned: DVec3 = self.air.species.iter().map(|s| scattering(s) * (density(s, height) * phases(s))).sum();
             self.sunlight(p, sun) * turned / all
         };
-        self.ray(from, along, source).light
+        self.ray(from, along, ON_GROUND.steps, source).light
     }
 
     /// The table between its nodes, as the shader reads it.

@@ -125,6 +125,8 @@ pub struct AirAmounts {
     pub layer_extinction: Vec3,
     /// 1: the ground's colours hold the air already, so that of both the brighter is seen; 0: the air lies over the ground.
     pub veil: f32,
+    /// Radiance of the night sky: none for a sky that is seen from outside.
+    pub night: f32,
     /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
     pub many_heights: Vec2,
     /// [`crate::scene::air_table`]; brought in where the draw asks for it.

@@ -33,10 +33,12 @@ pub enum Effect {
     Points,
     /// The veil of light around the Sun.
     Glow,
+    /// The Sun's outermost air.
+    Corona,
 }
 
 impl Effect {
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Ellipsoid,
         Self::Mesh,
         Self::SelfShadow,
@@ -56,6 +58,7 @@ impl Effect {
         Self::PlanetShine,
         Self::Points,
         Self::Glow,
+        Self::Corona,
     ];
 
     pub fn name(self) -> &'static str {
@@ -79,6 +82,7 @@ impl Effect {
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
             Self::Glow => "glow",
+            Self::Corona => "corona",
         }
     }
 }

@@ -134,7 +134,9 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     };
     // Light from beyond the camera's air comes reddened.
     let tint = frame.air.as_ref().filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
-    let flux = point_flux(frame, p) * (1.0 - share) * tint;
+    // Points are drawn over the air, so that all that it takes is taken here.
+    let through = frame.air.as_ref().filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
+    let flux = point_flux(frame, p) * (1.0 - share) * through;
     // A point that can be seen at all goes dark in a shadow.
     let shows = share < 1.0 && flux.max_element() / frame.exposure.white() > VISIBLE_CHANGE;
     let flux = if shows { flux * dimming(frame.request, frame.ephemeris, p, diameter_px).0 } else { flux };
@@ -355,6 +357,15 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     ledger.note("air-samples", true, reason.into());
     chosen.air = tier;
     ledger.tier(Effect::Atmosphere.name(), tiers::of_air(tier));
+    if chosen.eclipse.casters > 0 {
+        let spread = tier == AirTier::Table;
+        let reason = if spread {
+            super::air_spread::SAID
+        } else {
+            "left out without the table of further scattering: overhead an umbra's air is as dark as at night"
+        };
+        ledger.note("light-into-shadow", spread, reason.into());
+    }
     if !chosen.ellipsoid && Available::of(body).ellipsoid {
         ledger.note(Effect::Ellipsoid.name(), true, "air lies on the true shape".into());
     }
@@ -373,6 +384,9 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     let (Some(rect), Some(needs), false) = (rect, needs, no_rim) else { return (None, veil) };
     let mut amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
     super::air::set_ends(&mut amounts, true);
+    if !inside {
+        amounts.air.night = 0.0;
+    }
     let name = format!("{} air", body.name);
     (Some(Draw { body: body.id, part: Part::Sky, name, needs, amounts, map_files: MapFiles::default() }), veil)
 }

@@ -47,7 +47,7 @@ fn meets_frame(camera: &Camera, towards: DVec3, radius: f64) -> bool {
 }
 
 /// The rectangle around all directions whose chord to `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
-fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
+pub(super) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
     // Tangents of the least and the greatest angle from the view axis, seen along the picture's other axis.
     let span = |across: f64| {
@@ -63,8 +63,8 @@ fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     ClipRect { left, top, right, bottom }
 }
 
-/// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `tint`: what the air leaves of its light.
-pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], white: f64, tint: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
+/// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `through`: what the air leaves of its light.
+pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], white: f64, through: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
     let towards = sun.placement.centre_km / sun.distance_km;
     let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
@@ -73,7 +73,7 @@ pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], white: f64, tint: imp
     }
     let seen = part_seen(placed, sun);
     let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
-    let strength = tint(sun.placement.centre_km) * (VEIL * irradiance * seen);
+    let strength = through(sun.placement.centre_km) * (VEIL * irradiance * seen);
     let least = (sun.body.radii_km.x / sun.distance_km).max(camera.pixel_tangent());
     let beside = strength.max_element() / (least * least) / white;
     let on = beside > VISIBLE_CHANGE;

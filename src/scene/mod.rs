@@ -5,6 +5,7 @@
 
 mod air;
 pub mod air_nodes;
+pub mod air_spread;
 pub mod air_table;
 mod brightness;
 pub mod camera;
@@ -154,6 +155,8 @@ pub struct Scene {
     pub points: Vec<Point>,
     /// Over the bodies, hidden by what is nearer.
     pub lines: Vec<orbits::LinePiece>,
+    /// Among the draws.
+    pub corona: Option<corona::Corona>,
     /// Over everything.
     pub glow: Option<glow::Glow>,
     /// The selected body as a black shape, where its outline is wanted.
@@ -233,9 +236,13 @@ impl Scene {
         let unread_meshes = meshes::unread(request, camera, &placed);
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
-        let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
+        let through = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.transmittance(to));
+        let glow = decided(request, effects::Effect::Glow, glow::glow(camera, &placed, exposure.white(), through), &mut bodies);
+        let corona = corona::corona(request, camera, &placed, exposure.white(), tint);
+        let corona = decided(request, effects::Effect::Corona, corona, &mut bodies);
         hidden::take(&placed, camera, &mut draws, &mut points, &mut bodies);
         let draws = order::far_to_near(&placed, draws);
+        let corona = corona.map(|c| corona::Corona { draws_behind: order::draws_behind(&placed, &draws, NaifId::SUN), ..c });
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
         let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);
         let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
@@ -255,6 +262,7 @@ impl Scene {
             draws,
             points,
             lines,
+            corona,
             glow,
             outlined,
             bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,
@@ -268,19 +276,19 @@ impl Scene {
     }
 }
 
-/// Decides on the Sun's glow and notes it among the Sun's features.
-fn shines(request: &ViewRequest, found: Option<(glow::Glow, bool, String)>, bodies: &mut [BodyInView]) -> Option<glow::Glow> {
-    let (glow, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Shaded)?;
-    let (on, reason) = match request.effects.asked(effects::Effect::Glow) {
+/// Decides on light around the Sun and notes it among the Sun's features.
+fn decided<T>(request: &ViewRequest, effect: effects::Effect, found: Option<(T, bool, String)>, bodies: &mut [BodyInView]) -> Option<T> {
+    let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Shaded)?;
+    let (on, reason) = match request.effects.asked(effect) {
         Some(on) => (on, "asked for".into()),
         None => (by_bound, reason),
     };
-    let feature = effects::Effect::Glow.name();
+    let feature = effect.name();
     bodies
         .iter_mut()
         .filter(|b| b.id == NaifId::SUN)
         .for_each(|b| b.decisions.push(Decision { feature, on, reason: reason.clone(), tier: None }));
-    on.then_some(glow)
+    on.then_some(light)
 }
 
 /// Puts a body where the viewer sees it: light time, and aberration for a viewer who moves.

@@ -27,12 +27,13 @@ pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
-use crate::catalog::{Catalog, CatalogError, EclipseRadii};
+use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{Letters, MapStore, SharedTexture, TexelFormat};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
+use crate::scene::air_spread;
 use crate::scene::draw::AirTier;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
@@ -40,6 +41,7 @@ use crate::scene::{Scene, SceneError};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
+use glam::Vec4;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -293,9 +295,19 @@ impl Session {
         for mesh in scene.draws.iter_mut().filter_map(|d| d.amounts.mesh.as_mut()) {
             mesh.sun_heights = self.measured(Stage::Scene, || self.meshes.heights(mesh));
         }
+        // Ground and sky of a body share one.
+        let mut spread: Option<(NaifId, Vec<Vec4>, (Vec<Vec4>, Vec<Vec4>))> = None;
         for draw in scene.draws.iter_mut().filter(|d| d.needs.air.tier == AirTier::Table) {
             if let Some(body) = self.catalog.body(draw.body) {
                 draw.amounts.air.many = self.air_tables.get(body);
+                let eclipse = &mut draw.amounts.eclipse;
+                if spread.as_ref().is_none_or(|(id, places, _)| *id != draw.body || *places != eclipse.places) {
+                    let tables = self.measured(Stage::Scene, || air_spread::tables(body, eclipse));
+                    spread = Some((draw.body, eclipse.places.clone(), tables));
+                }
+                if let Some((_, _, tables)) = &spread {
+                    (eclipse.spread, eclipse.spread_reach) = tables.clone();
+                }
             }
         }
         Ok(scene)

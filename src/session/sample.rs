@@ -13,6 +13,7 @@ use crate::render::plan::{
     uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
+use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, NODES as SPREAD_NODES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::draw::{
     AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, OverlayAmounts, RingAmounts, RingTable, Shape, Surface,
@@ -57,6 +58,7 @@ fn eclipse(key: &ShaderKey) -> EclipseAmounts {
         let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
         Vec4::new(r0, b0, r1, b1)
     });
+    let spread = |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % COLUMNS_OF_SPREAD) as f32 / (COLUMNS_OF_SPREAD - 1) as f32).extend(0.0);
     let disc = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
     EclipseAmounts {
         axis: along.extend(1.0 / sun_distance),
@@ -66,6 +68,9 @@ fn eclipse(key: &ShaderKey) -> EclipseAmounts {
         shapes: casters.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
         air_passes: (0..AIR_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
+        // From the middle of the shadow outwards and from blue to red it lets more through.
+        spread: casters.iter().flat_map(|_| (0..SPREAD_NODES).map(spread)).collect(),
+        spread_reach: casters.iter().map(|_| Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0)).collect(),
     }
 }
 
@@ -123,6 +128,7 @@ fn air() -> AirAmounts {
         layer: Vec3::new(excess(0.03), excess(0.06), excess(0.09)),
         layer_extinction: Vec3::new(0.8, 2.0, 0.2),
         veil: 0.0,
+        night: 1e-3,
         many_heights: Vec2::new(0.0, 5.0),
         many: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
     }

@@ -12,6 +12,7 @@ macro_rules! fragments {
 
 fragments![
     "entry/blur.wgsl",
+    "entry/corona.wgsl",
     "entry/glow.wgsl",
     "entry/interface.wgsl",
     "entry/label.wgsl",
@@ -28,6 +29,7 @@ fragments![
     "entry/tone_map.wgsl",
     "entry/tone_map_bloom.wgsl",
     "lib/air/along.wgsl",
+    "lib/air/amounts.wgsl",
     "lib/air/columns.wgsl",
     "lib/air/many.wgsl",
     "lib/air/of_draw.wgsl",
@@ -36,6 +38,7 @@ fragments![
     "lib/air/scatter.wgsl",
     "lib/air/seen_air.wgsl",
     "lib/air/shaded.wgsl",
+    "lib/air/spread.wgsl",
     "lib/air/sums.wgsl",
     "lib/clouds.wgsl",
     "lib/display.wgsl",
@@ -114,8 +117,8 @@ impl Fragments {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
-pub const SIMPLE_MODULES: [&str; 10] =
-    ["blur", "glow", "interface", "label", "line", "outline", "point", "shrink", "tone_map", "tone_map_bloom"];
+pub const SIMPLE_MODULES: [&str; 11] =
+    ["blur", "corona", "glow", "interface", "label", "line", "outline", "point", "shrink", "tone_map", "tone_map_bloom"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];

@@ -15,6 +15,9 @@
 //: end
 //: if air.table
 //: use lib/air/many.wgsl
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+//: use lib/air/spread.wgsl
+  //: end
 //: end
 
 // Rows of lib/air/columns.wgsl's nodes; after the samples' come the camera's end and the far end.
@@ -50,6 +53,7 @@ fn air_rising(air: Air, path: AirPath, at_camera: vec3f, sun_along: f32, sun_nea
     let side = select(1.0, -1.0, path.to_s <= 0.0);
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
     var shaded = vec3f(1.0);
+    var many_shaded = vec3f(1.0);
 //: end
     for (var i = 0u; i < AIR_NODES; i++) {
         let node = air_node(i);
@@ -69,7 +73,10 @@ fn air_rising(air: Air, path: AirPath, at_camera: vec3f, sun_along: f32, sun_nea
         var part = kept * exp(-depth_of(air, sunlit));
         var many = kept * many_at_node(i, max(rise, 0.0) * node.a.w);
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
-        many *= shaded;
+        if (i & 1u) == 0u {
+            many_shaded = many_left(path, side * sqrt(max(node.c.w - path.low, 0.0)), node.c.w);
+        }
+        many *= many_shaded;
   //: end
   //: if air.mie
         sums.many += many * (gas * (air.gas_scattering + node.a.z * air.haze_scattering));

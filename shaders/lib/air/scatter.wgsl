@@ -15,6 +15,9 @@
 //: end
 //: if air.table
 //: use lib/air/many.wgsl
+  //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+//: use lib/air/spread.wgsl
+  //: end
 //: end
 
 // As many as air_samples in lib/draw.wgsl.
@@ -206,7 +209,8 @@ fn many_marched(air: Air, path: AirPath, view: AirView, depth: vec3f, sun_along:
         var part = exp(-scale.x * depth_of(air, columns_before(air, view, node, at.s))) * many_at(many_row(height_of(at.excess)), cosine);
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
         if (i & 1u) == 0u {
-            shaded = shaded_air(path, sample_of(span, row.z).s);
+            let between = sample_of(span, row.z);
+            shaded = many_left(path, between.s, between.excess);
         }
         part *= shaded;
   //: end

@@ -60,13 +60,14 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
 //: if view.optical-depth
     return vec4f(air.depth, select(coverage, 1.0, air.depth.x > 0.0));
 //: else
-    let scattered = air.scattered * draw.light_irradiance[0].rgb;
   //: if surface.sky
+    let scattered = air.scattered * draw.light_irradiance[0].rgb + select(0.0, draw.air_night, air.depth.x > 0.0);
     // Not nothing where it shines: air too thin to dim would be lost.
     let least = select(0.0, 1.0e-6, scattered.x + scattered.y + scattered.z > 0.0);
     let taken = max(1.0 - dot(exp(-air.depth), vec3f(0.33333333)), least);
     return vec4f(scattered / max(taken, 1.0e-6), taken);
   //: else
+    let scattered = air.scattered * draw.light_irradiance[0].rgb;
     //: if surface.cloud
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: else
@@ -105,21 +106,33 @@ fn sunlight_through_air(position: vec3f) -> vec3f {
 //: end
 }
 
-// Irradiance by the whole sky per unit of sunlight. What the air takes out, `direct` is left, comes down in part as from a white dome; a
-// night has none.
-fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f) -> vec3f {
+// Irradiance by the whole sky, by day and by night. Without the table what the air takes out of the sunlight, `direct` is left, comes down in part as from a white dome.
+// `sunlight`: what other bodies and the clouds leave of the Sun's; `over_clouds`: without the clouds.
+fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f, sunlight: vec3f, over_clouds: vec3f) -> vec3f {
   //: if air.table
     //: if surface.cloud
     //: else
       //: if shape.ellipsoid
-    return (1.0 - draw.air_veil) * many_on_ground(dot(position, normalize(draw.light_direction[0].xyz / draw.axis_ratios)));
+    let sky = (1.0 - draw.air_veil) * many_on_ground(dot(position, normalize(draw.light_direction[0].xyz / draw.axis_ratios)));
       //: else
-    return (1.0 - draw.air_veil) * many_on_ground(dot(position, draw.light_direction[0].xyz));
+    let sky = (1.0 - draw.air_veil) * many_on_ground(dot(position, draw.light_direction[0].xyz));
+      //: end
+      //: if eclipse.1
+    // The sky is lit beyond the shadow, too.
+        //: if shape.ellipsoid
+    let spread = draw.light_irradiance[0].rgb * spread_reaching(position * draw.axis_ratios, SPREAD_GROUND);
+        //: else
+    let spread = draw.light_irradiance[0].rgb * spread_reaching(position, SPREAD_GROUND);
+        //: end
+    let past_clouds = select(vec3f(1.0), sunlight / max(over_clouds, vec3f(1.0e-30)), over_clouds > vec3f(0.0));
+    return sky * max(sunlight, spread * past_clouds) + draw.air_night;
+      //: else
+    return sky * sunlight + draw.air_night;
       //: end
     //: end
   //: end
   //: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|surface.cloud
-    return draw.air_skylight * (1.0 - direct) * max(dot(normal, draw.light_direction[0].xyz), 0.0);
+    return draw.air_skylight * (1.0 - direct) * max(dot(normal, draw.light_direction[0].xyz), 0.0) * sunlight + draw.air_night;
   //: end
 }
 //: end

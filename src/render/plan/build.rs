@@ -107,8 +107,8 @@ fn kind(draw: &Draw) -> &'static str {
 }
 
 /// The steps of one frame. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
-/// neither can wait until all of the other are drawn. Then
-/// lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
+/// neither can wait until all of the other are drawn; the
+/// corona has its place among them. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let black = [0.0, 0.0, 0.0, 1.0];
@@ -116,10 +116,17 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
         Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(LIGHT), draws };
     let mut steps = vec![Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] }];
-    for of_kind in scene.draws.chunk_by(|a, b| kind(a) == kind(b)) {
-        let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
-        steps.push(over_light(kind(&of_kind[0]), draws));
-    }
+    let (behind, before) = scene.draws.split_at(scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len())));
+    let bodies = |steps: &mut Vec<Step>, draws: &[Draw]| -> Result<(), PlanError> {
+        for of_kind in draws.chunk_by(|a, b| kind(a) == kind(b)) {
+            let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
+            steps.push(over_light(kind(&of_kind[0]), draws));
+        }
+        Ok(())
+    };
+    bodies(&mut steps, behind)?;
+    steps.push(over_light("corona", shared::corona(scene, supplies)?));
+    bodies(&mut steps, before)?;
     steps.extend([
         over_light("lines", shared::lines(scene, supplies)?),
         over_light("points", shared::points(scene, supplies)?),
@@ -196,6 +203,7 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "air_gas_scattering" => w.vec3(name, a.air.gas_scattering),
         "air_gas_extinction" => w.vec3(name, a.air.gas_extinction),
         "air_skylight" => w.vec3(name, a.air.skylight),
+        "air_night" => w.f32(name, a.air.night),
         "air_haze_height" => w.f32(name, a.air.haze_height),
         "air_haze_asymmetry" => w.f32(name, a.air.haze_asymmetry),
         "air_haze_scattering" => w.vec3(name, a.air.haze_scattering),
@@ -213,6 +221,8 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "eclipse_limb" => w.vec4_array(name, &a.eclipse.limb),
         "caster_place" => w.vec4_array(name, &a.eclipse.places),
         "caster_shape" => w.vec4_array(name, &a.eclipse.shapes),
+        "caster_spread" => w.vec4_array(name, &a.eclipse.spread),
+        "caster_spread_reach" => w.vec4_array(name, &a.eclipse.spread_reach),
         "caster_air_edges" => w.vec4_array(name, &a.eclipse.air_edges),
         "caster_air_passes" => w.vec4_array(name, &a.eclipse.air_passes),
         "ring_nodes" => w.f32(name, a.ring.nodes()),

@@ -1,4 +1,4 @@
-//! The draws that are not planets: points, lines, glow, tone map, bloom, outline, names. One shared module each.
+//! The draws that are not planets: points, lines, corona, glow, tone map, bloom, outline, names. One shared module each.
 //!
 //! In: the scene and the layouts of the shared modules. Out: draws and steps with their uniform bytes filled by field name. Always: a module that
 //! [`modules`] does not name is not run. Not here: what is drawn (scene decides), planets.
@@ -46,6 +46,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
         (!scene.points.is_empty(), "point"),
         (!scene.lines.is_empty(), "line"),
+        (scene.corona.is_some(), "corona"),
         (scene.glow.is_some(), "glow"),
         (scene.bloom, "shrink"),
         (scene.bloom || scene.outlined.is_some(), "blur"),
@@ -140,6 +141,22 @@ pub(super) fn lines(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanD
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
     })?;
     Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
+}
+
+pub(super) fn corona(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+    let Some(corona) = &scene.corona else { return Ok(Vec::new()) };
+    let draw = of_module("corona", scene, supplies, |w| {
+        w.vec3("middle", corona.middle)?;
+        w.vec3("across", corona.across)?;
+        w.vec3("up", corona.up)?;
+        w.f32("radii_per_sine", corona.radii_per_sine)?;
+        w.f32("half_px", corona.half_px)?;
+        w.f32("flattening", corona.flattening)?;
+        w.vec3("terms", corona.terms)?;
+        w.vec3("colour", corona.colour)
+    })?;
+    let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);
+    Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
 }
 
 pub(super) fn glow(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {

@@ -22,6 +22,9 @@ pub struct EclipseAmounts {
     /// The first caster's air: radius and bending at the lower and the upper edge of each layer, and what it lets through.
     pub air_edges: Vec<Vec4>,
     pub air_passes: Vec<Vec4>,
+    /// [`crate::scene::air_spread`]; brought in where the draw asks for it.
+    pub spread: Vec<Vec4>,
+    pub spread_reach: Vec<Vec4>,
 }
 
 /// Limb darkening of a body that glows, per channel; even where it does not glow.
@@ -66,5 +69,7 @@ pub(super) fn of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receive
         shapes: casters.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
         air_passes: passes.iter().map(|p| narrow4(*p, 0.0)).collect(),
+        spread: Vec::new(),
+        spread_reach: Vec::new(),
     }
 }
