@@ -1,7 +1,7 @@
 //! The maps that ship: within the budget, each where the catalog says, oriented by known places, coloured as published.
 
 use orrery::catalog::{Catalog, NaifId};
-use orrery::image::{ImageError, MapOrigin, MapStore, TexelFormat, Texture};
+use orrery::image::{ImageError, MapOrigin, MapStore, Poles, Reading, TexelFormat, Texture};
 
 /// Mean of a square of `half` degrees around a place, longitude 0 at the map's centre and east to the right; bytes by `decode`.
 fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
@@ -238,7 +238,8 @@ fn a_folder_comes_first_and_a_missing_map_is_named() {
     let missing = store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).unwrap_err().to_string();
     assert!(missing.contains("vulcan.jpg") && missing.contains("--textures") && !missing.contains('\n'), "{missing}");
     std::fs::write(folder.path().join("own.jpg"), &bytes).unwrap();
-    store.bring(&[("own.jpg", TexelFormat::Rgba8Srgb), ("vulcan.jpg", TexelFormat::Rgba8Srgb)]);
+    let colour = Reading { format: TexelFormat::Rgba8Srgb, poles: Poles::None };
+    store.bring(&[("own.jpg", colour), ("vulcan.jpg", colour)]);
     std::fs::remove_file(folder.path().join("own.jpg")).unwrap();
     assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was brought before its file went");
     assert!(store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).is_err());
