@@ -4,8 +4,8 @@
 //! JPEG blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it is a star of streaks about the pole. A function that is
 //! smooth at the pole has no such texture: the further in, the fewer waves fit on its circle.
 //!
-//! In: linear texels of one level. Out: each row beyond 45 degrees averaged along its circle by a Gaussian of sigma = 0.7 sqrt(tan² phi - 1) texels. A mark as fine as the
-//! map holds (sigma 0.7 texels both ways, the scale at which the maps in textures/ become even) then is sqrt 2 times as long as it is wide at the most: what it is at 45 degrees.
+//! In: linear texels of one level. Out: each row beyond 45 degrees averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels. A mark as fine as the
+//! map holds (sigma 0.6 texels both ways, the scale at which the maps in textures/ become even) then is sqrt 2 times as long as it is wide at the most: what it is at 45 degrees.
 //! Always: each row keeps its mean, rows within 45 degrees of the equator keep their texels, and at the pole one value is left. What is gone is detail below that scale;
 //! streaks that are long on the sphere itself stay.
 //!
@@ -29,7 +29,7 @@ pub enum Poles {
 /// The byte value 127.5 of a channel that counts slopes: none.
 const NO_SLOPE: f32 = 0.5;
 /// The finest detail of a map, as the sigma of a Gaussian in texels.
-const DETAIL_TEXELS: f64 = 0.7;
+const DETAIL_TEXELS: f64 = 0.6;
 
 /// Sigma in texels by which a row of latitude `lat` (radians) is averaged; `below_another`: its level was made from one that has been.
 fn sigma_texels(lat: f64, below_another: bool) -> f64 {
@@ -192,7 +192,7 @@ mod tests {
         let (before, after) = (level(place), smoothed(level(place), Poles::Values));
         let most = |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
         assert!(most(0) < 0.002, "{}", most(0));
-        // sigma = 0.7 texels = 0.034 rad: exp(-(8 * 0.034)² / 2) takes 4 % of the amplitude of 0.2.
+        // sigma = 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2.
         assert!(most(1) < 0.016, "{}", most(1));
     }
 
