@@ -13,7 +13,9 @@ fn map_step(m: vec3f, step: vec3f, equatorial_sq: f32) -> vec2f {
     // At the pole itself a step spans all longitudes; the floor keeps the quotient finite.
     let r_sq = max(equatorial_sq, 1.0e-12);
     let du = (m.x * step.y - m.y * step.x) / r_sq;
-    let dv = -step.z * inverseSqrt(r_sq);
+    // No angle is longer than its chord's step: over the pole itself the quotient is of two vanishing numbers.
+    let longest = length(step);
+    let dv = clamp(-step.z * inverseSqrt(r_sq), -longest, longest);
     return vec2f(du * 0.15915494, dv * 0.31830989);
 }
 

@@ -314,7 +314,8 @@ mod tests {
             assert!(at(now, 0.0) < at(before, 0.0), "bodies at {now}");
             assert!(now < 60.0 || at(now, 1.0) > at(before, 1.0), "dust at {now}");
             let step = at(now, 1.0) / at(before, 1.0);
-            assert!((0.9..4.0).contains(&step), "no jump of the dust at {now}: {step}");
+            // The narrowest lobe goes with the inverse cube of the angle from the Sun: twice nearer is 8 times brighter.
+            assert!((0.9..8.0).contains(&step), "no jump of the dust at {now}: {step}");
         }
         assert!(at(0.0, 0.0) > 4.0 && at(179.0, 0.0) < 1e-4);
         // Voyager's pictures told dust from bodies by more than an order of magnitude between back and forward.
