@@ -2,7 +2,12 @@
 //!
 //! Places and optical depths of named edges, gaps, plateaus and ringlets are those of the published occultation profiles (Colwell et al. 2009 and 2010;
 //! Cuzzi et al. 1984 for what Voyager saw), entered from memory and rounded. Between named features the B ring's hundreds of ringlets are not in any table
-//! small enough to carry: there a fixed sum of waves wanders over the published range of optical depth, so its single ringlets are not real ones.
+//! small enough to carry: there a fixed sum of waves wanders over the published range of optical depth, so its single ringlets are not real ones. What is real between 500 km and the
+//! whole ring's width is its brightness: read from the ring map of Solar System Scope (CC-BY-4.0; PNG with alpha, two discs), as `B_BRIGHTNESS` says.
+//!
+//! Dust: D, F, G, E and the Encke ringlet are almost all of it; C, A and the Cassini Division hold a percent, the B ring none. Those parts, the dust's
+//! albedos and the radial laws of G and E are estimates after Showalter et al. 1991 (Icarus 94, 451: E), Hedman et al. 2007 (Science 317, 653: G) and Horányi et al. 2009 (Saturn from
+//! Cassini-Huygens, ch. 16), from memory.
 
 /// Inner edge, outer edge (km), optical depth at each, width of a step, depth of the wandering (part of the optical depth), colour.
 struct Region(&'static str, f64, f64, f64, f64, f64, f64, [f64; 3]);
@@ -10,10 +15,23 @@ struct Region(&'static str, f64, f64, f64, f64, f64, f64, [f64; 3]);
 const C: [f64; 3] = [0.33, 0.30, 0.26];
 const PLATEAU: [f64; 3] = [0.42, 0.37, 0.31];
 const B: [f64; 3] = [1.0, 0.87, 0.67];
-const B_INNER: [f64; 3] = [0.90, 0.77, 0.58];
 const DIVISION: [f64; 3] = [0.40, 0.37, 0.33];
 const A: [f64; 3] = [0.68, 0.61, 0.50];
-const ICE_DUST: [f64; 3] = [0.50, 0.50, 0.50];
+/// Single-scattering albedos of dust: little is taken of the light that it stops. E's grains are smaller than light's waves are long and more, so it is blue.
+const ICE_DUST: [f64; 3] = [0.95, 0.93, 0.90];
+const G_DUST: [f64; 3] = [0.95, 0.90, 0.86];
+const E_DUST: [f64; 3] = [0.80, 0.90, 1.00];
+
+/// Brightness of the B ring over its mean, every 500 km from 92 200 km on: linear luminance of the ring map averaged around circles 0.7 texels wide (527 km a texel).
+/// Registered by the steps in brightness at the B ring's inner edge (91 975 km, 160.05 texels) and outer edge (117 507 km, 208.53 texels); the same scale puts the A ring's
+/// outer edge within 500 km of its own. Within 2.5 texels of either edge the nearest clean value stands.
+const B_BRIGHTNESS: [f64; 51] = [
+    0.69, 0.69, 0.69, 0.69, 0.71, 0.70, 0.69, 0.69, 0.69, 0.70, 0.70, 0.70, 0.72, 0.79, 0.87, 0.95, 1.01, 1.07, 1.11, 1.13, 1.14, 1.12,
+    1.08, 1.05, 1.05, 1.05, 1.05, 1.08, 1.15, 1.20, 1.21, 1.21, 1.25, 1.30, 1.27, 1.20, 1.15, 1.09, 1.03, 1.01, 1.03, 1.05, 1.05, 1.03,
+    1.00, 1.04, 1.15, 1.25, 1.25, 1.25, 1.25,
+];
+/// The map's contrast is that of a stretched picture: to this power its inner B ring has 0.74 of the brightest part, as in Hubble's photometry (Cuzzi et al. 2002, from memory).
+const B_CONTRAST: f64 = 0.55;
 
 const REGIONS: &[Region] = &[
     Region("D", 66900.0, 74658.0, 1e-5, 3e-4, 800.0, 0.0, ICE_DUST),
@@ -21,7 +39,7 @@ const REGIONS: &[Region] = &[
     Region("C middle", 80000.0, 86000.0, 0.07, 0.10, 120.0, 0.2, C),
     Region("C outer", 86000.0, 90620.0, 0.09, 0.12, 120.0, 0.2, C),
     Region("C ramp", 90620.0, 91975.0, 0.11, 0.26, 100.0, 0.05, C),
-    Region("B1", 91975.0, 99000.0, 0.95, 1.3, 60.0, 0.45, B_INNER),
+    Region("B1", 91975.0, 99000.0, 0.95, 1.3, 60.0, 0.45, B),
     Region("B2", 99000.0, 104500.0, 1.7, 2.4, 60.0, 0.5, B),
     Region("B3", 104500.0, 110000.0, 4.5, 4.8, 80.0, 0.35, B),
     Region("B4", 110000.0, 117507.0, 2.6, 2.2, 60.0, 0.35, B),
@@ -72,12 +90,52 @@ fn wander(radius_km: f64) -> f64 {
     0.4 * wave(1310.0, 0.3) + 0.3 * wave(577.0, 1.9) + 0.3 * wave(263.0, 4.1) + 0.3 * wave(171.0, 2.2) * wave(2900.0, 0.8)
 }
 
+/// The B ring's colour at a radius.
+fn b_colour(radius_km: f64) -> [f64; 3] {
+    let at = ((radius_km - 92_200.0) / 500.0).clamp(0.0, (B_BRIGHTNESS.len() - 1) as f64);
+    let (low, part) = ((at as usize).min(B_BRIGHTNESS.len() - 2), at - (at as usize).min(B_BRIGHTNESS.len() - 2) as f64);
+    let most = B_BRIGHTNESS.iter().copied().fold(0.0, f64::max);
+    let here = (B_BRIGHTNESS[low] * (1.0 - part) + B_BRIGHTNESS[low + 1] * part) / most;
+    B.map(|c| (c * here.powf(B_CONTRAST) * 1e3).round() / 1e3)
+}
+
+/// Part of a region's light that dust scatters.
+fn dust_of(name: &str) -> f64 {
+    match name {
+        "D" => 1.0,
+        "F skirt" | "Encke ringlet" => 0.95,
+        "F core" => 0.6,
+        n if n.starts_with('C') || n.starts_with('A') || n.starts_with("Cassini") => 0.01,
+        _ => 0.0,
+    }
+}
+
+/// Optical depth of the G ring: a core at its inner edge, and an outer part that falls by e in 2500 km.
+fn g_tau(radius_km: f64) -> f64 {
+    if radius_km < 168_000.0 { 2e-6 } else { 1e-6 * (-(radius_km - 168_000.0) / 2500.0).exp() }
+}
+
+/// Of the E ring, straight down: powers of the radius on both sides of Enceladus' orbit.
+fn e_tau(radius_km: f64) -> f64 {
+    let r = radius_km / 238_000.0;
+    1.5e-5 * if r < 1.0 { r.powi(15) } else { r.powi(-7) }
+}
+
+/// Steps of a smooth law, named by number.
+fn law(name: &str, inner_km: f64, outer_km: f64, count: u32, tau: fn(f64) -> f64, albedo: [f64; 3]) {
+    for k in 0..count {
+        let edge = |k: u32| inner_km + (outer_km - inner_km) * f64::from(k) / f64::from(count);
+        let (from, to) = (edge(k), edge(k + 1));
+        entry(&format!("{name} {}", k + 1), from, to, (tau((from + to) / 2.0) * 1e9).round() / 1e9, albedo, 1.0);
+    }
+}
+
 fn entry(name: &str, inner_km: f64, outer_km: f64, tau: f64, albedo: [f64; 3], dust: f64) {
     let [r, g, b] = albedo;
     println!("\n[[ring]]\nbody = \"Saturn\"\nname = \"{name}\"\ninner_km = {inner_km:.1}\nouter_km = {outer_km:.1}\ntau_normal = {tau}");
-    println!("albedo = [{r}, {g}, {b}]");
+    println!("albedo = [{r:?}, {g:?}, {b:?}]");
     if dust > 0.0 {
-        println!("dust = {dust}");
+        println!("dust = {dust:?}");
     }
 }
 
@@ -91,11 +149,13 @@ fn main() {
             let between = (middle - inner) / (outer - inner);
             let tau = (tau_inner + (tau_outer - tau_inner) * between) * (1.0 + depth * wander(middle)).max(0.1);
             let numbered = if count == 1 { (*name).to_owned() } else { format!("{name} {}", k + 1) };
-            let dust = if *name == "D" || name.starts_with('F') { 0.5 } else { 0.0 };
-            entry(&numbered, from, to, (tau * 1e6).round() / 1e6, *albedo, dust);
+            let colour = if *albedo == B { b_colour(middle) } else { *albedo };
+            entry(&numbered, from, to, (tau * 1e6).round() / 1e6, colour, dust_of(name));
         }
     }
     for (name, inner, outer, tau, albedo) in FEATURES {
-        entry(name, *inner, *outer, *tau, *albedo, 0.0);
+        entry(name, *inner, *outer, *tau, *albedo, dust_of(name));
     }
+    law("G", 166_000.0, 175_000.0, 18, g_tau, G_DUST);
+    law("E", 180_000.0, 480_000.0, 60, e_tau, E_DUST);
 }

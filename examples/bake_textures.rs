@@ -13,12 +13,10 @@ use std::path::Path;
 
 /// (source under textures/, our name): taken over byte for byte.
 const COPIED: &[(&str, &str)] = &[
-    ("earth_day_flatocean_2048.jpg", "earth_day.jpg"),
     ("earth_citylights_2048.jpg", "earth_night.jpg"),
     ("moon_4096.jpg", "moon.jpg"),
     ("sss_mercurymap.jpg", "mercury.jpg"),
     ("sss_moonnormal2k.jpg", "moon_normal.jpg"),
-    ("sss_marsnormal2k.jpg", "mars_normal.jpg"),
     ("sss_earthspec2k.jpg", "earth_water.jpg"),
     ("sss_earthcloudmapspec.jpg", "earth_clouds.jpg"),
 ];
@@ -173,7 +171,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             catalog.bodies().iter().find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == r.to)).ok_or("no body has this map")?;
         save(&recolour(&open(r.from)?, r, body.map_target()), &out.join(r.to))?;
     }
-    save(&normals_from_elevation(&open("earth_elevation_2048_u8.png")?, 25.0, 6_371_000.0, 12.0), &out.join("earth_normal.jpg"))?;
+    save(&natural_water(&open("earth_day_flatocean_2048.jpg")?), &out.join("earth_day.jpg"))?;
+    let land = image::imageops::resize(&open("earth_elevation_2048_u8.png")?, 2048, 1024, FilterType::Triangle);
+    let metres = |x: u32, y: u32| f64::from(land.get_pixel(x, y)[0]) * 25.0;
+    save(&normals_from_elevation(land.dimensions(), metres, 6_371_000.0, 12.0), &out.join("earth_normal.jpg"))?;
+    let mola = image::open(source.join("textures/mars_elevation_1440x720_u16.png"))?.into_luma16();
+    let metres = |x: u32, y: u32| f64::from(mola.get_pixel(x, y)[0]);
+    save(&normals_from_elevation(mola.dimensions(), metres, 3_389_500.0, 8.0), &out.join("mars_normal.jpg"))?;
     let gazetteer = std::fs::read_to_string(source.join("catalogs/nomenclature_usgs.csv"))?;
     let craters = |body: &str| features(&gazetteer, body, "AA");
     let rings = features(&gazetteer, "Callisto", "LG");
@@ -292,17 +296,43 @@ fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
     })
 }
 
-/// Tangent-space normals, red east, green north, blue out; heights are `metres` a unit, exaggerated.
-fn normals_from_elevation(map: &RgbImage, metres: f64, radius_m: f64, exaggeration: f64) -> RgbImage {
-    let (w, h) = (2048, 1024);
-    let map = image::imageops::resize(map, w, h, FilterType::Triangle);
-    let height =
-        |x: i64, y: i64| f64::from(map.get_pixel(x.rem_euclid(i64::from(w)) as u32, y.clamp(0, i64::from(h) - 1) as u32)[0]) * metres;
+/// The Blue Marble codes shallow and murky water as a bright turquoise (Lake Victoria, the north of the Caspian, the Persian Gulf): up to 0.45 of green light, where
+/// water reflects some hundredths. Colour is kept; brightness beyond that of the clearest shallow banks is cut softly.
+fn natural_water(map: &RgbImage) -> RgbImage {
+    // In the map's linear texels, whose gain in the catalog is 0.53: 5 % of green light.
+    const MOST: f64 = 0.05 / 0.53;
+    let mut map = map.clone();
+    for p in map.pixels_mut() {
+        let c: Colour = std::array::from_fn(|k| to_linear(p[k]));
+        // Green and blue both well over red: water; leaves have no blue, ice has red.
+        let water = smooth(1.15, 1.45, c[1].min(c[2]) / c[0].max(1e-3));
+        let bright = c[1].max(c[2]);
+        let cut = MOST * (1.0 - (-bright / MOST).exp());
+        let factor = 1.0 + water * (cut / bright.max(1e-9) - 1.0);
+        // Murky water is greener and greyer than the code for it.
+        let grey = 0.35 * water * smooth(MOST, 3.0 * MOST, bright);
+        let mean = (c[0] + c[1] + c[2]) / 3.0;
+        *p = Rgb(c.map(|v| to_byte((v + grey * (mean - v)) * factor)));
+    }
+    map
+}
+
+/// Tangent-space normals, red east, green north, blue out, of heights in metres; slopes are exaggerated.
+fn normals_from_elevation((w, h): (u32, u32), metres: impl Fn(u32, u32) -> f64, radius_m: f64, exaggeration: f64) -> RgbImage {
+    // Over a pole lies the meridian half around.
+    let height = |x: i64, y: i64| {
+        let over = y < 0 || y >= i64::from(h);
+        let x = if over { x + i64::from(w / 2) } else { x };
+        let y = if y < 0 { -1 - y } else { y.min(2 * i64::from(h) - 1 - y) };
+        metres(x.rem_euclid(i64::from(w)) as u32, y as u32)
+    };
     let cell = radius_m * PI / f64::from(h);
     RgbImage::from_fn(w, h, |x, y| {
-        let cos_lat = ((f64::from(y) + 0.5) / f64::from(h) * PI).sin().max(0.02);
+        let cos_lat = ((f64::from(y) + 0.5) / f64::from(h) * PI).sin();
+        // As far to either side as a row is high, that noise near the poles does not grow.
+        let reach = (1.0 / cos_lat).round().clamp(1.0, f64::from(w) / 8.0) as i64;
         let (x, y) = (i64::from(x), i64::from(y));
-        let east = exaggeration * (height(x + 1, y) - height(x - 1, y)) / (2.0 * cell * cos_lat);
+        let east = exaggeration * (height(x + reach, y) - height(x - reach, y)) / (2.0 * reach as f64 * cell * cos_lat);
         let north = exaggeration * (height(x, y - 1) - height(x, y + 1)) / (2.0 * cell);
         let length = (east * east + north * north + 1.0).sqrt();
         Rgb([-east / length, -north / length, 1.0 / length].map(|v| ((v * 0.5 + 0.5) * 255.0).round() as u8))
@@ -327,11 +357,7 @@ fn hash(x: i64, y: i64, z: i64) -> f64 {
     ((h ^ (h >> 33)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Value noise on the sphere's surface, octaves summed: mean 0, about -1..1, without seam or poles.
-fn noise(p: [f64; 3], scale: f64, octaves: i32) -> f64 {
-    (0..octaves).map(|o| 0.5_f64.powi(o) * value_noise(p.map(|v| v * scale * 2_f64.powi(o) + 17.0 * f64::from(o + 1)))).sum()
-}
-
+/// Smooth noise of one scale, -1..1, without seam or poles.
 fn value_noise(q: [f64; 3]) -> f64 {
     let base = q.map(f64::floor);
     let fade: Vec<f64> = (0..3).map(|i| q[i] - base[i]).map(|t| t * t * (3.0 - 2.0 * t)).collect();
@@ -353,76 +379,136 @@ fn paint(reflectance: impl Fn([f64; 3], f64, f64) -> Colour) -> RgbImage {
     })
 }
 
-/// Brightness of a crater at `d` times its radius: floor, rim, fading ejecta.
-fn crater(d: f64, floor: f64, rim: f64) -> f64 {
-    if d < 0.8 {
-        floor
-    } else if d < 1.05 {
-        rim
-    } else {
-        rim * 0.4 * (-(d - 1.05) * 2.5).exp()
+/// Ground whose brightness varies on all scales alike: each octave has 0.7 of the one before, so that the spectrum falls with a power near 3, as that of
+/// cratered ground does (an estimate). Mean 0, about -1..1.
+fn ground(p: [f64; 3], scale: f64, octaves: i32) -> f64 {
+    (0..octaves).map(|o| 0.45 * 0.7_f64.powi(o) * value_noise(p.map(|v| v * scale * 1.9_f64.powi(o) + 31.0 * f64::from(o + 1)))).sum()
+}
+
+/// One crater: where, how large, and how bright its floor, rim and ejecta stand against the ground. Few are fresh.
+struct Mark {
+    at: [f64; 3],
+    radius_deg: f64,
+    fresh: f64,
+}
+
+/// Craters by chance: places even over the sphere, numbers that fall with the square of the size, freshness mostly low.
+fn by_chance(seed: i64, count: i64, least_deg: f64, most_deg: f64) -> Vec<Mark> {
+    let mark = |k: i64| {
+        let dice = |n: i64| hash(k, n, seed);
+        let (z, turn) = (2.0 * dice(0) - 1.0, 2.0 * PI * dice(1));
+        let r = (1.0 - z * z).sqrt();
+        // Between the bounds the number above a size goes with its inverse square.
+        let (a, b) = (least_deg.powi(-2), most_deg.powi(-2));
+        Mark { at: [r * turn.cos(), r * turn.sin(), z], radius_deg: (a + (b - a) * dice(2)).powf(-0.5), fresh: dice(3).powi(4) }
+    };
+    (0..count).map(mark).collect()
+}
+
+/// The gazetteer's craters, each of a freshness by chance.
+fn named(list: &[Feature], radius_km: f64) -> Vec<Mark> {
+    let mark = |(k, f): (usize, &Feature)| Mark {
+        at: unit(f.lat, f.lon),
+        radius_deg: (f.diameter_km / 2.0 / radius_km).to_degrees().max(0.3),
+        fresh: 0.15 + 0.5 * hash(k as i64, 7, 3).powi(2),
+    };
+    list.iter().enumerate().map(mark).collect()
+}
+
+/// Sum of what craters add to a place: floors, rims and ejecta blankets without an edge, their circles bent by the ground.
+fn cratered(p: [f64; 3], marks: &[Mark], floor: f64, rim: f64) -> f64 {
+    let mut sum = 0.0;
+    let mut bend = None;
+    for m in marks {
+        let cos = m.at[0] * p[0] + m.at[1] * p[1] + m.at[2] * p[2];
+        let reach = (4.0 * m.radius_deg).to_radians();
+        // 1 - x²/2 lies below the cosine, so nothing within reach is left out.
+        if cos < 1.0 - 0.5 * reach * reach {
+            continue;
+        }
+        let bend = *bend.get_or_insert_with(|| ground(p, 30.0, 4));
+        let d = apart(p, m.at) / m.radius_deg * (1.0 + 0.22 * bend);
+        let bowl = 1.0 - smooth(0.55, 1.0, d);
+        let ring = (-((d - 0.95) / 0.22).powi(2)).exp();
+        let ejecta = (-(d - 1.0).max(0.0) * 1.4).exp() * (0.7 + 0.9 * bend).max(0.0) * smooth(0.8, 1.1, d);
+        sum += floor * bowl * (0.3 + m.fresh) + rim * (ring * (0.08 + m.fresh) + 0.8 * ejecta * m.fresh);
     }
+    sum
 }
 
-fn crater_field(p: [f64; 3], list: &[Feature], radius_km: f64, floor: f64, rim: f64) -> f64 {
-    let degrees = |f: &Feature| (f.diameter_km / 2.0 / radius_km).to_degrees().max(0.3);
-    list.iter().map(|f| (apart(p, unit(f.lat, f.lon)) / degrees(f), f)).filter(|(d, _)| *d < 3.0).map(|(d, _)| crater(d, floor, rim)).sum()
-}
-
-/// Dark, speckled with bright craters; Valhalla and Asgard are bright centres among rings.
+/// Dark old ground, peppered with bright craters; Valhalla and Asgard are bright middles among faint broken rings.
 fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
+    let mut marks = named(craters, 2410.3);
+    marks.extend(by_chance(11, 9000, 0.3, 2.5));
     paint(|p, _, _| {
-        let mut v = 0.16 + 0.03 * noise(p, 4.0, 5);
-        // The gazetteer names few of the small bright craters: the rest are statistical.
-        v += 0.25 * (noise(p, 60.0, 2) - 0.75).max(0.0);
-        v += crater_field(p, craters, 2410.3, 0.05, 0.09);
+        let mut v = 0.17 * (1.0 + 0.3 * ground(p, 3.0, 8));
+        v += cratered(p, &marks, 0.07, 0.045);
         for b in basins {
             let (d, edge) = (apart(p, unit(b.lat, b.lon)), (b.diameter_km / 2.0 / 2410.3).to_degrees());
             if d < edge {
-                let core = 0.16 * (1.0 - smooth(0.12 * edge, 0.24 * edge, d));
-                let ring = 0.025 * (d / edge * 2.0 * PI * 9.0 + 1.5 * noise(p, 9.0, 2)).sin() * (1.0 - d / edge);
+                let bent = d / edge + 0.035 * ground(p, 6.0, 4);
+                let core = 0.13 * (1.0 - smooth(0.08, 0.27, bent)) * (1.0 + 0.5 * ground(p, 20.0, 4));
+                // Rings stand closer outwards and break off here and there.
+                let broken = smooth(-0.25, 0.35, ground(p, 9.0, 3));
+                let ring =
+                    0.02 * (2.0 * PI * 13.0 * bent.powf(0.8)).sin() * broken * smooth(0.15, 0.3, bent) * (1.0 - smooth(0.6, 1.0, bent));
                 v += core + ring;
             }
         }
+        let v = v.max(0.05);
         [v * 1.04, v, v * 0.9]
     })
 }
 
-/// Cassini Regio, albedo 0.05, covers the leading side about 90 W; the trailing side and the poles are bright ice, 0.5.
+/// Cassini Regio, albedo 0.05, covers the leading side about 90 W; the trailing side and the poles are bright ice, 0.5. Between them ground is either dark or bright, in
+/// ever smaller patches: ice that warms loses itself to ice that is cold (Spencer & Denk 2010).
 fn iapetus(craters: &[Feature]) -> RgbImage {
+    let mut marks = named(craters, 734.5);
+    marks.extend(by_chance(23, 4000, 0.5, 9.0));
     paint(|p, lat, lon| {
         let from_apex = apart(unit(0.0, lon), unit(0.0, -90.0));
-        // The dark oval: 65 degrees high, a little over a hemisphere wide at the equator (Spencer & Denk 2010).
-        let d = ((from_apex / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt() + 0.12 * noise(p, 5.0, 5);
-        let dark = 1.0 - smooth(0.9, 1.08, d);
-        let ice = 0.5 * (1.0 + 0.12 * noise(p, 6.0, 5)) + crater_field(p, craters, 734.5, -0.05, 0.04);
-        let cover = 0.05 * (1.0 + 0.15 * noise(p, 12.0, 4));
-        let v = ice.max(0.1) * (1.0 - dark) + cover * dark;
+        // The dark oval: 65 degrees high, a little over a hemisphere wide at the equator.
+        let craters = cratered(p, &marks, -0.5, 0.6);
+        let d = ((from_apex / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt();
+        let patchy = d + 0.24 * ground(p, 5.0, 8) + 0.05 * craters;
+        let dark = 1.0 - smooth(0.90, 1.10, patchy);
+        let ice = 0.5 * (1.0 + 0.16 * ground(p, 6.0, 7) + 0.14 * craters);
+        let cover = 0.05 * (1.0 + 0.22 * ground(p, 9.0, 6) + 0.12 * craters);
+        let v = ice.max(0.1) * (1.0 - dark) + cover.max(0.02) * dark;
         let red = 1.02 + 0.18 * dark;
         [v * red, v, v * (0.97 - 0.2 * dark)]
     })
 }
 
-/// The pinkish bright southern cap down to about 15 S with a ragged edge and dark plume streaks; the north darker, greyer cantaloupe terrain.
+/// The pinkish bright southern cap down to about 15 S with a ragged edge, a whiter fringe and dark plume streaks; the north darker, greyer, in the
+/// west of cells some 40 km wide (cantaloupe terrain).
 fn triton() -> RgbImage {
     paint(|p, lat, lon| {
-        let cap = 1.0 - smooth(-22.0, -8.0, lat + 9.0 * noise(p, 4.0, 4));
-        let cells = noise(p, 22.0, 3).abs();
-        let north = 0.58 + 0.06 * noise(p, 5.0, 4) - 0.08 * cells;
-        let streak = (noise([lon / 12.0, lat / 3.0, 1.0], 1.0, 2) - 0.55).max(0.0) * smooth(-75.0, -50.0, lat);
-        let south = 0.83 + 0.05 * noise(p, 6.0, 4) - 0.5 * streak;
-        let v = south * cap + north * (1.0 - cap);
-        [v * (1.02 + 0.05 * cap), v * (1.0 - 0.01 * cap), v * (0.97 - 0.08 * cap)]
+        let edge = lat + 15.0 + 16.0 * ground(p, 4.0, 7);
+        let cap = 1.0 - smooth(-7.0, 7.0, edge);
+        let fringe = (-((edge - 3.0) / 6.0).powi(2)).exp();
+        // Ridges stand where the noise changes sign.
+        let cells = 1.0 - smooth(0.0, 0.35, value_noise(p.map(|v| v * 34.0 + 5.0 * ground(p, 12.0, 2))).abs());
+        let cantaloupe = smooth(-20.0, 20.0, -((lon + 300.0).rem_euclid(360.0) - 120.0).abs() + 60.0) * smooth(-5.0, 10.0, lat);
+        let north = 0.60 * (1.0 + 0.13 * ground(p, 5.0, 7)) + 0.035 * (cells - 0.4) * cantaloupe;
+        // Streaks lie along a wind that blows to the north-east.
+        let along = [p[0] * 9.0 + p[2] * 4.0, p[1] * 9.0 - p[2] * 4.0, p[2] * 26.0];
+        let streak = (value_noise(along) + 0.6 * ground(p, 18.0, 4) - 0.45).max(0.0) * smooth(-78.0, -52.0, lat) * cap;
+        let south = 0.83 * (1.0 + 0.08 * ground(p, 6.0, 7)) - 0.28 * streak;
+        let v = south * cap + north * (1.0 - cap) + 0.05 * fringe;
+        let pink = cap * (1.0 - 0.5 * fringe);
+        [v * (1.02 + 0.05 * pink), v * (1.0 - 0.01 * pink), v * (0.97 - 0.08 * pink)]
     })
 }
 
-/// Grey-brown, Stickney bluish and brighter at 1 N 49 W, the named craters, and speckle.
+/// Grey-brown, Stickney bluish and brighter at 1 N 49 W, the named craters, and small ones.
 fn phobos(craters: &[Feature]) -> RgbImage {
+    let mut marks = named(craters, 11.1);
+    marks.extend(by_chance(37, 1500, 1.0, 9.0));
     paint(|p, _, _| {
-        let blue = 1.0 - smooth(15.0, 70.0, apart(p, unit(1.0, -49.0)) + 12.0 * noise(p, 4.0, 3));
-        let v = 0.07 * (1.0 + 0.18 * noise(p, 8.0, 5) + 0.25 * blue)
-            + crater_field(p, craters, 11.1, -0.016, 0.012)
-            + 0.03 * (noise(p, 40.0, 2) - 0.8).max(0.0);
+        let blue = 1.0 - smooth(15.0, 70.0, apart(p, unit(1.0, -49.0)) + 18.0 * ground(p, 4.0, 6));
+        let v = 0.07 * (1.0 + 0.22 * ground(p, 6.0, 7) + 0.25 * blue + cratered(p, &marks, -0.16, 0.13));
+        let v = v.max(0.03);
         [v * (1.08 - 0.08 * blue), v, v * (0.9 + 0.08 * blue)]
     })
 }

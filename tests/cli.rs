@@ -33,6 +33,35 @@ fn every_verb_has_help_and_an_example() {
     }
 }
 
+/// What nobody has measured is said where it is shown: by `explain` in words and as a field, and in the picture's own metadata; of a measured map nothing is.
+#[test]
+fn invented_maps_are_told() {
+    let near = ["--distance-radii", "4", "--time", ECLIPSE];
+    let folder = tempfile::tempdir().expect("a folder");
+    for (body, invented) in [("callisto", true), ("iapetus", true), ("triton", true), ("phobos", true), ("moon", false), ("europa", false)]
+    {
+        let words = [&["explain", "--target", body], &near[..]].concat();
+        let text = String::from_utf8(orrery(&words).stdout).expect("text");
+        let line = text.lines().find(|l| l.trim_start().starts_with("+ albedo")).unwrap_or_else(|| panic!("{body}: {text}"));
+        assert_eq!(line.contains("the map is invented: "), invented, "{line}");
+        let all = json(&[&words[..], &["--json"]].concat());
+        let told =
+            all["bodies"].as_array().expect("bodies").iter().find(|b| b["name"].as_str().is_some_and(|n| n.eq_ignore_ascii_case(body)));
+        let list = told.expect("the body")["invented"].as_array().expect("a list").len();
+        assert_eq!(list > 0, invented, "{body}");
+        let file = folder.path().join(format!("{body}.png"));
+        let out = orrery(&[&["render", "--target", body, "--size", "32x32", "-o", file.to_str().expect("a path")], &near[..]].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        let bytes = std::fs::read(&file).expect("a picture");
+        let words = format!("invented: {body}.jpg");
+        assert_eq!(bytes.windows(words.len()).any(|w| w == words.as_bytes()), invented, "{body}");
+    }
+    // Too small to show a map: nothing invented is shown.
+    let far = json(&["explain", "--target", "callisto", "--from", "earth", "--fov", "20", "--time", ECLIPSE, "--json"]);
+    let callisto = far["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == "Callisto").expect("Callisto");
+    assert_eq!(callisto["invented"].as_array().map(Vec::len), Some(0));
+}
+
 #[test]
 fn wrong_words_end_with_2_and_what_cannot_be_done_with_1_and_one_line() {
     for words in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {

@@ -52,6 +52,35 @@ fn no_cloud_reflects_more_than_a_closed_deck() {
     assert!(brightest > 0.3 && brightest < 1.0, "{brightest}");
 }
 
+/// The whole disc, seen from the Sun and from so far that half of the sphere is seen: mean radiance over it, and the brightest pixel.
+fn full_disc(effects: &str) -> (f64, f64) {
+    let request = ViewRequest {
+        width: 100,
+        height: 100,
+        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(200.0) },
+        fov_deg: Some(0.6),
+        ..earth(effects)
+    };
+    let drawn = SESSION.draw(&request, FINENESS, true).expect("draws");
+    let body = drawn.scene.body(NaifId::EARTH).expect("the Earth");
+    let disc_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
+    let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max);
+    (sum(&drawn) / disc_px, brightest)
+}
+
+/// Clouds are as bright as measured: they make up the difference between the Earth's albedo with and without them, and their thickest decks are near white.
+///
+/// CERES: 0.29 all-sky less 0.15 clear-sky, as the catalog's sources say; a Lambert sphere's Bond albedo is 3/2 of its mean radiance at full phase.
+#[test]
+fn clouds_make_the_difference_between_clear_and_all_sky_albedo() {
+    let ((clear, _), (clouded, brightest)) = (full_disc("-clouds,-cloud-shadow"), full_disc("+clouds,+cloud-shadow"));
+    let effect = 1.5 * (clouded - clear);
+    println!("clouds add {effect:.3} to the albedo; brightest {brightest:.3}");
+    assert!((effect - 0.14).abs() < 0.03, "clouds add {effect} to the albedo");
+    // Thick decks reflect 0.7 to 0.85 of the light that falls straight on them; a pixel of 130 km holds thinner places too.
+    assert!((0.62..0.9).contains(&brightest), "{brightest}");
+}
+
 #[test]
 fn a_camera_under_the_clouds_says_that_it_sees_none() {
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 20.0, longitude_deg: 60.0, height_km: 0.002 };

@@ -3,7 +3,7 @@
 use crate::shared::SESSION;
 use glam::{DVec3, Vec4};
 use orrery::catalog::{NaifId, Photometry};
-use orrery::image::{SharedTexture, TexelFormat};
+use orrery::image::{Reading, SharedTexture};
 use orrery::probe::Prober;
 use orrery::probe::sunlight::{Sky, left_by};
 use orrery::render::plan::{Fineness, ModuleName, PlanError, Supplies, plan};
@@ -458,11 +458,11 @@ impl Supplies for Layouts {
     fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError> {
         SESSION.library().get(module).map(|m| m.layout.clone()).map_err(|e| PlanError::Module(e.to_string()))
     }
-    fn map(&self, file: &str, _: TexelFormat) -> Result<SharedTexture, PlanError> {
-        Err(PlanError::Map { file: file.into(), why: "this test draws without maps".into() })
+    fn map(&self, file: &str, _: Reading) -> Result<SharedTexture, PlanError> {
+        self.overlay(file)
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
-        self.map(file, TexelFormat::Rgba8Srgb)
+        Err(PlanError::Map { file: file.into(), why: "this test draws without maps".into() })
     }
     fn letters(&self, size_px: f64) -> std::sync::Arc<orrery::image::Letters> {
         SESSION.letters(size_px)

@@ -27,6 +27,7 @@ mod orientation;
 mod overlays;
 mod permutations;
 mod plan;
+mod poles;
 mod probe;
 mod relief;
 mod ring_shine;

@@ -273,3 +273,90 @@ fn shadows_are_decided_by_what_they_take() {
     // Under a high Sun Uranus' rings throw their shadow past the globe.
     assert_eq!(needs(URANUS, "2030-01-01T00:00:00Z", 400).0.ring_shadow, RingShadow::None);
 }
+
+/// Green radiance of Saturn's ring plane at some radii (km), on the darker of its two ansae, by the phase angle: the camera goes from the Sun's side over the pole.
+fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
+    const SIZE: u32 = 161;
+    const FOV_DEG: f64 = 6.0;
+    let time = "2013-07-19T21:27:00Z";
+    let from_sun = ViewRequest {
+        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(100.0) },
+        ..request(SATURN, time, 100.0, 8, "-points")
+    };
+    let placement = SESSION.scene(&from_sun).expect("a scene").body(SATURN).expect("Saturn").placement;
+    let (sun, pole) = (-placement.centre_km.normalize(), placement.body_from_icrf.transpose() * glam::DVec3::Z);
+    let over = (pole - sun * pole.dot(sun)).normalize();
+    let distance_km = placement.centre_km.length();
+    let direction = sun * alpha_deg.to_radians().cos() + over * alpha_deg.to_radians().sin();
+    let axes = orrery::scene::request::Axes::Icrf;
+    let seen = ViewRequest {
+        position: Position::Offset { body: SATURN, offset_km: direction * distance_km, axes },
+        fov_deg: Some(FOV_DEG),
+        exposure: ExposureRequest::Stops(0.0),
+        ..request(SATURN, time, 100.0, SIZE, "-points,-glow,-planet-shine,-body-shadow,+rings")
+    };
+    let (_, hdr) = pixels(&seen);
+    let pixel = 2.0 * (0.5 * FOV_DEG).to_radians().tan() / f64::from(SIZE);
+    let middle = f64::from(SIZE / 2);
+    let at = |x: f64| f64::from(hdr[(SIZE / 2 * SIZE + x.round() as u32) as usize][1]);
+    radii_km.iter().map(|r| r / distance_km / pixel).map(|px| at(middle - px).min(at(middle + px))).collect()
+}
+
+/// Cassini's picture of 2013-07-19: against the Sun the E and G rings shine; at the same exposure the side that the Sun lights shows none of them.
+#[test]
+fn dusty_rings_shine_against_the_sun_alone() {
+    let places = [239_000.0, 168_500.0, 152_000.0, 110_000.0];
+    let ([e_back, g_back, _, b_back], [e, g, between, b]) =
+        (<[f64; 4]>::try_from(ring_plane(5.0, &places)).expect("four"), <[f64; 4]>::try_from(ring_plane(175.0, &places)).expect("four"));
+    println!("E {e_back:.2e} {e:.2e}, G {g_back:.2e} {g:.2e}, B {b_back:.2e} {b:.2e}");
+    // At an exposure that makes E a tenth of white it is below half a level of 255 from the other side.
+    assert!(e > 25.0 * e_back && 0.1 * e_back / e < 0.5 / 255.0 * 4.0, "E: {e_back} becomes {e}");
+    assert!(g > 10.0 * g_back && g > 1e-7, "G: {g_back} becomes {g}");
+    assert!(between < 0.02 * e, "nothing lies between F and G: {between}");
+    // The B ring of large bodies is the other way round.
+    assert!(b < 0.1 * b_back, "B: {b_back} becomes {b}");
+}
+
+/// From the Sun's side to where the camera meets the plane: no jump, and light is never negative.
+#[test]
+fn a_dusty_ring_changes_smoothly_with_the_phase_angle() {
+    let all: Vec<f64> = (0..=38).map(|k| ring_plane(f64::from(4 * k) + 1.0, &[239_000.0])[0]).collect();
+    for (k, pair) in all.windows(2).enumerate() {
+        assert!(pair[0] > 0.0 && (0.5..2.6).contains(&(pair[1] / pair[0])), "at {} degrees: {pair:?}", 4 * k);
+    }
+    assert!(all[38] > 3.0 * all[20], "it brightens against the Sun: {} and {}", all[20], all[38]);
+}
+
+/// The profile against published edges (km) and mean normal optical depths: French et al. 1993 and Colwell et al. 2009, rounded from memory.
+#[test]
+fn saturns_profile_has_the_published_edges_gaps_and_depths() {
+    let catalog = orrery::catalog::Catalog::embedded();
+    let rings = &catalog.body(SATURN).expect("Saturn").rings;
+    let tau = |r: f64| rings.iter().filter(|x| x.inner_km <= r && r < x.outer_km).next_back().map_or(0.0, |x| x.tau_normal);
+    let mean = |from: f64, to: f64| (0..4000).map(|k| tau(from + (to - from) * (f64::from(k) + 0.5) / 4000.0)).sum::<f64>() / 4000.0;
+    for (name, from, to, least, most) in [
+        ("C", 74_658.0, 91_975.0, 0.08, 0.2),
+        ("B1", 92_000.0, 99_000.0, 0.9, 1.5),
+        ("B2", 99_000.0, 104_500.0, 1.5, 2.6),
+        ("B3", 104_500.0, 110_000.0, 3.5, 5.0),
+        ("B4", 110_000.0, 117_500.0, 1.7, 3.0),
+        ("Cassini Division", 117_932.0, 122_050.0, 0.08, 0.2),
+        ("A", 122_050.0, 136_770.0, 0.4, 0.7),
+        ("E about Enceladus", 230_000.0, 245_000.0, 0.5e-5, 2e-5),
+        ("G", 166_000.0, 175_000.0, 0.3e-6, 2e-6),
+    ] {
+        let depth = mean(from, to);
+        assert!((least..most).contains(&depth), "{name}: {depth}");
+    }
+    for (name, middle, width) in [("Encke", 133_589.0, 322.0), ("Keeler", 136_505.0, 34.0), ("Maxwell", 87_480.0, 260.0)] {
+        let clear = (-20..=20).filter(|k| tau(middle + f64::from(*k) / 40.0 * width) < 0.06).count();
+        assert!(clear > 25, "{name} gap: {clear} of 41 places");
+        assert!(tau(middle - width) > 0.06 && tau(middle + width) > 0.06, "{name} gap is as wide as published");
+    }
+    for (name, edge, outward_falls) in [("A's outer", 136_770.0, true), ("B's outer", 117_540.0, true), ("B's inner", 91_975.0, false)] {
+        let (inside, outside) = (mean(edge - 150.0, edge - 50.0), mean(edge + 50.0, edge + 150.0));
+        assert!((inside > 2.0 * outside) == outward_falls && (inside / outside - 1.0).abs() > 0.5, "{name} edge: {inside}, {outside}");
+    }
+    // One dusty ring more and another less would be seen.
+    assert!(rings.iter().filter(|r| r.dust > 0.9).count() > 80 && rings.iter().any(|r| r.name.starts_with('B') && r.dust == 0.0));
+}

@@ -1,7 +1,7 @@
 //! The maps that ship: within the budget, each where the catalog says, oriented by known places, coloured as published.
 
 use orrery::catalog::{Catalog, NaifId};
-use orrery::image::{ImageError, MapOrigin, MapStore, TexelFormat, Texture};
+use orrery::image::{ImageError, MapOrigin, MapStore, Poles, Reading, TexelFormat, Texture};
 
 /// Mean of a square of `half` degrees around a place, longitude 0 at the map's centre and east to the right; bytes by `decode`.
 fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
@@ -198,6 +198,55 @@ fn the_earth_has_its_continents() {
     );
 }
 
+/// Water is dark whatever codes its depth or its silt has in the source: none reflects a tenth of the light.
+#[test]
+fn no_lake_or_shallow_sea_glows() {
+    let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
+    let gain = Catalog::embedded().body(NaifId::EARTH).unwrap().maps.albedo.as_ref().unwrap().gain;
+    // Lake Victoria, the north of the Caspian, the Persian Gulf, the Sea of Azov, the mouth of the Amazon.
+    for (lat, lon) in [(-1.0, 33.0), (45.5, 49.5), (27.0, 51.5), (46.0, 36.5), (2.0, -49.5)] {
+        let c = mean_colour(&earth, lat, lon, 0.3);
+        let brightest = (0..3).map(|k| c[k] * gain[k]).fold(0.0, f64::max);
+        assert!(brightest < 0.1, "{lat}, {lon}: {brightest}");
+    }
+    let mut most: f64 = 0.0;
+    for lat in -60..=60 {
+        for lon in (-180..180).filter(|lon| brightness(&water, f64::from(lat), f64::from(*lon), 0.3) > 0.9) {
+            let c = mean_colour(&earth, f64::from(lat), f64::from(lon), 0.1);
+            // Ice on the sea is white: as red as it is blue.
+            if c[2] > 1.3 * c[0] {
+                most = most.max(c[1] * gain[1]);
+            }
+        }
+    }
+    assert!(most < 0.1, "{most}");
+}
+
+/// Each map has a row in the list of sources; those that are made here say in the catalog that they are invented, and so do those that a source partly invents.
+#[test]
+fn every_map_has_its_source_and_invented_ones_say_so() {
+    let readme = include_str!("../textures/README.md");
+    let row_of = |file: &str| {
+        let stem = file.trim_end_matches(".jpg");
+        let names = |row: &str| row.split('|').nth(1).is_some_and(|c| c.split([',', ' ']).any(|n| n == file || n == stem));
+        readme.lines().filter(|l| l.starts_with('|')).find(|row| names(row))
+    };
+    let mut marked = 0;
+    for b in Catalog::embedded().bodies() {
+        let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten();
+        for m in maps.chain(b.clouds.as_ref().map(|c| &c.map)) {
+            let row = row_of(&m.file).unwrap_or_else(|| panic!("{} has no row in textures/README.md", m.file));
+            let made_here = row.contains("made here");
+            let partly = ["ariel", "miranda", "oberon", "titania", "umbriel"].iter().any(|n| m.file.starts_with(n));
+            assert_eq!(made_here || partly, m.invented.is_some(), "{}: {row}", m.file);
+            assert!(m.invented.as_ref().is_none_or(|how| how.len() > 20), "{}: of what, and how", m.file);
+            marked += i32::from(made_here);
+        }
+    }
+    assert_eq!(marked, 4, "Callisto, Iapetus, Triton, Phobos");
+    assert!(row_of("vulcan.jpg").is_none());
+}
+
 /// Craters are bowls inside raised rims, whichever way their walls face: both channels of the normal map have the right sign and place.
 #[test]
 fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
@@ -238,7 +287,8 @@ fn a_folder_comes_first_and_a_missing_map_is_named() {
     let missing = store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).unwrap_err().to_string();
     assert!(missing.contains("vulcan.jpg") && missing.contains("--textures") && !missing.contains('\n'), "{missing}");
     std::fs::write(folder.path().join("own.jpg"), &bytes).unwrap();
-    store.bring(&[("own.jpg", TexelFormat::Rgba8Srgb), ("vulcan.jpg", TexelFormat::Rgba8Srgb)]);
+    let colour = Reading { format: TexelFormat::Rgba8Srgb, poles: Poles::None };
+    store.bring(&[("own.jpg", colour), ("vulcan.jpg", colour)]);
     std::fs::remove_file(folder.path().join("own.jpg")).unwrap();
     assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was brought before its file went");
     assert!(store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).is_err());

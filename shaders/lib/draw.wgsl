@@ -147,8 +147,11 @@ struct Draw {
 //: if surface.ring
   //: if view.shaded
     //: if lights.1
-    // Phase function of the particles: factor, exponent, part that dust scatters forward, its asymmetry.
-    ring_phase: vec4f,
+    // Phase function of the bodies: factor and exponent; 1 where any ring has dust.
+    ring_phase: vec3f,
+    // Asymmetry of the lobes of the dust's phase function, and the part of its light in each.
+    ring_dust_asymmetry: vec3f,
+    ring_dust_share: vec3f,
     // Height and width of the opposition's peak.
     ring_opposition: vec2f,
     //: end

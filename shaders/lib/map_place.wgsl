@@ -13,7 +13,9 @@ fn map_step(m: vec3f, step: vec3f, equatorial_sq: f32) -> vec2f {
     // At the pole itself a step spans all longitudes; the floor keeps the quotient finite.
     let r_sq = max(equatorial_sq, 1.0e-12);
     let du = (m.x * step.y - m.y * step.x) / r_sq;
-    let dv = -step.z * inverseSqrt(r_sq);
+    // No angle is longer than its chord's step: over the pole itself the quotient is of two vanishing numbers.
+    let longest = length(step);
+    let dv = clamp(-step.z * inverseSqrt(r_sq), -longest, longest);
     return vec2f(du * 0.15915494, dv * 0.31830989);
 }
 
@@ -33,5 +35,10 @@ fn map_uv_of_direction(m: vec3f, equatorial_sq: f32) -> vec2f {
 fn map_place(position: vec3f, stretch: f32) -> MapPlace {
     let m = normalize(position * vec3f(1.0, 1.0, stretch));
     let equatorial_sq = m.x * m.x + m.y * m.y;
-    return MapPlace(map_uv_of_direction(m, equatorial_sq), map_step(m, dpdx(m), equatorial_sq), map_step(m, dpdy(m), equatorial_sq));
+    // Rows near a pole are as coarse in longitude as in latitude (src/image/poles.rs), so a footprint need not count all the texels that it crosses there: from
+    // 78 degrees on it is narrower, at the pole five times as wide as high. Else each pixel there would be read from a level that mixes latitudes.
+    let narrower = vec2f(min(5.0 * sqrt(equatorial_sq), 1.0), 1.0);
+    let dx = map_step(m, dpdx(m), equatorial_sq) * narrower;
+    let dy = map_step(m, dpdy(m), equatorial_sq) * narrower;
+    return MapPlace(map_uv_of_direction(m, equatorial_sq), dx, dy);
 }

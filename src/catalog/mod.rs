@@ -84,6 +84,8 @@ pub struct Map {
     /// Linear factor per channel that brings the decoded map to the body's published colour and albedo.
     pub gain: [f64; 3],
     pub latitude: MapLatitude,
+    /// What of it nobody has measured, and what it was made from; `None`: all of it is pictures or measurements.
+    pub invented: Option<String>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -225,6 +227,8 @@ pub struct ShapeModel {
     pub alpha: bool,
     /// The colours of the file's vertices multiply the albedo, where it has any.
     pub vertex_colours: bool,
+    /// What of it nobody has measured; `None`: a measured shape.
+    pub invented: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]

@@ -155,14 +155,22 @@ fn rotation(mut s: Section) -> Option<Rotation> {
     result
 }
 
+/// What of a map or a shape is invented, in words of one line.
+fn invented(s: &mut Section) -> Option<String> {
+    let said = s.take("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
+    said.map(|l| l.value)
+}
+
 fn map(mut s: Section) -> Option<Map> {
     let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
     let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
     let latitude =
         word(&mut s, "latitude", &[("planetographic", MapLatitude::Planetographic), ("planetocentric", MapLatitude::Planetocentric)]);
+    let invented = invented(&mut s);
     let _ = s.take::<String>("source", "a string", |_| true);
     s.finish();
-    Some(Map { file: file?.value, gain: gain.map_or([1.0; 3], |g| g.value), latitude: latitude.unwrap_or(MapLatitude::Planetocentric) })
+    let (gain, latitude) = (gain.map_or([1.0; 3], |g| g.value), latitude.unwrap_or(MapLatitude::Planetocentric));
+    Some(Map { file: file?.value, gain, latitude, invented })
 }
 
 fn clouds(mut s: Section) -> Option<Clouds> {
@@ -184,9 +192,11 @@ fn mesh(mut s: Section) -> Option<Located<ShapeModel>> {
     let scale_km = s.take("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
     let mut flag = |field, default| s.take::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
     let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
+    let invented = invented(&mut s);
     let _ = s.take::<String>("source", "a string", |_| true);
     s.finish();
-    let value = ShapeModel { file: file?.value, scale_km: scale_km.map_or(1.0, |l| l.value), two_sided, alpha, vertex_colours };
+    let scale_km = scale_km.map_or(1.0, |l| l.value);
+    let value = ShapeModel { file: file?.value, scale_km, two_sided, alpha, vertex_colours, invented };
     Some(Located { value, place })
 }
 

@@ -63,6 +63,7 @@ fn as_json(b: &BodyInView, estimated: &[String]) -> Value {
         "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,
         "phase_angle_deg": b.phase_angle_deg, "magnitude": b.magnitude,
         "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions, "estimates": estimated,
+        "invented": b.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
     })
 }
 

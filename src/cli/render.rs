@@ -2,7 +2,7 @@
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
-use crate::scene::legend::legend;
+use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
 use crate::session::{DrawnBy, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use std::io::{IsTerminal, Write};
@@ -195,7 +195,7 @@ fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::S
         ("Title", v.target.clone().unwrap_or_else(|| "Orrery".into())),
         ("Creation Time", request.time.to_utc_iso()),
         ("Description", view),
-        ("Legend", legend(scene.pixel_view, &scene.exposure)),
+        ("Legend", legend_of(scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ]
 }

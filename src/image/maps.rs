@@ -1,7 +1,7 @@
 //! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
 
 use super::embedded::EMBEDDED;
-use super::{ImageError, SharedTexture, TexelFormat, Texture};
+use super::{ImageError, Poles, SharedTexture, TexelFormat, Texture};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -15,11 +15,18 @@ pub enum MapOrigin {
     Missing,
 }
 
+/// How a map's file is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Reading {
+    pub format: TexelFormat,
+    pub poles: Poles,
+}
+
 /// All maps by file name.
 #[derive(Debug, Default)]
 pub struct MapStore {
     folder: Option<PathBuf>,
-    decoded: Mutex<HashMap<(String, TexelFormat), SharedTexture>>,
+    decoded: Mutex<HashMap<(String, Reading), SharedTexture>>,
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
 }
 
@@ -42,13 +49,18 @@ impl MapStore {
         if EMBEDDED.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
     }
 
-    /// The map with its mip chain. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and water maps [`TexelFormat::Rgba8Unorm`].
+    /// The texels of the file. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and water maps [`TexelFormat::Rgba8Unorm`].
     pub fn get(&self, name: &str, format: TexelFormat) -> Result<SharedTexture, ImageError> {
-        let key = (name.to_owned(), format);
+        self.get_as(name, Reading { format, poles: Poles::None })
+    }
+
+    /// The map with its mip chain, as it is drawn.
+    pub fn get_as(&self, name: &str, reading: Reading) -> Result<SharedTexture, ImageError> {
+        let key = (name.to_owned(), reading);
         if let Some(found) = self.decoded.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
             return Ok(found.clone());
         }
-        let texture = Arc::new(self.read(name, format)?);
+        let texture = Arc::new(self.read(name, reading)?);
         Ok(self.decoded.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(texture).clone())
     }
 
@@ -57,29 +69,29 @@ impl MapStore {
         if let Some(found) = self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).get(name) {
             return Ok(found.clone());
         }
-        let texture = Arc::new(self.read(name, TexelFormat::Rgba8Srgb)?.premultiplied());
+        let texture = Arc::new(self.read(name, Reading { format: TexelFormat::Rgba8Srgb, poles: Poles::None })?.premultiplied());
         Ok(self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).entry(name.to_owned()).or_insert(texture).clone())
     }
 
     /// Decodes by all threads what is not in memory yet. A map that cannot be read is found by whoever gets it.
-    pub fn bring(&self, wanted: &[(&str, TexelFormat)]) {
-        let away: Vec<&(&str, TexelFormat)> = {
+    pub fn bring(&self, wanted: &[(&str, Reading)]) {
+        let away: Vec<&(&str, Reading)> = {
             let decoded = self.decoded.lock().unwrap_or_else(PoisonError::into_inner);
-            wanted.iter().filter(|(name, format)| !decoded.contains_key(&((*name).to_owned(), *format))).collect()
+            wanted.iter().filter(|(name, reading)| !decoded.contains_key(&((*name).to_owned(), *reading))).collect()
         };
-        away.into_par_iter().for_each(|(name, format)| drop(self.get(name, *format)));
+        away.into_par_iter().for_each(|(name, reading)| drop(self.get_as(name, *reading)));
     }
 
-    fn read(&self, name: &str, format: TexelFormat) -> Result<Texture, ImageError> {
+    fn read(&self, name: &str, Reading { format, poles }: Reading) -> Result<Texture, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let shown = path.display().to_string();
                 let bytes = std::fs::read(&path).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
-                Texture::decode(&shown, &bytes, format)
+                Texture::decode_around_poles(&shown, &bytes, format, poles)
             }
             MapOrigin::Embedded => {
                 let bytes = EMBEDDED.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
-                Texture::decode(name, bytes, format)
+                Texture::decode_around_poles(name, bytes, format, poles)
             }
             MapOrigin::Missing => {
                 let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));

@@ -2,9 +2,10 @@
 //!
 //! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of the one above, rounded down and at least 1. Each level is the area
 //! mean of the one above in linear light, so an odd side takes three texels with partial weights. Means are kept as floats
-//! from level to level and rounded once, on encoding: no level's error reaches the next. The left and right edges are cell borders, so no mean crosses the seam.
+//! from level to level and rounded once, on encoding: no level's error reaches the next. Rows near the poles are first made even ([`super::poles`]). The left and right edges are cell borders, so no mean crosses the seam.
 
-use super::{Level, TexelFormat};
+use super::poles::Circles;
+use super::{Level, Poles, TexelFormat};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -77,8 +78,29 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
     }
 }
 
+/// Averages the rows of the finest level that lie near a pole.
+fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: Poles) {
+    let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
+    let circles = Circles::of(poles, width, height, false);
+    rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| circles.changes(*y)).for_each(|(y, bytes)| {
+        let linear =
+            |t: &[u8; 4]| [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], UNORM[usize::from(t[3])]];
+        let mut row: Vec<[f32; 4]> = bytes.as_chunks::<4>().0.iter().map(linear).collect();
+        circles.smooth(y, &mut row);
+        for (out, t) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(&row) {
+            *out = [encode(t[0], srgb), encode(t[1], srgb), encode(t[2], srgb), encode(t[3], false)];
+        }
+    });
+}
+
+/// The rows of a coarser level, in floats.
+fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: Poles) {
+    let circles = Circles::of(poles, width, height, true);
+    linear.par_chunks_mut(width).enumerate().for_each(|(y, row)| circles.smooth(y, row));
+}
+
 /// All levels of an 8-bit image.
-pub(super) fn chain(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Vec<Level> {
+pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFormat, poles: Poles) -> Vec<Level> {
     let srgb = format == TexelFormat::Rgba8Srgb;
     let (colour, alpha) = (decode_table(format), &*UNORM);
     let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
@@ -91,6 +113,7 @@ pub(super) fn chain(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat)
         Level { width: w as u32, height: h as u32, bytes }
     };
     let (mut w, mut h) = (width as usize, height as usize);
+    smooth_finest(w, h, &mut rgba, format, poles);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
         let top_width = w;
@@ -99,11 +122,13 @@ pub(super) fn chain(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat)
             [colour[usize::from(t[0])], colour[usize::from(t[1])], colour[usize::from(t[2])], alpha[usize::from(t[3])]]
         });
         (w, h) = (nw, nh);
+        smooth_level(w, h, &mut linear, poles);
         levels.push(pack(w, h, &linear));
         while w > 1 || h > 1 {
             let row = w;
             let (nw, nh, next) = halve(w, h, |x, y| linear[y * row + x]);
             (w, h, linear) = (nw, nh, next);
+            smooth_level(w, h, &mut linear, poles);
             levels.push(pack(w, h, &linear));
         }
     }
@@ -126,10 +151,10 @@ mod tests {
     #[test]
     fn a_checkerboard_averages_in_linear_light() {
         let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
-        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb);
+        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb, Poles::None);
         // IEC 61966-2-1: linear one half is 187.5 of 255; the mean of the encoded bytes would be 127.
         assert_eq!(levels[1].bytes, [188, 188, 188, 255]);
-        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm)[1].bytes, [128, 128, 128, 255]);
+        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm, Poles::None)[1].bytes, [128, 128, 128, 255]);
     }
 
     #[test]
@@ -147,7 +172,7 @@ mod tests {
     fn odd_sides_keep_the_mean() {
         let (w, h) = (7_u32, 5_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 256) as u8, 40, 255]).collect();
-        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm);
+        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm, Poles::None);
         assert_eq!(levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>(), [(7, 5), (3, 2), (1, 1)]);
         for c in 0..4 {
             let mean = rgba.iter().skip(c).step_by(4).map(|&b| f64::from(b)).sum::<f64>() / f64::from(w * h);

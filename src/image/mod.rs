@@ -10,12 +10,14 @@ mod embedded;
 mod letters;
 mod maps;
 mod mips;
+mod poles;
 pub use mips::{linear_to_srgb, srgb_to_linear};
+pub use poles::Poles;
 mod write;
 
 pub use compare::{Difference, Picture};
 pub use letters::{Cell, Letters};
-pub use maps::{MapOrigin, MapStore};
+pub use maps::{MapOrigin, MapStore, Reading};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -63,19 +65,28 @@ pub enum ImageError {
 impl Texture {
     /// A texture with its full mip chain from 8-bit RGBA rows, top first. `format` is one of the two 8-bit formats.
     pub fn from_rgba8(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Result<Self, ImageError> {
+        Self::around_poles(width, height, rgba, format, Poles::None)
+    }
+
+    fn around_poles(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat, poles: Poles) -> Result<Self, ImageError> {
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
             return Err(ImageError::Size { width, height, given: rgba.len() });
         }
-        Ok(Self { format, levels: mips::chain(width, height, rgba, format) })
+        Ok(Self { format, levels: mips::chain(width, height, rgba, format, poles) })
     }
 
     /// A texture from an encoded JPEG or PNG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
+        Self::decode_around_poles(name, encoded, format, Poles::None)
+    }
+
+    /// The same of a map of a whole sphere, its rows near the poles made as coarse in longitude as they are in latitude.
+    pub fn decode_around_poles(name: &str, encoded: &[u8], format: TexelFormat, poles: Poles) -> Result<Self, ImageError> {
         let unreadable = |e: image::ImageError| ImageError::Unreadable { name: name.to_owned(), reason: e.to_string() };
         let rgba = image::load_from_memory(encoded).map_err(unreadable)?.into_rgba8();
         let (width, height) = rgba.dimensions();
-        Self::from_rgba8(width, height, rgba.into_raw(), format)
+        Self::around_poles(width, height, rgba.into_raw(), format, poles)
     }
 
     /// The texture with its colours multiplied by their alpha in linear light, before its mip chain is made anew: where it is clear it has no colour that
@@ -87,7 +98,7 @@ impl Texture {
         };
         let mut bytes = first.bytes;
         mips::premultiply(&mut bytes, self.format);
-        Self { format: self.format, levels: mips::chain(first.width, first.height, bytes, self.format) }
+        Self { format: self.format, levels: mips::chain(first.width, first.height, bytes, self.format, Poles::None) }
     }
 
     /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.

@@ -93,11 +93,19 @@ impl Ledger<'_> {
             Some(m) if self.request.missing_maps.contains(&m.file) => {
                 self.note(effect.name(), false, format!("{} could not be read: drawn without it", m.file))
             }
-            Some(_) => {
+            Some(m) => {
                 let (on, reason) = bound();
-                self.effect(effect, on, reason)
+                self.effect(effect, on, with_invented(reason, "the map", m.invented.as_deref()))
             }
         }
+    }
+}
+
+/// A reason, and what of the thing it is about is invented.
+fn with_invented(reason: String, what: &str, invented: Option<&str>) -> String {
+    match invented {
+        Some(how) => format!("{reason}; {what} is invented: {how}"),
+        None => reason,
     }
 }
 
@@ -226,7 +234,7 @@ fn shaped(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &m
         return None;
     };
     let reason = format!("{} triangles of {}, up to {:.3} radii from the centre", model.triangles(), named.file, model.reach);
-    ledger.effect(Effect::Mesh, true, reason);
+    ledger.effect(Effect::Mesh, true, with_invented(reason, "the shape", named.invented.as_deref()));
     chosen.mesh = Some(super::meshes::flags(body, model));
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != body.id)?;
     let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();

@@ -3,15 +3,26 @@
 //! In: the pixel view and the exposure. Out: a text of what each channel shows, its unit, and what black and white are. EXR files hold the numbers
 //! in that unit; PNG files hold them times 2^stops, cut at 1 and encoded as sRGB.
 
-use super::Exposure;
 use super::draw::PixelView;
+use super::{Exposure, Scene};
 
 /// 16384 instructions are white.
 pub const COST_STOPS: f64 = -14.0;
 /// Instructions that a texture read is shown as, so that 16 reads are white.
 pub const SHOWN_PER_READ: f64 = 1024.0;
 
-/// The legend of a picture.
+/// The legend of a picture, and which of the maps and shapes in it are invented.
+pub fn legend_of(scene: &Scene) -> String {
+    let mut text = legend(scene.pixel_view, &scene.exposure);
+    for body in &scene.bodies {
+        for (file, how) in &body.invented {
+            text.push_str(&format!("; invented: {file} of {}, {how}", body.name));
+        }
+    }
+    text
+}
+
+/// What a pixel view's colours mean.
 pub fn legend(view: PixelView, exposure: &Exposure) -> String {
     let white = exposure.white();
     let range = |unit: &str| format!("linear; black 0, white {white:.6} {unit}");

@@ -138,6 +138,8 @@ pub struct BodyInView {
     pub decisions: Vec<Decision>,
     /// Structure of its draws, the globe first.
     pub needs: Vec<draw::Needs>,
+    /// What is shown of it that nobody has measured: a map's or a shape's file, and how it was made.
+    pub invented: Vec<(String, String)>,
 }
 
 /// One frame, ready to be planned.
@@ -364,6 +366,7 @@ fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw], magnitude: Option<f64>) -
         placement: p.placement,
         decisions: seen.decisions,
         needs: parts.iter().map(|d| d.needs).collect(),
+        invented: invented(p.body, parts),
     }
 }
 
@@ -383,7 +386,18 @@ fn unplaced(body: &Body, reason: String) -> BodyInView {
         placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
         decisions: vec![Decision { feature: "visible", on: false, reason, tier: None }],
         needs: Vec::new(),
+        invented: Vec::new(),
     }
+}
+
+/// The invented maps and shape that a body's draws show.
+fn invented(body: &Body, parts: &[Draw]) -> Vec<(String, String)> {
+    let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
+    let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
+    let shown = |file: &String| parts.iter().any(|d| d.map_files.bindings().any(|(_, f)| f == file));
+    let meshed = parts.iter().any(|d| d.needs.shape == draw::Shape::Mesh);
+    let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
+    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).collect()
 }
 
 /// The bound of [`VISIBLE_CHANGE`] in words.

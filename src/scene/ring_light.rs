@@ -6,7 +6,7 @@
 
 use super::kept::Kept;
 use super::ring_table::{Step, numbers, steps};
-use super::rings::{LEAST_COSINE, dust, phase_with_peak};
+use super::rings::{LEAST_COSINE, bodies_with_peak, forward};
 use crate::catalog::Body;
 use crate::units::luminance;
 use glam::DVec3;
@@ -48,10 +48,12 @@ impl RingLight {
         let (from, width) = (first.from, (last.to - first.from) / RADII as f64);
         let open: Vec<f64> = (0..RADII).map(|k| globe.open_part(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
         let open_at = |r: f64| open[(((r - from) / width) as usize).min(RADII - 1)];
-        let phase = phase_with_peak(sun.dot(viewer), dust(&body.rings.iter().collect::<Vec<_>>()));
+        let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
+        let (of_bodies, of_dust) = (bodies_with_peak(cos_phase), forward(cos_phase.acos()));
         let reflected = |s: &Step| {
             let scattered = if same_side { lit_side(s.tau, mu, mu0) } else { other_side(s.tau, mu, mu0) };
             let area = PI * (s.to - s.from) * (s.to + s.from) * viewer.z.abs();
+            let phase = of_bodies * (1.0 - s.dust) + of_dust * s.dust;
             0.25 * phase * luminance(s.albedo) * scattered * area * open_at(0.5 * (s.from + s.to))
         };
         let added = if sun.z == 0.0 { 0.0 } else { layer.iter().map(reflected).sum::<f64>() / PI };

@@ -11,7 +11,7 @@
 use super::camera::narrow_scalar;
 use super::kept::Kept;
 use super::ring_table::{self, Step, steps};
-use super::rings::{LEAST_COSINE, phase_with_peak};
+use super::rings::{LEAST_COSINE, bodies_with_peak};
 use crate::catalog::Ring;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -53,8 +53,6 @@ pub struct Lit<'a> {
     pub sine: f64,
     /// Tangent of the Sun's angular radius.
     pub sun_tangent: f64,
-    /// Part of the rings' light that dust scatters.
-    pub dust: f64,
 }
 
 /// Part of the Sun's disc over one side of the plane, and the mean sine of that part; then those of the other side.
@@ -213,7 +211,7 @@ impl Lit<'_> {
                     let distance = distance_sq.sqrt();
                     let cos_incidence = normal.dot(away).max(0.0) / distance;
                     let cos_emission = (place.z / distance).max(LEAST_COSINE);
-                    let phase = phase_with_peak(-sun.dot(away) / distance, self.dust);
+                    let phase = bodies_with_peak(-sun.dot(away) / distance);
                     // The ring's area seen, over height: polar / distance is the emission's cosine over it.
                     let seen = 0.5 * (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
                     sum += annulus.at(side, 1.0 / cos_emission) * (0.25 / PI * phase * seen);
@@ -276,13 +274,13 @@ impl Lit<'_> {
 
     /// All that a table depends on.
     fn numbers(&self) -> impl Iterator<Item = f64> {
-        let own = [self.sine, self.sun_tangent, self.radius_km, self.polar, self.dust];
+        let own = [self.sine, self.sun_tangent, self.radius_km, self.polar];
         own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::numbers(r)))
     }
 
     /// More than any place can get, per unit of sunlight: each ring as bright as it can be, all of it over the nearest place of the equator.
     pub fn at_most(&self) -> f64 {
-        let brightest = phase_with_peak(1.0, self.dust).max(phase_with_peak(-1.0, self.dust));
+        let brightest = bodies_with_peak(1.0);
         let of = |ring: &&Ring| {
             let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);
             let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
@@ -302,7 +300,7 @@ mod tests {
     }
 
     fn lit<'a>(rings: &'a [&'a Ring], sine: f64) -> Lit<'a> {
-        Lit { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4, dust: 0.0 }
+        Lit { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::kept::Kept;
 use crate::catalog::Ring;
 use std::sync::Arc;
 
-/// Rows of the table besides the radii: slopes x = 2^(k/8), k = 0..=96.
+/// Rows of each of the table's two parts, bodies and dust: slopes x = 2^(k/8), k = 0..=96. A row of radii comes before them.
 pub const SLOPES: u32 = 97;
 const SLOPES_PER_OCTAVE: f64 = 8.0;
 /// Radii beyond which a table is refused: the widest texture that every GPU takes, halved.
@@ -31,6 +31,8 @@ pub(super) struct Step {
     pub to: f64,
     pub tau: f64,
     pub albedo: [f64; 3],
+    /// Part of its light that dust scatters.
+    pub dust: f64,
 }
 
 /// Cuts overlapping rings into stretches, each with the last ring that holds it.
@@ -41,16 +43,16 @@ pub(super) fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: 
     let between = |pair: &[f64]| {
         let middle = (pair[0] + pair[1]) / 2.0;
         let over = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
-        let (tau, albedo) = over.map_or((0.0, [0.0; 3]), |r| (r.tau_normal, r.albedo));
-        Step { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo }
+        let (tau, albedo, dust) = over.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust));
+        Step { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo, dust }
     };
     edges.windows(2).map(between).collect()
 }
 
 /// All that a table depends on of a ring.
-pub(super) fn numbers(ring: &Ring) -> [f64; 6] {
+pub(super) fn numbers(ring: &Ring) -> [f64; 7] {
     let [red, green, blue] = ring.albedo;
-    [ring.inner_km, ring.outer_km, ring.tau_normal, red, green, blue]
+    [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust, red, green, blue]
 }
 
 impl RingTable {
@@ -69,23 +71,27 @@ impl RingTable {
         if nodes > NODES_AT_MOST {
             return None;
         }
-        let mut texels = Vec::with_capacity(nodes * (SLOPES as usize + 1) * 4);
+        let mut texels = Vec::with_capacity(nodes * (2 * SLOPES as usize + 1) * 4);
         let radii = steps.iter().map(|s| [s.from, s.to - s.from]).chain([[last.to, 0.0]]);
         texels.extend(radii.flat_map(|[r, width]| [narrow_scalar(r), narrow_scalar(width), 0.0, 0.0]));
-        for k in 0..SLOPES {
-            let slope = (f64::from(k) / SLOPES_PER_OCTAVE).exp2();
-            let mut sum = [0.0; 4];
-            texels.extend([0.0; 4]);
-            for step in &steps {
-                let stopped = (step.to - step.from) * -(-step.tau * slope).exp_m1();
-                let [red, green, blue] = step.albedo;
-                for (of, weight) in sum.iter_mut().zip([red, green, blue, 1.0]) {
-                    *of += stopped * weight;
+        // Dust apart from bodies: it scatters by another law, and its sums keep digits that would drown in those of the dense rings.
+        for dusty in [false, true] {
+            for k in 0..SLOPES {
+                let slope = (f64::from(k) / SLOPES_PER_OCTAVE).exp2();
+                let mut sum = [0.0; 4];
+                texels.extend([0.0; 4]);
+                for step in &steps {
+                    let stopped = (step.to - step.from) * -(-step.tau * slope).exp_m1();
+                    let part = if dusty { step.dust } else { 1.0 - step.dust };
+                    let [red, green, blue] = step.albedo.map(|a| a * part);
+                    for (of, weight) in sum.iter_mut().zip([red, green, blue, if dusty { part } else { 1.0 }]) {
+                        *of += stopped * weight;
+                    }
+                    texels.extend(sum.map(narrow_scalar));
                 }
-                texels.extend(sum.map(narrow_scalar));
             }
         }
-        Some(Self { width: nodes as u32, height: SLOPES + 1, texels, reach: [first.from, last.to] })
+        Some(Self { width: nodes as u32, height: 2 * SLOPES + 1, texels, reach: [first.from, last.to] })
     }
 }
 
@@ -107,8 +113,8 @@ mod tests {
     #[test]
     fn integrals_rise_by_what_each_stretch_stops() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0).expect("a table");
-        assert_eq!((table.width, table.height, table.reach), (4, SLOPES + 1, [1.0, 3.0]));
-        for row in 1..table.height as usize {
+        assert_eq!((table.width, table.height, table.reach), (4, 2 * SLOPES + 1, [1.0, 3.0]));
+        for row in 1..=SLOPES as usize {
             let slope = (row as f64 - 1.0) / 8.0;
             let at = |node: usize, c: usize| f64::from(table.texels[(row * 4 + node) * 4 + c]);
             let first = 1.0 - (-0.7 * slope.exp2()).exp();
@@ -117,5 +123,19 @@ mod tests {
             assert!(at(3, 3) > at(2, 3) && at(3, 3) <= 1.5 + 1e-6);
         }
         assert!(RingTable::of([].iter(), 1.0).is_none());
+    }
+
+    /// A faint dusty ring outside a dense one keeps its light to six digits.
+    #[test]
+    fn dust_is_summed_apart_from_bodies() {
+        let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
+        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0).expect("a table");
+        let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
+        let (bodies, dust) = (1, 1 + SLOPES);
+        assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "none inside of it");
+        let light = at(dust, 3, 0) - at(dust, 2, 0);
+        assert!((light / (0.5 * 0.8e-6) - 1.0).abs() < 1e-5, "{light}");
+        let drowned = at(bodies, 3, 0) - at(bodies, 2, 0);
+        assert!((drowned / (0.5 * 0.2e-6) - 1.0).abs() > 1e-3, "in the sum of a dense ring it would not: {drowned}");
     }
 }

@@ -29,7 +29,7 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{Letters, MapStore, SharedTexture, TexelFormat};
+use crate::image::{Letters, MapStore, Reading, SharedTexture};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
@@ -345,12 +345,12 @@ impl Session {
     fn fetch(&self, scene: &Scene) -> Result<(), SessionError> {
         let modules = plan::modules(scene);
         self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-        let wanted: Vec<(&str, TexelFormat)> = scene
+        let wanted: Vec<(&str, Reading)> = scene
             .draws
             .iter()
-            .flat_map(|d| d.map_files.bindings())
-            .filter(|(b, _)| !plan::OVERLAY_BINDINGS.contains(b))
-            .map(|(binding, file)| (file, plan::map_format(binding)))
+            .flat_map(|d| d.map_files.bindings().map(|(binding, file)| (binding, file, d.needs.shape)))
+            .filter(|(b, ..)| !plan::OVERLAY_BINDINGS.contains(b))
+            .map(|(binding, file, shape)| (file, plan::map_reading(binding, shape)))
             .collect();
         self.measured(Stage::Maps, || self.maps.bring(&wanted));
         Ok(())
@@ -402,8 +402,8 @@ impl Supplies for Session {
     fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError> {
         Ok(self.library.get(module).map_err(|e| PlanError::Module(e.to_string()))?.layout.clone())
     }
-    fn map(&self, file: &str, format: TexelFormat) -> Result<SharedTexture, PlanError> {
-        self.maps.get(file, format).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    fn map(&self, file: &str, reading: Reading) -> Result<SharedTexture, PlanError> {
+        self.maps.get_as(file, reading).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })

@@ -8,19 +8,51 @@
 
 //: use lib/ring/profile.wgsl
 
-// Of the mean over all directions: back-scattering power law of bodies in each other's shadow, some dust forward (Henyey-Greenstein),
-// and the opposition's peak 1 + B0 / (1 + tan(phase / 2) / h) (Hapke 1986, Icarus 67, 264).
-fn ring_phase_function(cos_phase: f32) -> f32 {
+// Of the mean over all directions: power law of bodies in each other's shadow, which scatter back, and
+// the opposition's peak 1 + B0 / (1 + tan(phase / 2) / h) (Hapke 1986, Icarus 67, 264).
+fn ring_bodies_phase(cos_phase: f32) -> f32 {
     // pi minus the phase angle, by its half, which keeps its digits at both ends.
     let back = sqrt(max(0.5 * (1.0 + cos_phase), 0.0));
     let front = sqrt(max(0.5 * (1.0 - cos_phase), 0.0));
     let scattered = 2.0 * atan2(back, front);
     let bodies = draw.ring_phase.x * pow(max(scattered, 1.0e-6), draw.ring_phase.y);
     let peak = 1.0 + draw.ring_opposition.x / (1.0 + front / max(back * draw.ring_opposition.y, 1.0e-6));
-    let g = draw.ring_phase.w;
-    // The scattering angle's cosine is minus the phase angle's.
-    let dust = (1.0 - g * g) * pow(max(1.0 + g * g + 2.0 * g * cos_phase, 1.0e-4), -1.5);
-    return mix(bodies * peak, dust, draw.ring_phase.z);
+    return bodies * peak;
+}
+
+// The same of dust, which scatters forward: three Henyey-Greenstein lobes. 1 + g² + 2 g cos(phase) is written without the difference of near
+// numbers against the Sun.
+fn ring_dust_phase(cos_phase: f32) -> f32 {
+    let g = draw.ring_dust_asymmetry;
+    let away = (1.0 - g) * (1.0 - g) + g * (2.0 * max(1.0 + cos_phase, 0.0));
+    return dot(draw.ring_dust_share, (1.0 - g * g) / (away * sqrt(away)));
+}
+
+// The light that reaches the viewer through the layer's lit and its unlit side: part of the Sun's disc over the viewer's side, and 1/mu0 of that part and of the other.
+struct RingLight {
+    part_lit: f32,
+    lit: f32,
+    unlit: f32,
+}
+
+// Scattered once, of either part of the table, were it even over all directions. `x`: 1/mu towards the viewer.
+fn ring_scattered(stretch: RingStretch, first_row: i32, sun: RingLight, x: f32) -> vec3f {
+    var light = vec3f(0.0);
+    if sun.part_lit > 0.0 {
+        let y = sun.lit;
+        light += sun.part_lit * x / (x + y) * ring_stopped(stretch, first_row, x + y).rgb;
+    }
+    if sun.part_lit < 1.0 {
+        let y = sun.unlit;
+        // At least a row of the table apart, about the same middle.
+        let middle = sqrt(x * y);
+        let half_apart = max(sqrt(max(x, y) / min(x, y)), 1.0443);
+        let upper = middle * half_apart;
+        let lower = middle / half_apart;
+        let passed = ring_stopped(stretch, first_row, upper).rgb - ring_stopped(stretch, first_row, lower).rgb;
+        light += (1.0 - sun.part_lit) * max(x * passed / (upper - lower), vec3f(0.0));
+    }
+    return light;
 }
 
 // I/F towards the viewer, per channel. `sin_sun`: not below 0. `side`: 1 where the viewer is on the side of the Sun's centre, else -1.
@@ -31,24 +63,16 @@ fn ring_reflectance(stretch: RingStretch, cos_emission: f32, sin_sun: f32, side:
     let above = 0.5 + (h * chord + asin(h)) * 0.31830989;
     let moment = draw.sun_tangent * (h * above + chord * chord * chord * 0.21220659);
     let straddles = sin_sun < draw.sun_tangent;
-    let part_lit = select(step(0.0, side), above, straddles);
     let sine_lit = select(sin_sun, moment / max(above, 1.0e-6), straddles);
     let sine_unlit = select(sin_sun, (moment - draw.sun_tangent * h) / max(1.0 - above, 1.0e-6), straddles);
+    var sun: RingLight;
+    sun.part_lit = select(step(0.0, side), above, straddles);
+    sun.lit = 1.0 / max(sine_lit, LEAST_COSINE);
+    sun.unlit = 1.0 / max(sine_unlit, LEAST_COSINE);
     let x = 1.0 / max(cos_emission, LEAST_COSINE);
-    var light = vec3f(0.0);
-    if part_lit > 0.0 {
-        let y = 1.0 / max(sine_lit, LEAST_COSINE);
-        light += part_lit * x / (x + y) * ring_opacity(stretch, x + y).rgb;
+    var light = ring_bodies_phase(cos_phase) * ring_scattered(stretch, BODIES, sun, x);
+    if draw.ring_phase.z > 0.0 {
+        light += ring_dust_phase(cos_phase) * ring_scattered(stretch, DUST, sun, x);
     }
-    if part_lit < 1.0 {
-        let y = 1.0 / max(sine_unlit, LEAST_COSINE);
-        // At least a row of the table apart, about the same middle.
-        let middle = sqrt(x * y);
-        let half_apart = max(sqrt(max(x, y) / min(x, y)), 1.0443);
-        let upper = middle * half_apart;
-        let lower = middle / half_apart;
-        let passed = ring_opacity(stretch, upper).rgb - ring_opacity(stretch, lower).rgb;
-        light += (1.0 - part_lit) * max(x * passed / (upper - lower), vec3f(0.0));
-    }
-    return 0.25 * ring_phase_function(cos_phase) * light;
+    return 0.25 * light;
 }

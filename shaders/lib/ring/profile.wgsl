@@ -2,8 +2,8 @@
 //
 // Row 0 of the table: the radii where the optical depth changes (x), and how far the next one is (y: the difference of two radii has few
 // digits). Row 1 + k: up to each of these radii, the integral of
-// 1 - exp(-tau x) at x = 2^(k/8), where x is one over the cosine of a path (or the sum of two): times the particles' colour (xyz) and
-// alone (w). Exact in radius; between rows linear in log2 x, off by 2.8e-4 at most (h^2/8 times the second derivative, 0.3).
+// 1 - exp(-tau x) at x = 2^(k/8), where x is one over the cosine of a path (or the sum of two): times the colour and the part of bodies (xyz) and
+// alone (w). Row 98 + k: the same times the colour and the part of dust (xyz). Exact in radius; between rows linear in log2 x, off by 2.8e-4 at most (h^2/8 times the second derivative, 0.3).
 
 //: use lib/draw.wgsl
 
@@ -12,6 +12,8 @@
 const ROWS_PER_OCTAVE: f32 = 8.0;
 // x up to 2^12: nearer than 0.014 degrees to the ring's plane a path counts as that steep.
 const LAST_ROW: f32 = 96.0;
+const BODIES: i32 = 1;
+const DUST: i32 = 98;
 const LEAST_COSINE: f32 = 0.000244140625;
 // Footprints below this (6 km at Saturn) are taken as a point: the difference of two integrals has no digits left there.
 const LEAST_FOOTPRINT: f32 = 1.0e-4;
@@ -71,10 +73,15 @@ fn ring_stretch(from_radius: f32, to_radius: f32) -> RingStretch {
     return RingStretch(inner, ring_place(to_radius));
 }
 
-// Mean of 1 - exp(-tau x) over the stretch, times the colour (xyz) and alone (w).
+// Mean of 1 - exp(-tau x) over the stretch: by bodies times their colour (xyz), by all that is there (w).
 fn ring_opacity(stretch: RingStretch, x: f32) -> vec4f {
+    return ring_stopped(stretch, BODIES, x);
+}
+
+// The same of either part of the table.
+fn ring_stopped(stretch: RingStretch, first_row: i32, x: f32) -> vec4f {
     let at = clamp(log2(x) * ROWS_PER_OCTAVE, 0.0, LAST_ROW - 0.001);
-    let row = 1 + i32(at);
+    let row = first_row + i32(at);
     let upper = fract(at);
     let width = stretch.outer.radius - stretch.inner.radius;
     if width < LEAST_FOOTPRINT {

@@ -96,6 +96,9 @@ fn fragment_main(in: Varyings) -> Pixel {
         let share = (ends.y - ends.x) / f.length;
         let stretch = piece(f, ends.x, ends.y);
         opacity += share * ring_opacity(stretch, 1.0 / cos_emission);
+//: if view.albedo
+        opacity += vec4f(share * ring_stopped(stretch, DUST, 1.0 / cos_emission).rgb, 0.0);
+//: end
 //: if lights.1
   //: if view.shaded
         light += share * ring_reflectance(stretch, cos_emission, abs(sun.z), side, -dot(sun, along));

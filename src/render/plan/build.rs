@@ -9,7 +9,7 @@ use super::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Plan, PlanDraw, SamplerBinding, SamplerState,
     TextureBinding, TextureSource, Vertices,
 };
-use crate::image::{Letters, Level, SharedTexture, TexelFormat, Texture};
+use crate::image::{Letters, Level, Poles, Reading, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::air_nodes;
 use crate::scene::draw::{Amounts, Draw, Light, Needs, Part, PixelView, RingTable, Shape};
@@ -38,7 +38,7 @@ pub enum PlanError {
 pub trait Supplies {
     fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError>;
     /// A map by its file name, as colour or as plain numbers.
-    fn map(&self, file: &str, format: TexelFormat) -> Result<SharedTexture, PlanError>;
+    fn map(&self, file: &str, reading: Reading) -> Result<SharedTexture, PlanError>;
     /// A colour image premultiplied by its alpha.
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
     /// The letters of all bodies' names for texts of a size, pixels.
@@ -80,6 +80,16 @@ pub fn map_format(binding: u32) -> TexelFormat {
         2 | 3 | 7 => TexelFormat::Rgba8Unorm,
         _ => TexelFormat::Rgba8Srgb,
     }
+}
+
+/// How a draw's map is read. A mesh has map places of its own: its maps need not be those of a whole sphere, so they are taken as they are.
+pub fn map_reading(binding: u32, shape: Shape) -> Reading {
+    let poles = match (shape, binding) {
+        (Shape::Mesh, _) => Poles::None,
+        (_, 2) => Poles::Slopes,
+        _ => Poles::Values,
+    };
+    Reading { format: map_format(binding), poles }
 }
 
 /// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
@@ -228,7 +238,9 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "ring_nodes" => w.f32(name, a.ring.nodes()),
         "ring_reach" => w.vec2(name, a.ring.reach),
         "ring_blur" => w.f32(name, a.ring.blur),
-        "ring_phase" => w.vec4(name, a.ring.phase),
+        "ring_phase" => w.vec3(name, a.ring.phase),
+        "ring_dust_asymmetry" => w.vec3(name, a.ring.dust_asymmetry),
+        "ring_dust_share" => w.vec3(name, a.ring.dust_share),
         "ring_opposition" => w.vec2(name, a.ring.opposition),
         "ring_shine" => w.vec4(name, a.ring.shine_frame),
         "ring_half" => w.f32(name, a.ring.half),
@@ -305,8 +317,11 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
     let mut textures = Vec::new();
     for (binding, file) in draw.map_files.bindings() {
         if layout.textures.iter().any(|t| t.binding == binding) {
-            let image =
-                if OVERLAY_BINDINGS.contains(&binding) { supplies.overlay(file)? } else { supplies.map(file, map_format(binding))? };
+            let image = if OVERLAY_BINDINGS.contains(&binding) {
+                supplies.overlay(file)?
+            } else {
+                supplies.map(file, map_reading(binding, draw.needs.shape))?
+            };
             textures.push(TextureBinding { binding, source: TextureSource::Image(image) });
         }
     }

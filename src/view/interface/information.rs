@@ -160,6 +160,9 @@ fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog
             for estimate in known.estimated() {
                 line(ui, "estimate", estimate);
             }
+            for (file, how) in &body.invented {
+                line(ui, "invented", format!("{file}: {how}"));
+            }
             if let Some(air) = &known.atmosphere {
                 line(ui, "air", air.species.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", "));
             }

@@ -2,7 +2,7 @@
 
 use super::{Interface, named};
 use crate::render::plan::Fineness;
-use crate::scene::legend::legend;
+use crate::scene::legend::legend_of;
 use crate::scene::request::ViewRequest;
 use crate::session::{Readers, Session, is_exr, write_picture, write_whole};
 use crate::view::kept::{SCHEME, restored};
@@ -218,7 +218,7 @@ fn save(session: &Session, sight: &Sight, [width, height]: [u32; 2], names: bool
         ("Title", session.catalog().body(sight.target).map_or("Orrery".into(), |b| b.name.clone())),
         ("Creation Time", request.time.to_utc_iso()),
         ("Description", sight.to_link()),
-        ("Legend", legend(drawn.scene.pixel_view, &drawn.scene.exposure)),
+        ("Legend", legend_of(&drawn.scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ];
     write_picture(path, &drawn.frame, &text)?;

@@ -4,9 +4,10 @@
 
 use super::text::{Text, text_of};
 use crate::catalog::NaifId;
-use crate::image::{Picture, TexelFormat};
+use crate::image::Picture;
 use crate::render::plan::{self, Fineness, Supplies};
 use crate::scene::draw::PixelView;
+use crate::scene::draw::Shape;
 use crate::scene::effects::possible_needs;
 use crate::scene::request::ViewRequest;
 use crate::session::{Session, TapeCost, WITH_LIMB, ms_per_megapixel_at, sample_plan, tape_costs};
@@ -163,8 +164,8 @@ impl Work {
         let named = file.to_owned();
         self.maps
             .get(studio, &(binding, file.to_owned()), move |session| {
-                let format: TexelFormat = plan::map_format(binding);
-                let map = session.map(&named, format).map_err(|e| e.to_string())?;
+                let reading = plan::map_reading(binding, Shape::Ellipsoid);
+                let map = session.map(&named, reading).map_err(|e| e.to_string())?;
                 let first = map.levels.first().ok_or("the map is empty")?;
                 let bytes = map.levels.iter().map(|l| l.bytes.len()).sum();
                 Ok(MapFacts { width: first.width, height: first.height, levels: map.levels.len(), bytes })

@@ -1,0 +1,243 @@
+//! Rows near the poles of an equirectangular map, made as coarse in longitude as the map is in latitude.
+//!
+//! A texel row of latitude phi is cos phi times as long as the equator's but has as many texels. What a source wrote into them there (grain,
+//! JPEG blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it is a star of streaks about the pole. A function that is
+//! smooth at the pole has no such texture: the further in, the fewer waves fit on its circle.
+//!
+//! In: linear texels of one level. Out: each row beyond 45 degrees averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels. A mark as fine as the
+//! map holds (sigma 0.6 texels both ways, the scale at which the maps in textures/ become even) then is sqrt 2 times as long as it is wide at the most: what it is at 45 degrees.
+//! Always: each row keeps its mean, rows within 45 degrees of the equator keep their texels, and at the pole one value is left. What is gone is detail below that scale;
+//! streaks that are long on the sphere itself stay.
+//!
+//! Slopes turn with their meridian, so they are averaged as vectors in one frame over the pole: a row that leans away from the pole all round, as a cone does, has no
+//! mean slope. Mip levels get the same treatment, or a level further down would be finer in longitude again.
+
+use std::f64::consts::{PI, TAU};
+
+/// What the rows near the poles of a map hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Poles {
+    /// No poles: the image is not equirectangular over the whole sphere.
+    #[default]
+    None,
+    /// Colours or numbers.
+    Values,
+    /// Slopes to the east (red) and north (green), and upwards (blue), 0.5 for none.
+    Slopes,
+}
+
+/// The byte value 127.5 of a channel that counts slopes: none.
+const NO_SLOPE: f32 = 0.5;
+/// The finest detail of a map, as the sigma of a Gaussian in texels.
+const DETAIL_TEXELS: f64 = 0.6;
+
+/// Sigma in texels by which a row of latitude `lat` (radians) is averaged; `below_another`: its level was made from one that has been.
+fn sigma_texels(lat: f64, below_another: bool) -> f64 {
+    let excess = (lat.tan().powi(2) - 1.0).max(0.0);
+    // The level above has brought half of it, in texels of this one; Gaussians add by their squares.
+    DETAIL_TEXELS * (excess * if below_another { 0.75 } else { 1.0 }).sqrt()
+}
+
+/// Latitude of a row's middle in radians.
+fn latitude(row: usize, height: usize) -> f64 {
+    (0.5 - (row as f64 + 0.5) / height as f64) * PI
+}
+
+/// How the rows of one level are averaged.
+pub(super) struct Circles {
+    poles: Poles,
+    height: usize,
+    /// The level was made from one that has been through this.
+    below_another: bool,
+    /// Sine and cosine of each column's longitude from the map's left edge.
+    columns: Vec<[f32; 2]>,
+}
+
+impl Circles {
+    pub fn of(poles: Poles, width: usize, height: usize, below_another: bool) -> Self {
+        let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
+        let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
+        Self { poles, height, below_another, columns: if poles == Poles::Slopes { columns.collect() } else { Vec::new() } }
+    }
+
+    fn sigma(&self, row: usize) -> f64 {
+        if self.poles == Poles::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.below_another) }
+    }
+
+    /// Whether a row changes at all.
+    pub fn changes(&self, row: usize) -> bool {
+        self.sigma(row) > 0.0
+    }
+
+    /// Averages one row in place; linear RGBA from the left edge on.
+    pub fn smooth(&self, row: usize, texels: &mut [[f32; 4]]) {
+        let sigma = self.sigma(row);
+        if sigma <= 0.0 || texels.is_empty() {
+            return;
+        }
+        // North points to the pole in the north and away from it in the south.
+        let north = if 2 * row < self.height { -1.0 } else { 1.0 };
+        for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
+            let (e, n) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * north);
+            (t[0], t[1]) = (n * cosine - e * sine, e * cosine + n * sine);
+        }
+        average(texels, sigma);
+        for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
+            let (x, y) = (t[0], t[1]);
+            (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * north);
+        }
+    }
+}
+
+/// A circular Gaussian as three running means of one length, whose variances add up to sigma's; the whole circle's mean where it would not fit.
+fn average(texels: &mut [[f32; 4]], sigma: f64) {
+    let count = texels.len();
+    // Of each mean: `whole` texels to either side have the variance whole (whole + 1) / 3; the next ones count in part, for what is missing.
+    let variance = sigma * sigma / 3.0;
+    let full = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
+    let part = (variance * (2.0 * full + 1.0) - full * (full + 1.0) * (2.0 * full + 1.0) / 3.0) / (2.0 * ((full + 1.0).powi(2) - variance));
+    let length = 2.0 * (full + part) + 1.0;
+    if length >= count as f64 {
+        let mut sum = [0.0_f64; 4];
+        for t in texels.iter() {
+            for (sum, v) in sum.iter_mut().zip(t) {
+                *sum += f64::from(*v);
+            }
+        }
+        texels.fill(sum.map(|s| (s / count as f64) as f32));
+        return;
+    }
+    let whole = full as usize;
+    let weight = 1.0 / length;
+    // sums[i]: of `i` texels from `whole + 1` before the first on.
+    let mut sums = vec![0.0_f64; count + 2 * whole + 3];
+    for c in 0..4 {
+        for _ in 0..3 {
+            let around = (0..count + 2 * whole + 2).map(|i| f64::from(texels[(i + count - whole - 1) % count][c]));
+            let mut sum = 0.0;
+            for (to, v) in sums[1..].iter_mut().zip(around) {
+                sum += v;
+                *to = sum;
+            }
+            for (i, t) in texels.iter_mut().enumerate() {
+                let inner = sums[i + 2 * whole + 2] - sums[i + 1];
+                let ends = sums[i + 1] - sums[i] + sums[i + 2 * whole + 3] - sums[i + 2 * whole + 2];
+                t[c] = ((inner + part * ends) * weight) as f32;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 128;
+    const HEIGHT: usize = 64;
+
+    /// Texels of a function of column and row.
+    fn level(of: impl Fn(usize, usize) -> [f32; 4]) -> Vec<Vec<[f32; 4]>> {
+        (0..HEIGHT).map(|y| (0..WIDTH).map(|x| of(x, y)).collect()).collect()
+    }
+
+    fn smoothed(mut rows: Vec<Vec<[f32; 4]>>, poles: Poles) -> Vec<Vec<[f32; 4]>> {
+        let circles = Circles::of(poles, WIDTH, HEIGHT, false);
+        rows.iter_mut().enumerate().for_each(|(y, row)| circles.smooth(y, row));
+        rows
+    }
+
+    fn grain(x: usize, y: usize) -> [f32; 4] {
+        let n = (x as u32).wrapping_mul(0x9E37_79B9) ^ (y as u32).wrapping_mul(0x85EB_CA6B);
+        let n = (n ^ (n >> 15)).wrapping_mul(0x2C1B_3C6D);
+        [(n >> 16) as f32 / 65_536.0, (n & 0xFFFF) as f32 / 65_536.0, 1.0, 1.0]
+    }
+
+    /// Energy of differences along the row over that across rows, in equal angles, of the red channel.
+    fn along_over_across(rows: &[Vec<[f32; 4]>], y: usize) -> f64 {
+        let cos = latitude(y, HEIGHT).cos();
+        let along: f64 = (0..WIDTH).map(|x| f64::from(rows[y][x][0] - rows[y][(x + 1) % WIDTH][0]).powi(2)).sum::<f64>() / cos / cos;
+        let across: f64 = (0..WIDTH).map(|x| f64::from(rows[y][x][0] - rows[y + 1][x][0]).powi(2)).sum();
+        along / across
+    }
+
+    #[test]
+    fn grain_has_no_direction_at_the_poles_and_rows_keep_their_means() {
+        let before = level(grain);
+        let after = smoothed(before.clone(), Poles::Values);
+        for y in 0..HEIGHT {
+            let mean = |rows: &[Vec<[f32; 4]>]| rows[y].iter().map(|t| f64::from(t[0])).sum::<f64>() / WIDTH as f64;
+            assert!((mean(&before) - mean(&after)).abs() < 1e-5, "row {y}");
+            let lat = latitude(y, HEIGHT).to_degrees();
+            assert_eq!(lat.abs() < 45.0, before[y] == after[y], "row {y}");
+            if lat.abs() > 60.0 && y + 1 < HEIGHT {
+                let (was, is) = (along_over_across(&before, y), along_over_across(&after, y));
+                // 1 on a sphere; means of 128 texels that are no longer independent spread by some tens of percent.
+                assert!(was > 2.5 && is < 1.6, "row {y}: {was} became {is}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_smooth_on_the_sphere_stays() {
+        // Waves of a tenth of the radius, forty texels' grain away: x, y, z and products of them at the row's place.
+        let place = |x: usize, y: usize| {
+            let (lat, lon) = (latitude(y, HEIGHT), (x as f64 + 0.5) / WIDTH as f64 * TAU);
+            let (px, py) = (lat.cos() * lon.cos(), lat.cos() * lon.sin());
+            [
+                (0.5 + 0.3 * px + 0.1 * px * py - 0.2 * py * lat.sin()) as f32,
+                (0.5 + 0.2 * (8.0 * px).sin() * (7.0 * py).cos()) as f32,
+                0.0,
+                1.0,
+            ]
+        };
+        let (before, after) = (level(place), smoothed(level(place), Poles::Values));
+        let most = |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+        // Beside the pole a row is as short as a texel: what is lost is half of what the slope, 0.33, makes over half a texel, 0.05 rad.
+        assert!(most(0) < 0.006, "{}", most(0));
+        // sigma = 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; beside the pole it is as above.
+        assert!(most(1) < 0.016, "{}", most(1));
+    }
+
+    #[test]
+    fn slopes_are_averaged_as_vectors() {
+        // Everywhere the same lean in space, along x: seen from the pole it turns with the meridian.
+        let lean = |north: f32| {
+            move |x: usize, _: usize| {
+                let lon = (x as f64 + 0.5) / WIDTH as f64 * TAU;
+                [NO_SLOPE - 0.2 * lon.sin() as f32, NO_SLOPE + north * 0.2 * lon.cos() as f32, 1.0, 1.0]
+            }
+        };
+        // A cone about the pole.
+        let cone = level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]);
+        let cone = smoothed(cone, Poles::Slopes);
+        for (y, north) in [(0, -1.0), (HEIGHT - 1, 1.0)] {
+            let slope = smoothed(level(lean(north)), Poles::Slopes);
+            let off = slope[y].iter().enumerate().map(|(x, t)| (t[1] - lean(north)(x, y)[1]).abs()).fold(0.0, f32::max);
+            assert!(off < 1e-5, "row {y}: {off}");
+            let left = cone[y].iter().map(|t| (t[1] - NO_SLOPE).abs()).fold(0.0, f32::max);
+            assert!(left < 0.17, "row {y}: the cone's tip leans by {left} of 0.3");
+            let values = smoothed(level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]), Poles::Values);
+            assert!(values[y].iter().all(|t| (t[1] - NO_SLOPE) > 0.29), "as numbers the cone would stay");
+        }
+    }
+
+    #[test]
+    fn a_gaussian_has_its_sigma_and_small_levels_do_no_harm() {
+        for sigma in [0.3, 0.9, 2.0, 7.5] {
+            let mut row = vec![[0.0; 4]; 256];
+            row[128] = [1.0; 4];
+            average(&mut row, sigma);
+            let moment = |k: i32| row.iter().enumerate().map(|(i, t)| f64::from(t[0]) * (i as f64 - 128.0).powi(k)).sum::<f64>();
+            assert!((moment(0) - 1.0).abs() < 1e-5 && moment(1).abs() < 1e-4);
+            assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
+        }
+        for (w, h) in [(1, 1), (2, 1), (1, 2), (3, 2), (4, 3)] {
+            let circles = Circles::of(Poles::Slopes, w, h, true);
+            for y in 0..h {
+                let mut row = vec![[0.25; 4]; w];
+                circles.smooth(y, &mut row);
+                assert!(row.iter().flatten().all(|v| v.is_finite()));
+            }
+        }
+    }
+}
