@@ -38,7 +38,7 @@ pub struct ViewWords {
     /// Vertical field of view in degrees [default: 20; with a distance or a place 45; from a body's centre what fits the target]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     pub fov: Option<f64>,
-    /// What is up: north (of the target), zenith, celestial or ecliptic
+    /// What is up: north (of the target), zenith, celestial or ecliptic [default: north; on the ground the zenith]
     #[arg(long, value_name = "WHAT")]
     pub up: Option<String>,
     /// Pixels
@@ -116,6 +116,7 @@ impl ViewWords {
             }
             let from = self.from.as_ref().map(|name| place("--from", name)).transpose()?;
             request.position = self.position(catalog, target, from)?;
+            request.up = request.position.usual_up();
         }
         if self.fov.is_some() {
             request.fov_deg = self.fov;
@@ -172,6 +173,54 @@ const DEFAULT_DISTANCE_OVER_PLACE_RADII: f64 = 3.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// From places of every latitude on three bodies, towards bodies high and low and below the horizon: the horizon is level and the zenith above.
+    #[test]
+    fn who_stands_on_ground_sees_its_horizon_level() {
+        use crate::ephemeris::Ephemeris;
+        use crate::scene::viewpoint::viewer;
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
+        let mut tilted_before = 0;
+        for (from, target) in
+            [("earth", "sun"), ("earth", "moon"), ("earth", "earth"), ("mars", "phobos"), ("mars", "sun"), ("moon", "earth")]
+        {
+            for (at, time) in ["90,0", "89.9,10", "51.5,-0.1", "32.8,-96.8", "0,0", "0,179.9", "-4.6,137.4", "-67,40", "-90,0"]
+                .into_iter()
+                .flat_map(|at| ["2024-04-08T18:42:38Z", "2013-08-20T07:11:29Z"].map(|time| (at, time)))
+            {
+                let some = |text: &str| Some(text.to_owned());
+                let words = ViewWords {
+                    target: some(target),
+                    from: some(from),
+                    at: some(at),
+                    time: time.into(),
+                    fov: Some(40.0),
+                    size: "64x64".into(),
+                    exposure: "auto".into(),
+                    tone_map: "film".into(),
+                    pixels: "shaded".into(),
+                    ..ViewWords::default()
+                };
+                let request = words.request(&catalog).expect(at);
+                let Position::Ground { body, latitude_deg, longitude_deg, .. } = request.position else { panic!("{at} is no ground") };
+                let radii_km = catalog.body(body).expect("a body").radii_km;
+                let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                let zenith = ephemeris.body_from_icrf(body, request.time).expect("an orientation").transpose() * normal;
+                let camera = viewer(&catalog, &ephemeris, &request).expect("a camera").camera;
+                // Straight up and straight down any side is up.
+                if camera.forward.cross(zenith).length() < 1e-6 {
+                    continue;
+                }
+                let tilt = camera.right.dot(zenith);
+                assert!(tilt.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted by {tilt}");
+                let northward = ViewWords { up: some("north"), ..words }.request(&catalog).expect(at);
+                let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
+                tilted_before += usize::from(camera.right.dot(zenith).abs() > 0.1);
+            }
+        }
+        assert!(tilted_before > 40, "with the target's north up {tilted_before} of 96 horizons are tilted: the sweep shows nothing");
+    }
 
     #[test]
     fn sizes_and_places_are_read_or_refused_by_name() {

@@ -39,6 +39,16 @@ pub enum Position {
     Offset { body: NaifId, offset_km: DVec3, axes: Axes },
 }
 
+impl Position {
+    /// What is up where nothing else is asked for: whoever stands on ground sees its horizon level.
+    pub fn usual_up(&self) -> Up {
+        match self {
+            Self::Ground { .. } => Up::Zenith,
+            Self::Over { .. } | Self::Centre(_) | Self::Offset { .. } => Up::North,
+        }
+    }
+}
+
 /// Where the camera looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Look {
@@ -319,8 +329,9 @@ position  "body" with one of "radii": [x,y,z] (equatorial radii from its centre)
           "km": [x,y,z], or "latitude_deg" (planetographic), "longitude_deg" (east)
           and "height_km"; "axes": "icrf" (default) or "body-fixed"
 look      "at": a body's name, or "direction": [x,y,z] with "axes"
-up        "north" (of what is looked at; default), "zenith", "celestial",
-          "ecliptic", or {"direction": [x,y,z], "axes": ...}
+up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
+          {"direction": [x,y,z], "axes": ...}; default: on the ground "zenith",
+          else "north"
 fov_deg   vertical field of view, degrees"#;
 
 fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
@@ -373,7 +384,7 @@ impl CameraFile {
             _ => return Err(SceneError::Request("camera file, look: give one of at, direction".into())),
         }
         match &self.up {
-            None => {}
+            None => request.up = request.position.usual_up(),
             Some(UpFile::Named(name)) => request.up = up_by_name(name)?,
             Some(UpFile::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "camera file, up")?, axes: d.axes },
         }

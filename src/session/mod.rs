@@ -20,7 +20,7 @@ pub use crate::render::software::{TapeCost, tape_costs};
 pub use cpu::process_cpu;
 use devices::{Devices, Done, Keep};
 pub use devices::{DrawnBy, Readiness, RendererWish};
-pub use pictures::{Readers, is_exr, write_picture, write_whole};
+pub use pictures::{Readers, is_exr, write_new, write_new_picture, write_picture, write_whole};
 pub use price::{LightChange, Price};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
 pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};

@@ -1,21 +1,28 @@
 //! A view as text: a link, or what a file keeps as JSON.
 //!
 //! In: a [`Sight`], or a text. Out: the text, or the sight that it restores. Always: what is written down restores the view to the last bit; a text
-//! may leave fields out, which are then those that the window begins with: the body that the eye is at, else the Earth; now; the lit side at 3.5
-//! radii; who stands on the ground looks south. It reads no file.
+//! may name bodies or give their codes, and may leave fields out, which are then those that the window begins with: the body that the eye is at, else the Earth;
+//! now; the lit side at 3.5 radii; who stands on the ground looks south. A text that no view can have is refused with all its faults. It reads no file.
 
 use super::first::first_view;
 use super::interface::SessionPlaces;
-use super::sight::{FOV_LEAST_DEG, FOV_MOST_DEG, Sight, standing};
-use crate::catalog::NaifId;
-use crate::scene::effects::EffectOverrides;
+use super::sight::{Eye, Sight, standing};
+use crate::catalog::{Catalog, NaifId};
 use crate::session::Session;
 use crate::time::Instant;
+use glam::DVec3;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 /// What links begin with.
 pub const SCHEME: &str = "orrery://view?";
+
+/// A text of more bytes is no view: those that are written have some 600.
+const MOST_BYTES: usize = 65_536;
+/// Faults that are listed; of each so many characters.
+const MOST_FAULTS: usize = 20;
+const FAULT_CHARACTERS: usize = 200;
 
 /// Whether this is meant as a link, whatever it is worth.
 pub fn is_link(text: &str) -> bool {
@@ -32,13 +39,17 @@ fn query_of(link: &str) -> Option<&str> {
 /// The view that a link or a file's text keeps. `now`: the time of one that tells none.
 ///
 /// # Errors
-/// One line that names the field, or what no view can have.
+/// One line that names each field that cannot be read, or what no view can have.
 pub fn restored(text: &str, session: &Session, now: Instant) -> Result<Sight, String> {
-    let told = if is_link(text) { Told::of_link(text) } else { Told::of_json(text) }?;
-    let usual = first_view(session.catalog(), &SessionPlaces(session), told.target()?, told.time()?.unwrap_or(now))?;
-    let sight = told.over(&usual)?;
-    // What no view can have is found now, not with each picture.
-    let request = sight.request(session.catalog(), session.ephemeris(), 64, 64)?;
+    let catalog = session.catalog();
+    let mut told = Told::of(text);
+    told.name_bodies(catalog);
+    let target = told.target();
+    let time = told.time().unwrap_or(now);
+    let usual = first_view(catalog, &SessionPlaces(session), target, time)?;
+    let sight = told.over(&usual, catalog)?;
+    // What fields say together, and what the ephemeris knows, is found now, not with each picture.
+    let request = sight.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request).map_err(|e| e.to_string())?;
     Ok(sight)
 }
@@ -56,87 +67,210 @@ impl Sight {
     }
 }
 
-/// The fields that a text tells.
-struct Told(Map<String, Value>);
+/// The fields that a text tells, and what is wrong with it.
+struct Told {
+    fields: Map<String, Value>,
+    faults: Vec<String>,
+}
 
 impl Told {
-    fn of_link(link: &str) -> Result<Self, String> {
-        let query = query_of(link).ok_or_else(|| format!("a link begins with {SCHEME}"))?;
-        let mut root = Value::Object(Map::new());
-        for pair in query.split('&').filter(|p| !p.is_empty()) {
-            let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{pair}`: write field=value"))?;
-            let text = unescaped(text).ok_or_else(|| format!("`{pair}`: broken %-escape"))?;
-            // A field that is text says so by not being a JSON scalar.
-            let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
-            let mut at = &mut root;
-            for step in path.split('.') {
-                let map = at.as_object_mut().ok_or_else(|| format!("`{path}` stands below a plain value"))?;
-                at = map.entry(step).or_insert_with(|| Value::Object(Map::new()));
-            }
-            *at = value;
+    fn of(text: &str) -> Self {
+        if text.len() > MOST_BYTES {
+            Self::refused(format!("{} bytes are no view: there are {MOST_BYTES} at the most", text.len()))
+        } else if is_link(text) {
+            Self::of_link(text)
+        } else {
+            Self::of_json(text)
         }
-        Ok(Self(root.as_object().cloned().unwrap_or_default()))
     }
 
-    fn of_json(text: &str) -> Result<Self, String> {
-        serde_json::from_str(text).map(Self).map_err(|e| e.to_string())
+    fn refused(why: String) -> Self {
+        let mut told = Self { fields: Map::new(), faults: Vec::new() };
+        told.fault(why);
+        told
     }
 
-    /// The body that the view is of.
-    fn target(&self) -> Result<NaifId, String> {
-        let eye_body = self.0.get("eye").and_then(|eye| eye.get("body"));
-        let target = read("target", self.0.get("target"))?;
-        Ok(target.or(read("eye.body", eye_body)?).unwrap_or(NaifId::EARTH))
+    /// Texts come from anywhere: a fault is of one line and of no more than can be read.
+    fn fault(&mut self, why: String) {
+        let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+        let mut line: String = why.chars().take(FAULT_CHARACTERS).map(plain).collect();
+        if line.len() < why.len() && why.chars().count() > FAULT_CHARACTERS {
+            line.push('…');
+        }
+        self.faults.push(line);
+    }
+
+    fn of_link(link: &str) -> Self {
+        let Some(query) = query_of(link) else { return Self::refused(format!("a link begins with {SCHEME}")) };
+        let mut told = Self { fields: Map::new(), faults: Vec::new() };
+        for pair in query.split('&').filter(|p| !p.is_empty()) {
+            if let Err(why) = told.take_pair(pair) {
+                told.fault(why);
+            }
+        }
+        told
+    }
+
+    fn take_pair(&mut self, pair: &str) -> Result<(), String> {
+        let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", brief(pair)))?;
+        let text = unescaped(text).ok_or_else(|| format!("`{}`: broken %-escape", brief(pair)))?;
+        // A field that is text says so by not being a JSON scalar.
+        let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
+        let Some((above, name)) = path.split_once('.') else {
+            if self.fields.get(path).is_some_and(Value::is_object) {
+                return Err(format!("`{}` is a plain value and has fields below it", brief(path)));
+            }
+            self.fields.insert(path.to_owned(), value);
+            return Ok(());
+        };
+        if name.contains('.') {
+            return Err(format!("`{}`: no field lies so deep", brief(path)));
+        }
+        let below = self.fields.entry(above).or_insert_with(|| Value::Object(Map::new()));
+        let map = below.as_object_mut().ok_or_else(|| format!("`{}` stands below a plain value", brief(path)))?;
+        map.insert(name.to_owned(), value);
+        Ok(())
+    }
+
+    fn of_json(text: &str) -> Self {
+        match serde_json::from_str(text) {
+            Ok(fields) => Self { fields, faults: Vec::new() },
+            Err(e) => Self::refused(e.to_string()),
+        }
+    }
+
+    /// Puts codes where bodies are named. One that the catalog does not have is a fault, and is left out.
+    fn name_bodies(&mut self, catalog: &Catalog) {
+        let mut faults = Vec::new();
+        let code = |field: &str, value: &Value| match value {
+            Value::String(name) => {
+                let id = catalog.find_place(name).filter(|id| catalog.body(*id).is_some());
+                id.ok_or_else(|| format!("{field}: no body is called `{}`", brief(name)))
+            }
+            other => match serde_json::from_value(other.clone()).map(NaifId) {
+                Ok(id) if catalog.body(id).is_some() => Ok(id),
+                Ok(id) => Err(format!("{field}: no body has the code {}", id.0)),
+                Err(_) => Err(format!("{field} {other}: write a body's name or its NAIF code")),
+            },
+        };
+        let mut put = |field: &str, map: &mut Map<String, Value>, name: &str| {
+            let Some(value) = map.get(name) else { return };
+            match code(field, value) {
+                Ok(id) => {
+                    map.insert(name.to_owned(), Value::from(id.0));
+                }
+                Err(why) => {
+                    map.remove(name);
+                    faults.push(why);
+                }
+            }
+        };
+        put("target", &mut self.fields, "target");
+        if let Some(Value::Object(eye)) = self.fields.get_mut("eye") {
+            put("eye.body", eye, "body");
+        }
+        faults.into_iter().for_each(|why| self.fault(why));
+    }
+
+    /// The body that the view is of, once bodies have codes.
+    fn target(&self) -> NaifId {
+        let of = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
+        of(self.fields.get("target")).or(of(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
     /// `tdb_s`, or `time` as people write it.
-    fn time(&self) -> Result<Option<Instant>, String> {
-        let seconds: Option<f64> = read("tdb_s", self.0.get("tdb_s"))?;
-        let written: Option<String> = read("time", self.0.get("time"))?;
-        match (seconds, written) {
-            (Some(_), Some(_)) => Err("time and tdb_s tell the same: leave one out".into()),
-            (Some(s), None) => Ok(Some(Instant::from_tdb_seconds_past_j2000(s))),
-            (None, Some(text)) => Instant::parse(&text).map(Some).map_err(|e| format!("time: {e}")),
-            (None, None) => Ok(None),
+    fn time(&mut self) -> Option<Instant> {
+        let (seconds, written) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
+        if seconds.is_some() && written.is_some() {
+            self.fault("time and tdb_s tell the same: leave one out".into());
         }
+        if let Some(written) = written {
+            let read = read::<String>("time", &written).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
+            return read.map_err(|why| self.fault(why)).ok();
+        }
+        // Whether it is a number is asked with the other fields.
+        read("tdb_s", &seconds?).ok().map(Instant::from_tdb_seconds_past_j2000)
     }
 
-    /// The view; what is not told is as in `usual`.
-    fn over(self, usual: &Sight) -> Result<Sight, String> {
+    /// The view; what is not told is as in `usual`, an orbit. The written time is in that already.
+    fn over(mut self, usual: &Sight, catalog: &Catalog) -> Result<Sight, String> {
+        let fields = std::mem::take(&mut self.fields);
         let mut whole = object_of(usual);
-        for (name, value) in self.0 {
-            let value = match value {
-                Value::Object(told) if name == "eye" => Value::Object(eye_over(told, usual)),
-                value => value,
-            };
-            // The written time is in `usual`.
-            if name != "time" {
-                whole.insert(name, value);
+        for (name, value) in fields {
+            match value {
+                Value::Object(told) if name == "eye" => {
+                    let eye = self.eye_over(told, usual);
+                    whole.extend(eye.map(|eye| (name, Value::Object(eye))));
+                }
+                value => self.put::<Sight>("", &mut whole, &name, value),
             }
         }
-        let sight: Sight = serde_json::from_value(Value::Object(whole)).map_err(|e| e.to_string())?;
-        EffectOverrides::parse(&sight.effects).map_err(|e| e.to_string())?;
-        let finite = sight.tdb_s.is_finite() && sight.roll_deg.is_finite() && (FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&sight.fov_deg);
-        if finite { Ok(sight) } else { Err(format!("fov_deg must be {FOV_LEAST_DEG} to {FOV_MOST_DEG}, times and angles numbers")) }
+        let sight: Option<Sight> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
+        // Where a field could not be read its usual value stands, which has no fault.
+        sight.iter().flat_map(|sight| sight.faults(catalog)).for_each(|why| self.fault(why));
+        match (sight, self.faults.as_slice()) {
+            (Some(sight), []) => Ok(sight),
+            (_, [one]) => Err(one.clone()),
+            (_, all) => {
+                let left_out = if all.len() > MOST_FAULTS { "; …" } else { "" };
+                Err(format!("{} faults: {}{left_out}", all.len(), all[..all.len().min(MOST_FAULTS)].join("; ")))
+            }
+        }
+    }
+
+    /// Puts a field into the whole of a `T`, if that can be read with it.
+    fn put<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
+        let before = whole.insert(name.to_owned(), value);
+        if let Err(e) = serde_json::from_value::<T>(Value::Object(whole.clone())) {
+            let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field"));
+            self.fault(format!("{above}{name}: {}", why.as_deref().unwrap_or("there is no such field")));
+            match before {
+                Some(before) => whole.insert(name.to_owned(), before),
+                None => whole.remove(name),
+            };
+        }
+    }
+
+    /// The eye that a text tells: an orbit unless it says otherwise.
+    fn eye_over(&mut self, mut told: Map<String, Value>, usual: &Sight) -> Option<Map<String, Value>> {
+        let body = usual.target;
+        let kind = told.remove("kind").unwrap_or_else(|| "orbit".into());
+        let mut whole = match kind.as_str() {
+            Some("orbit") => object_of(&usual.eye),
+            Some("ground") => object_of(&standing(body, 0.0, 0.0)),
+            Some("centre") => object_of(&Eye::Centre { body }),
+            Some("free") => {
+                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !told.contains_key(*name)) {
+                    self.fault(format!("eye.{name} is missing: a free eye has no usual one"));
+                }
+                object_of(&Eye::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
+            }
+            _ => {
+                self.fault(format!("eye.kind {kind}: one of orbit, ground, centre, free"));
+                return None;
+            }
+        };
+        for (name, value) in told {
+            self.put::<Eye>("eye.", &mut whole, &name, value);
+        }
+        Some(whole)
     }
 }
 
-fn read<T: DeserializeOwned>(name: &str, value: Option<&Value>) -> Result<Option<T>, String> {
-    value.map(|v| serde_json::from_value(v.clone()).map_err(|e| format!("{name}: {e}"))).transpose()
+/// The beginning of what someone wrote, for a message that has to say more.
+fn brief(text: &str) -> String {
+    const CHARACTERS: usize = 60;
+    let mut all = text.chars();
+    let begun: String = all.by_ref().take(CHARACTERS).collect();
+    if all.next().is_some() { begun + "…" } else { begun }
 }
 
-/// The eye that a text tells: an orbit unless it says otherwise.
-fn eye_over(told: Map<String, Value>, usual: &Sight) -> Map<String, Value> {
-    let mut whole = match told.get("kind").and_then(Value::as_str) {
-        None | Some("orbit") => object_of(&usual.eye),
-        Some("ground") => object_of(&standing(usual.target, 0.0, 0.0)),
-        Some(_) => Map::from_iter([("body".to_owned(), Value::from(usual.target.0))]),
-    };
-    whole.extend(told);
-    whole
+/// A value, or why it is none, with its field's name.
+fn read<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, String> {
+    serde_json::from_value(value.clone()).map_err(|e| format!("{field}: {e}"))
 }
 
-fn object_of(value: &impl serde::Serialize) -> Map<String, Value> {
+fn object_of(value: &impl Serialize) -> Map<String, Value> {
     match serde_json::to_value(value) {
         Ok(Value::Object(map)) => map,
         _ => Map::new(),
@@ -197,8 +331,18 @@ mod tests {
         Sight::around(NaifId::MOON, DVec3::new(0.0, 6e3, 1e3), 1737.4, DVec3::Z, time)
     }
 
+    fn catalog() -> &'static Catalog {
+        static CATALOG: std::sync::OnceLock<Catalog> = std::sync::OnceLock::new();
+        CATALOG.get_or_init(Catalog::embedded)
+    }
+
+    fn over_usual(mut told: Told) -> Result<Sight, String> {
+        told.name_bodies(catalog());
+        told.over(&usual(), catalog())
+    }
+
     fn of_link(link: &str) -> Result<Sight, String> {
-        Told::of_link(link)?.over(&usual())
+        over_usual(Told::of_link(link))
     }
 
     #[test]
@@ -216,10 +360,10 @@ mod tests {
             Eye::Centre { body: NaifId::EARTH },
             Eye::Free { body: NaifId::MOON, offset_km: DVec3::new(1e9, 1.0 / 3.0, 0.0), forward: DVec3::X, up: DVec3::Z },
         ];
-        for eye in eyes {
-            let sight = Sight { eye, ..sight() };
+        for (eye, paused) in eyes.into_iter().zip([None, Some(true), Some(false), Some(true)]) {
+            let sight = Sight { eye, paused, ..sight() };
             assert_eq!(of_link(&sight.to_link()).as_ref(), Ok(&sight), "{}", sight.to_link());
-            assert_eq!(Told::of_json(&sight.to_json()).and_then(|told| told.over(&usual())), Ok(sight));
+            assert_eq!(over_usual(Told::of_json(&sight.to_json())), Ok(sight));
         }
         let link = sight().to_link();
         assert!(link.contains("target=699&"), "{link}");
@@ -246,26 +390,48 @@ mod tests {
 
     #[test]
     fn the_body_and_the_time_of_a_link_are_found_first() {
-        let told = |query: &str| Told::of_link(&format!("orrery://view?{query}")).expect(query);
-        assert_eq!(told("").target(), Ok(NaifId::EARTH));
-        assert_eq!(told("eye.body=301").target(), Ok(NaifId::MOON));
-        assert_eq!(told("target=599&eye.body=301").target(), Ok(NaifId(599)));
-        assert_eq!(told("").time(), Ok(None));
-        assert_eq!(told("tdb_s=7.5").time(), Ok(Some(Instant::from_tdb_seconds_past_j2000(7.5))));
+        let told = |query: &str| {
+            let mut told = Told::of_link(&format!("orrery://view?{query}"));
+            told.name_bodies(catalog());
+            told
+        };
+        assert_eq!(told("").target(), NaifId::EARTH);
+        assert_eq!(told("eye.body=301").target(), NaifId::MOON);
+        assert_eq!(told("target=599&eye.body=301").target(), NaifId(599));
+        assert_eq!(told("").time(), None);
+        assert_eq!(told("tdb_s=7.5").time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
         let eclipse = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
-        assert_eq!(told("time=2024-04-08T18:17:16Z").time(), Ok(Some(eclipse)));
-        for (bad, names) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("tdb_s=now", "tdb_s")] {
-            let why = told(bad).time().expect_err(bad);
-            assert!(why.contains(names) && !why.contains('\n'), "{bad}: {why}");
+        assert_eq!(told("time=2024-04-08T18:17:16Z").time(), Some(eclipse));
+        for (bad, names) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
+            let mut told = told(bad);
+            assert!(told.time().is_none() && told.faults.iter().any(|why| why.contains(names)), "{bad}: {:?}", told.faults);
         }
-        assert!(told("target=jupiter").target().is_err_and(|why| why.contains("target")));
+    }
+
+    /// Every body, by its name, its name in capitals, each of its aliases and its code, where it is looked at and where it carries the eye.
+    #[test]
+    fn bodies_are_named_or_given_by_code() {
+        for body in catalog().bodies() {
+            let names = [body.name.clone(), body.name.to_uppercase(), body.id.0.to_string()];
+            for name in names.iter().chain(&body.aliases) {
+                let link = format!("orrery://view?target={}&eye.body={}", escaped(name), escaped(name));
+                let sight = of_link(&link).expect(&link);
+                assert_eq!((sight.target, sight.eye.body()), (body.id, body.id), "{link}");
+                let json = format!("{{\"target\": {}}}", Value::from(name.as_str()));
+                assert!(name.parse::<i32>().is_ok() || over_usual(Told::of_json(&json)).is_ok_and(|s| s.target == body.id), "{json}");
+            }
+        }
+        for bad in ["target=jupitre", "target=", "eye.body=planet%20nine", "target=earth-moon%20barycenter", "target=1.5", "target=true"] {
+            let why = of_link(&format!("orrery://view?{bad}")).expect_err(bad);
+            let field = bad.split('=').next().unwrap_or_default();
+            assert!(why.starts_with(field) && !why.contains('\n'), "{bad}: {why}");
+        }
     }
 
     #[test]
     fn broken_links_are_refused_in_one_line() {
         let good = sight().to_link();
         for (bad, names) in [
-            ("https://x".to_owned(), "orrery://"),
             (good.replace("view?", "look?"), "orrery://"),
             (good.replace("target", "aim"), "aim"),
             (good.replace("fov_deg=45.0", "fov_deg=0"), "fov_deg"),
@@ -276,12 +442,53 @@ mod tests {
             ("orrery://view?eye=3".into(), "3"),
             ("orrery://view?eye.kind=free".into(), "offset_km"),
             ("orrery://view?tdb_s=1e999".into(), "1e999"),
+            ("orrery://view?tdb_s=now".into(), "tdb_s"),
+            ("orrery://view?eye.latitude_deg=3".into(), "latitude_deg"),
+            (format!("orrery://view?{}=1", "a.".repeat(30_000)), "deep"),
+            (format!("orrery://view?{}", "a=1&".repeat(30_000)), "bytes"),
+            ("orrery://view?quality=be%0Ast".into(), "quality"),
         ] {
-            let why = of_link(&bad).expect_err(&bad);
-            assert!(why.contains(names) && !why.contains('\n'), "{bad}: {why}");
+            let why = over_usual(Told::of(&bad)).expect_err(names);
+            assert!(why.contains(names) && !why.contains('\n') && why.len() < 1000, "{}: {why}", brief(&bad));
         }
+        assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
         for bad in ["", "[1]", "{\"target\":", "7"] {
-            assert!(Told::of_json(bad).is_err_and(|why| !why.contains('\n')), "{bad}");
+            assert!(over_usual(Told::of_json(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
         }
+    }
+
+    /// Any few of these faults together are all told, each once, by the field's name.
+    #[test]
+    fn all_faults_of_a_link_are_listed() {
+        let faults = [
+            ("target=jupitre", "jupitre"),
+            ("aim=3", "aim"),
+            ("fov_deg=500", "fov_deg"),
+            ("roll_deg=left", "roll_deg"),
+            ("effects=%2Bwings", "wings"),
+            ("tone_map=sepia", "sepia"),
+            ("pixels=colour", "colour"),
+            ("quality=best", "best"),
+            ("exposure_stops=900", "exposure_stops"),
+            ("paused=maybe", "paused"),
+            ("eye.distance_radii=far", "eye.distance_radii"),
+            ("eye.azimuth=3", "azimuth"),
+            ("eye.body=nowhere", "nowhere"),
+            ("bloom", "bloom"),
+            ("orbits=%zz", "orbits"),
+        ];
+        for chosen in (1_u32..1 << faults.len()).filter(|bits| bits.count_ones() == 2 || bits.count_ones() > 13) {
+            let of_these = |k: &usize| chosen & (1 << k) != 0;
+            let pairs: Vec<&str> = (0..faults.len()).filter(of_these).map(|k| faults[k].0).collect();
+            let link = format!("orrery://view?{}", pairs.join("&"));
+            let why = of_link(&link).expect_err(&link);
+            assert!(why.starts_with(&format!("{} faults: ", pairs.len())), "{link}: {why}");
+            for (k, (_, name)) in faults.iter().enumerate() {
+                assert_eq!(why.contains(name), of_these(&k), "{link}: `{name}` in {why}");
+            }
+        }
+        let many: String = (0..500).map(|k| format!("f{k}=1&")).collect();
+        let why = of_link(&format!("orrery://view?{many}")).expect_err("500 fields");
+        assert!(why.starts_with("500 faults: ") && why.ends_with('…') && why.len() < 6000, "{why}");
     }
 }

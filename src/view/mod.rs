@@ -9,6 +9,7 @@ pub mod flight;
 pub mod interface;
 pub mod kept;
 pub mod moments;
+pub mod names;
 pub mod orbit;
 pub mod pace;
 pub mod paint;

@@ -32,6 +32,8 @@ pub fn sight_of(moment: &Moment, catalog: &Catalog, places: &dyn Places, habits:
         fov_deg,
         roll_deg: 0.0,
         exposure_stops: None,
+        // Whoever looks at a moment wants it to stand still.
+        paused: Some(true),
         ..habits.clone()
     })
 }

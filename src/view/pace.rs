@@ -39,6 +39,11 @@ impl Pace {
         self.paused = !self.paused;
     }
 
+    /// Time stands still, or goes on as it went.
+    pub fn set_paused(&mut self, paused: bool) {
+        self.paused = paused;
+    }
+
     /// Real time, forward.
     pub fn reset(&mut self) {
         *self = Self::default();

@@ -44,6 +44,37 @@ impl Eye {
             Self::Orbit { body, .. } | Self::Ground { body, .. } | Self::Centre { body } | Self::Free { body, .. } => body,
         }
     }
+
+    /// Each of its numbers that no eye can have.
+    fn faults(&self, unless: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+        let mut number = |field: &str, value: f64, fine: bool, must: &str| {
+            unless(value.is_finite() && fine, &|| format!("eye.{field} {value}: must be {must}"));
+        };
+        match *self {
+            Self::Orbit { azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                for (field, value) in
+                    [("azimuth_deg", azimuth_deg), ("elevation_deg", elevation_deg), ("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg)]
+                {
+                    number(field, value, true, "an angle");
+                }
+                number("distance_radii", distance_radii, distance_radii > 0.0, "a positive number");
+            }
+            Self::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+                number("latitude_deg", latitude_deg, (-90.0..=90.0).contains(&latitude_deg), "-90 to 90 degrees");
+                number("longitude_deg", longitude_deg, (-360.0..=360.0).contains(&longitude_deg), "-360 to 360 degrees east");
+                number("height_km", height_km, height_km > 0.0, "above the ground");
+                number("azimuth_deg", azimuth_deg, true, "an angle");
+                number("altitude_deg", altitude_deg, true, "an angle");
+            }
+            Self::Centre { .. } => {}
+            Self::Free { offset_km, forward, up, .. } => {
+                for (field, value) in [("offset_km", offset_km), ("forward", forward), ("up", up)] {
+                    let is_direction = field == "offset_km" || value != DVec3::ZERO;
+                    unless(value.is_finite() && is_direction, &|| format!("eye.{field} {value}: must not be zero, nor without end"));
+                }
+            }
+        }
+    }
 }
 
 /// A view. Fields that a text leaves out keep their defaults.
@@ -81,6 +112,9 @@ pub struct Sight {
     pub pixels: String,
     #[serde(default = "standard")]
     pub quality: String,
+    /// Time stands still where the view is opened, or runs; `None`: as it did before. What moves time keeps this of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub paused: Option<bool>,
 }
 
 fn yes() -> bool {
@@ -129,6 +163,7 @@ impl Sight {
             bloom: false,
             pixels: shaded(),
             quality: standard(),
+            paused: None,
         }
     }
 
@@ -145,8 +180,10 @@ impl Sight {
     /// # Errors
     /// One line that names the field that no view can have.
     pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, String> {
-        let time = self.time();
-        let mut request = ViewRequest::of(self.target, time);
+        if let Some(fault) = self.faults(catalog).into_iter().next() {
+            return Err(fault);
+        }
+        let mut request = ViewRequest::of(self.target, self.time());
         let pose = self.pose(catalog, ephemeris)?;
         request.position = pose.position;
         request.look = pose.look;
@@ -157,13 +194,57 @@ impl Sight {
         request.effects = EffectOverrides::parse(&self.effects).map_err(|e| e.to_string())?;
         request.layers.orbits = self.orbits;
         request.layers.bloom = self.bloom;
-        let unknown = |what: &str, value: &str| format!("{what} `{value}` is not known");
-        request.pixel_view = PixelView::ALL.into_iter().find(|p| p.name() == self.pixels).ok_or_else(|| unknown("pixels", &self.pixels))?;
-        request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(|| unknown("tone_map", &self.tone_map))?;
-        request.quality =
-            QUALITIES.into_iter().find(|q| quality_name(*q) == self.quality).ok_or_else(|| unknown("quality", &self.quality))?;
+        request.pixel_view = self.pixel_view().unwrap_or_default();
+        request.tone_map = ToneMap::by_name(&self.tone_map).unwrap_or_default();
+        request.quality = self.quality();
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| e.to_string())?;
         Ok(request)
+    }
+
+    fn pixel_view(&self) -> Option<PixelView> {
+        PixelView::ALL.into_iter().find(|p| p.name() == self.pixels)
+    }
+
+    /// What no view can have, field by field. What fields say together (an eye inside a body) is not asked.
+    pub fn faults(&self, catalog: &Catalog) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut unless = |fine: bool, fault: &dyn Fn() -> String| {
+            if !fine {
+                faults.push(fault());
+            }
+        };
+        for (field, id) in [("target", self.target), ("eye.body", self.eye.body())] {
+            unless(catalog.body(id).is_some(), &|| format!("{field}: no body has the code {}", id.0));
+        }
+        unless(self.tdb_s.is_finite(), &|| format!("tdb_s {}: not a time", self.tdb_s));
+        unless((FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&self.fov_deg), &|| {
+            format!("fov_deg {}: must be {FOV_LEAST_DEG} to {FOV_MOST_DEG} degrees", self.fov_deg)
+        });
+        unless(self.roll_deg.is_finite(), &|| format!("roll_deg {}: not an angle", self.roll_deg));
+        if let Some(stops) = self.exposure_stops {
+            unless((-60.0..=60.0).contains(&stops), &|| format!("exposure_stops {stops}: must be -60 to 60 stops"));
+        }
+        match EffectOverrides::parse(&self.effects) {
+            Err(e) => unless(false, &|| format!("effects: {e}")),
+            Ok(effects) => {
+                for name in effects.bodies() {
+                    let known = catalog.find_place(name).is_some_and(|id| catalog.body(id).is_some());
+                    unless(known, &|| format!("effects: no body is called `{name}`"));
+                }
+            }
+        }
+        let one_of = |names: &[&str]| names.join(", ");
+        unless(ToneMap::by_name(&self.tone_map).is_some(), &|| {
+            format!("tone_map `{}`: one of {}", self.tone_map, one_of(&ToneMap::ALL.map(ToneMap::name)))
+        });
+        unless(self.pixel_view().is_some(), &|| {
+            format!("pixels `{}`: one of {}", self.pixels, one_of(&PixelView::ALL.map(PixelView::name)))
+        });
+        unless(QUALITIES.iter().any(|q| quality_name(*q) == self.quality), &|| {
+            format!("quality `{}`: one of {}", self.quality, one_of(&QUALITIES.map(quality_name)))
+        });
+        self.eye.faults(&mut unless);
+        faults
     }
 
     fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Pose, String> {
@@ -197,11 +278,7 @@ impl Sight {
                     return Ok(Pose { position, look: Look::Target, up: Up::Zenith });
                 }
                 let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
-                let axes = horizon_axes(normal);
-                let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
-                let (sin_alt, cos_alt) = altitude_deg.to_radians().sin_cos();
-                let forward = axes * DVec3::new(cos_alt * sin_az, cos_alt * cos_az, sin_alt);
-                let up = axes * DVec3::new(-sin_alt * sin_az, -sin_alt * cos_az, cos_alt);
+                let (forward, up) = looking_over_horizon(normal, azimuth_deg, altitude_deg);
                 let axes = Axes::BodyFixed;
                 Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
             }
@@ -256,6 +333,16 @@ pub fn looking_aside(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f6
     let (sin_p, cos_p) = pitch_deg.to_radians().sin_cos();
     let level = forward * cos_y + right * sin_y;
     (level * cos_p + up * sin_p, up * cos_p - level * sin_p)
+}
+
+/// The gaze of who stands where `normal` is the zenith, with its up: the zenith as nearly as the gaze allows.
+pub fn looking_over_horizon(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
+    let axes = horizon_axes(normal);
+    let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
+    let (sin_alt, cos_alt) = altitude_deg.to_radians().sin_cos();
+    let forward = axes * DVec3::new(cos_alt * sin_az, cos_alt * cos_az, sin_alt);
+    let up = axes * DVec3::new(-sin_alt * sin_az, -sin_alt * cos_az, cos_alt);
+    (forward, up)
 }
 
 /// Columns: east, north, zenith.

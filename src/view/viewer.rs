@@ -6,8 +6,9 @@
 use super::flight::{Flight, Pose};
 use super::orbit::Orbit;
 use super::pace::Pace;
-use super::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG, Sight, looking_aside, orbit_eye, standing};
+use super::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG, Sight, looking_aside, looking_over_horizon, orbit_eye, standing};
 use crate::catalog::{Body, Kind, NaifId};
+use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
 
@@ -19,8 +20,8 @@ pub struct Subject {
     pub aliases: Vec<String>,
     pub kind: Kind,
     pub parent: Option<NaifId>,
-    /// Equatorial.
-    pub radius_km: f64,
+    /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
+    pub radii_km: DVec3,
 }
 
 impl Subject {
@@ -31,7 +32,7 @@ impl Subject {
             aliases: body.aliases.clone(),
             kind: body.kind,
             parent: body.parent,
-            radius_km: body.radii_km.x,
+            radii_km: body.radii_km,
         }
     }
 }
@@ -113,9 +114,11 @@ pub struct Viewer {
 
 impl Viewer {
     /// Starts with `sight`; `subjects` in the order in which people name them.
-    pub fn new(subjects: Vec<Subject>, sight: Sight, clock: fn() -> Instant) -> Self {
+    pub fn new(subjects: Vec<Subject>, mut sight: Sight, clock: fn() -> Instant) -> Self {
         let selected = sight.target;
-        Self { sight, pace: Pace::default(), selected, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
+        let mut pace = Pace::default();
+        pace.set_paused(sight.paused.take().unwrap_or(false));
+        Self { sight, pace, selected, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
     }
 
     pub fn subjects(&self) -> &[Subject] {
@@ -192,8 +195,11 @@ impl Viewer {
             }
             Action::Back => self.travel(true),
             Action::Ahead => self.travel(false),
-            Action::Show(sight) => {
+            Action::Show(mut sight) => {
                 let selected = sight.target;
+                if let Some(paused) = sight.paused.take() {
+                    self.pace.set_paused(paused);
+                }
                 self.change(|s| *s = *sight);
                 self.selected = selected;
             }
@@ -252,6 +258,11 @@ impl Viewer {
         self.flight.as_ref().map_or(&self.sight, |(_, goal)| goal)
     }
 
+    /// The view as it is kept and shared: with it goes whether time stands still.
+    pub fn shared(&self) -> Sight {
+        Sight { paused: Some(self.pace.is_paused()), ..self.settled().clone() }
+    }
+
     fn travel(&mut self, back: bool) {
         let here = self.settled().clone();
         let (from, to) = if back { (&mut self.past, &mut self.future) } else { (&mut self.future, &mut self.past) };
@@ -271,7 +282,7 @@ impl Viewer {
     }
 
     fn radius_km(&self, id: NaifId) -> f64 {
-        self.subject(id).map_or(1.0, |s| s.radius_km)
+        self.subject(id).map_or(1.0, |s| s.radii_km.x)
     }
 
     /// Where the eye is and how it faces, seen from a body.
@@ -289,10 +300,17 @@ impl Viewer {
                 let (forward, up) = looking_aside(-offset.normalize(), pole, yaw_deg, pitch_deg);
                 (turn * offset, turn * forward, turn * up)
             }
-            Eye::Ground { latitude_deg, longitude_deg, height_km, .. } => {
-                let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
-                let normal = icrf_from_body * DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
-                (normal * (self.radius_km(carrier) + height_km), normal, icrf_from_body.z_axis)
+            Eye::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+                let radii_km = self.subject(carrier).map_or(DVec3::ONE, |s| s.radii_km);
+                let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
+                let (forward, up) = looking_over_horizon(normal, azimuth_deg, altitude_deg);
+                let offset_km = icrf_from_body * offset;
+                let target = self.sight.target;
+                let followed = if self.sight.tracks && target != carrier { places.between_km(carrier, target, time) } else { None };
+                match followed.and_then(|to| (to - offset_km).try_normalize()) {
+                    Some(forward) => (offset_km, forward, icrf_from_body * normal),
+                    None => (offset_km, icrf_from_body * forward, icrf_from_body * up),
+                }
             }
             Eye::Centre { .. } => {
                 let away = places.between_km(carrier, self.sight.target, time)?.try_normalize()?;
@@ -305,7 +323,7 @@ impl Viewer {
 
     fn fly_to(&mut self, id: NaifId, places: &dyn Places) {
         let time = self.sight.time();
-        let Some(radius_km) = self.subject(id).map(|s| s.radius_km) else { return };
+        let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_from(id, places);

@@ -8,16 +8,16 @@ use egui::{Key, Modifiers, Popup};
 /// What a key does, for the sheet.
 const SHEET: &[(&str, &str)] = &[
     ("Drag", "turn around the body; on the ground look around"),
-    ("Right drag, Shift+drag", "look aside"),
+    ("Right drag, Shift+drag", "look around"),
     ("Middle drag, [ and ]", "roll"),
-    ("Wheel, pinch, + and -", "nearer, farther"),
-    ("Alt+wheel", "lens: narrower, wider"),
+    ("Wheel, pinch, + and -", "zoom"),
+    ("Alt+wheel", "field of view: narrower, wider"),
     ("Click", "select"),
     ("Double-click, g", "fly there"),
-    ("PageDown, PageUp", "next body, the one before"),
+    ("PageDown, PageUp", "next body, previous body"),
     ("Arrows", "turn"),
-    ("Home", "face the body again, level"),
-    ("Backspace", "the view before"),
+    ("Home", "look at the body again, reset roll"),
+    ("Backspace", "previous view"),
     ("f", "frame turns with the body, or rests among the stars"),
     ("/", "search: a body, a date, or an effect as +eclipse, -rings"),
     ("Space", "pause"),
@@ -27,11 +27,12 @@ const SHEET: &[(&str, &str)] = &[
     ("b, n, m, o, x", "list of bodies, names, markers, orbits, outline"),
     ("1 to 7", "moments, effects, shader, compare, information, performance, share"),
     ("Ctrl+S, Ctrl+C", "save a picture, copy the link"),
-    ("Tab, Escape", "to the next control, back to the picture"),
-    ("Ctrl and +, - or 0", "larger text, smaller text, as at first"),
-    ("F11", "the whole screen"),
+    ("Tab", "to the next control"),
+    ("Escape", "leave the field, then close menu, panel, full screen; it never quits"),
+    ("Ctrl and +, - or 0", "larger text, smaller text, usual size"),
+    ("F11", "full screen"),
     ("?", "this sheet"),
-    ("q, Ctrl+Q, Escape", "quit"),
+    ("Ctrl+Q", "quit, as closing the window does"),
 ];
 
 /// Pixels that an arrow key turns by.
@@ -73,6 +74,9 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Q)) {
         interface.quits = true;
     }
+    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
+        interface.share.wants_picture = true;
+    }
     // Whoever types wants letters.
     if ctx.egui_wants_keyboard_input() {
         return;
@@ -85,7 +89,6 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     });
     for letter in text {
         match letter.as_str() {
-            "q" => interface.quits = true,
             "/" => interface.browse.focus = true,
             "?" => interface.help_shown = !interface.help_shown,
             "b" => interface.bodies_shown = !interface.bodies_shown,
@@ -115,23 +118,14 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
             _ => {}
         }
     }
-    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
-        interface.share.wants_picture = true;
-        interface.tab = Some(Tab::Share);
-    }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
-        ctx.copy_text(interface.viewer.settled().to_link());
-        interface.message = "the link is in the clipboard".into();
+        ctx.copy_text(interface.viewer.shared().to_link());
+        interface.message = "Link copied".into();
     }
     let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    // An open list is closed by the key itself; a control that had the keyboard has lost it by now.
+    // An open menu is closed by the key itself; a control that had the keyboard has lost it by now.
     if !Popup::is_any_open(ctx) && down(Key::Escape) {
-        let closed = interface.warning.take().is_some() || std::mem::take(&mut interface.help_shown);
-        if interface.has_keyboard {
-            interface.browse.give_up();
-        } else if !closed {
-            interface.quits = true;
-        }
+        close_topmost(interface);
     }
     for (key, action) in [
         (Key::PageDown, Action::SelectNext(1)),
@@ -146,6 +140,17 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
         if ctx.memory(|m| m.focused().is_none()) && down(key) {
             actions.push(action);
         }
+    }
+}
+
+/// Closes what lies on top, one thing at a time: the program is left by closing its window or Ctrl+Q.
+fn close_topmost(interface: &mut Interface) {
+    let had_keyboard = std::mem::take(&mut interface.has_keyboard);
+    if interface.warning.take().is_some() || interface.browse.give_up() || had_keyboard {
+        return;
+    }
+    if !std::mem::take(&mut interface.help_shown) && interface.tab.take().is_none() {
+        interface.fullscreen = false;
     }
 }
 

@@ -81,6 +81,8 @@ const STILL_AFTER_S: f64 = 0.18;
 const READY_LOOK_S: f64 = 0.1;
 /// So long a line of the session stays.
 const NOTICE_S: f64 = 8.0;
+/// So long stays the answer to what someone did: a path has to be read.
+const MESSAGE_S: f64 = 20.0;
 /// While time runs no faster than the clock, a picture a second is enough.
 const CALM_INTERVAL_S: f64 = 1.0;
 
@@ -106,8 +108,12 @@ pub struct Interface {
     has_keyboard: bool,
     /// What was typed after `/` in one turn: the search field has the keyboard in the next.
     typed_ahead: Vec<egui::Event>,
-    /// The last thing worth saying, for the line below the sky.
+    /// The answer to what someone did last, for the line below the sky.
     pub message: String,
+    /// What of it is shown, and until when.
+    message_shown: (String, f64),
+    /// Why there is no picture of the view as it is.
+    no_picture: Option<String>,
     /// Lines that the session says: a fallback, a map that cannot be read.
     pub heard: Arc<Mutex<Vec<String>>>,
     /// The last of them, and until when it shows.
@@ -168,6 +174,8 @@ impl Interface {
             has_keyboard: false,
             typed_ahead: Vec::new(),
             message: String::new(),
+            message_shown: Default::default(),
+            no_picture: None,
             heard: Arc::default(),
             notice: None,
             browse: browse::Browse::default(),
@@ -224,6 +232,11 @@ impl Interface {
             self.notice = Some((line, now_s + NOTICE_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
+        if self.message != self.message_shown.0 {
+            self.message_shown = (self.message.clone(), now_s + MESSAGE_S);
+        } else if self.message_shown.1 <= now_s {
+            self.message.clear();
+        }
         self.receive(ui.ctx(), studio);
         let looks = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,
@@ -237,6 +250,7 @@ impl Interface {
         }
         let mut actions = Vec::new();
         keys::pressed(self, ui.ctx(), &mut actions);
+        share::work(self, studio);
         self.top(ui, &mut actions);
         if self.bodies_shown {
             egui::Panel::left("bodies").default_size(190.0).min_size(LEAST_WIDTHS[0]).show(ui, |ui| {
@@ -295,14 +309,11 @@ impl Interface {
             ui.horizontal_wrapped(|ui| {
                 ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("The list of bodies (b)");
                 browse::search(self, ui, actions);
-                if ui
-                    .add_enabled(self.viewer.can_go_back(), egui::Button::new("Back"))
-                    .on_hover_text("The view before (Backspace)")
-                    .clicked()
+                if ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back")).on_hover_text("Previous view (Backspace)").clicked()
                 {
                     actions.push(Action::Back);
                 }
-                if ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Ahead")).on_hover_text("The view after").clicked() {
+                if ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Forward")).on_hover_text("Next view").clicked() {
                     actions.push(Action::Ahead);
                 }
                 ui.separator();
@@ -326,9 +337,9 @@ impl Interface {
     fn receive(&mut self, ctx: &egui::Context, studio: &dyn Studio) {
         match studio.take() {
             None => {}
-            Some(Err(why)) => self.message = why,
+            Some(Err(why)) => self.no_picture = Some(why),
             Some(Ok(mut drawing)) => {
-                self.message.clear();
+                self.no_picture = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
                 if drawing.order.fineness == Fineness::of(Quality::Draft) {
                     self.sky.tempo.learn(pixels, drawing.took_ms);
@@ -374,7 +385,7 @@ impl Interface {
         let mut request = match request {
             Ok(r) => r,
             Err(why) => {
-                self.message = why;
+                self.no_picture = Some(why);
                 return;
             }
         };
@@ -402,6 +413,7 @@ impl Interface {
             (moving && !self.viewer.races()).then_some(STILL_AFTER_S - (now_s - self.sky.moved_s) + 0.005),
             (readiness == Readiness::Preparing).then_some(READY_LOOK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
+            (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),
         ];
         if let Some(wait) = waits.into_iter().flatten().reduce(f64::min) {
             ctx.request_repaint_after(std::time::Duration::from_secs_f64(wait.max(0.0)));
@@ -413,9 +425,13 @@ impl Interface {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
-    /// What to say below the sky: what went wrong, else what the session said lately.
-    fn said(&self) -> &str {
-        if self.message.is_empty() { self.notice.as_ref().map_or("", |(line, _)| line) } else { &self.message }
+    /// What to say below the sky: why there is no picture, else the answer to what someone did, else what the session said lately.
+    pub fn said(&self) -> &str {
+        match (&self.no_picture, self.message.as_str()) {
+            (Some(why), _) => why,
+            (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
+            (None, message) => message,
+        }
     }
 
     /// A picture or a run of frames is on its way to a file.

@@ -29,13 +29,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, 
                 let hover = format!("{}\n{}\nSource: {}", moment.about, moment.time.to_utc_iso(), moment.source);
                 if ui.button(&moment.name).on_hover_text(hover).clicked() {
                     match sight_of(moment, catalog, &SessionPlaces(studio.session()), &interface.viewer.sight) {
-                        Some(sight) => {
-                            // Whoever looks at a moment wants it to stand still.
-                            if !interface.viewer.pace.is_paused() {
-                                actions.push(Action::TogglePause);
-                            }
-                            actions.push(Action::Show(Box::new(sight)));
-                        }
+                        Some(sight) => actions.push(Action::Show(Box::new(sight))),
                         None => interface.message = format!("{}: the ephemeris has no place for it", moment.name),
                     }
                 }

@@ -1,11 +1,14 @@
-//! Keeping and sharing: links, files, bookmarks, screenshots, runs of frames.
+//! Keeping and sharing: links, files, bookmarks, pictures, sequences of frames.
+//!
+//! In: the view, names of files. Out: files, and where they are. Always: no file that exists is written over; what was begun goes on when the panel is closed.
 
 use super::{Interface, named};
 use crate::render::plan::Fineness;
 use crate::scene::legend::legend_of;
 use crate::scene::request::ViewRequest;
-use crate::session::{Readers, Session, is_exr, write_picture, write_whole};
+use crate::session::{Readers, Session, is_exr, write_new, write_new_picture};
 use crate::view::kept::{SCHEME, restored};
+use crate::view::names::{Numbered, free_names, whole};
 use crate::view::settings::{Bookmark, ZOOMS};
 use crate::view::sight::Sight;
 use crate::view::studio::{Studio, Ticket, ask};
@@ -24,10 +27,11 @@ pub struct SharePanel {
     step_s: f64,
     /// Pictures have the names of bodies in them.
     names: bool,
-    shot: Option<Ticket<Result<String, String>>>,
+    shot: Option<Ticket<Result<PathBuf, String>>>,
     run: Option<Run>,
-    /// A picture was asked for by key.
+    /// A picture was asked for.
     pub wants_picture: bool,
+    wants_sequence: bool,
 }
 
 impl Default for SharePanel {
@@ -44,20 +48,21 @@ impl Default for SharePanel {
             shot: None,
             run: None,
             wants_picture: false,
+            wants_sequence: false,
         }
     }
 }
 
-/// Frames on their way to files.
+/// A sequence of frames on its way to files.
 struct Run {
     sight: Sight,
-    picture: String,
+    files: Numbered,
     size: [u32; 2],
     names: bool,
     step_s: f64,
     done: u32,
     frames: u32,
-    frame: Ticket<Result<String, String>>,
+    frame: Ticket<Result<PathBuf, String>>,
 }
 
 impl SharePanel {
@@ -71,21 +76,21 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, 
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         links(interface, ui, studio.session(), actions);
         ui.separator();
-        pictures(interface, ui, studio);
+        pictures(interface, ui);
         ui.separator();
         bookmarks(interface, ui, actions);
         ui.separator();
-        looks(interface, ui);
+        appearance(interface, ui);
     });
 }
 
 fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.strong("This view");
-    let link = interface.viewer.settled().to_link();
+    let link = interface.viewer.shared().to_link();
     ui.horizontal(|ui| {
         if ui.button("Copy link").on_hover_text("A link that restores this very view").clicked() {
             ui.ctx().copy_text(link.clone());
-            interface.message = "the link is in the clipboard".into();
+            interface.message = "Link copied".into();
         }
         ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
     });
@@ -100,9 +105,14 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text("File that keeps a view");
         let path = PathBuf::from(&interface.share.file);
         if ui.button("Save view").clicked() {
-            let text = interface.viewer.settled().to_json();
-            let written = write_whole(&path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
-            interface.message = written.map_or_else(|why| why, |()| format!("saved as {}", path.display()));
+            let text = interface.viewer.shared().to_json();
+            let write = |names| write_new(names, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
+            let written = free_names(&interface.share.file).and_then(write);
+            if let Ok(path) = &written {
+                // What was saved is what *Open view* opens.
+                interface.share.file = path.display().to_string();
+            }
+            interface.message = written.map_or_else(|why| why, |path| saved(&path));
         }
         if ui.button("Open view").clicked() {
             let text = std::fs::read_to_string(&path).map_err(|e| e.to_string());
@@ -119,101 +129,134 @@ fn opened(interface: &mut Interface, read: Result<Sight, String>, actions: &mut 
     }
 }
 
-fn pictures(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
+fn saved(path: &Path) -> String {
+    format!("Saved {}", whole(path))
+}
+
+fn pictures(interface: &mut Interface, ui: &mut egui::Ui) {
     let panel = &mut interface.share;
     ui.strong("Pictures");
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut panel.picture).desired_width(150.0))
-            .on_hover_text("File, .png or .exr; %05d in it counts the frames of a run");
+            .on_hover_text("File, .png or .exr, in the folder below unless it names one; a name that is taken gets a number. %05d counts the frames of a sequence");
         named::number(ui, side(&mut panel.size[0]), "Width, pixels");
         ui.label("x");
         named::number(ui, side(&mut panel.size[1]), "Height, pixels");
         ui.checkbox(&mut panel.names, "with names").on_hover_text("Names and markers of bodies in saved pictures");
     });
+    let folder =
+        whole(Path::new(&panel.picture)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
+    ui.add(egui::Label::new(egui::RichText::new(format!("Folder: {folder}/")).small().weak()).truncate());
     let busy = panel.is_busy();
-    let asked = std::mem::take(&mut panel.wants_picture);
-    if ui.add_enabled(!busy, egui::Button::new("Save picture")).clicked() || (asked && !busy) {
-        let sight = interface.viewer.settled().clone();
-        let (path, size, names) = (PathBuf::from(panel.picture.replace("%05d", "00000")), panel.size, panel.names);
-        panel.shot = Some(ask(studio, move |session| save(session, &sight, size, names, &path)));
+    if ui.add_enabled(!busy, egui::Button::new("Save picture")).on_hover_text("Save a picture (Ctrl+S)").clicked() {
+        panel.wants_picture = true;
     }
-    if let Some(said) = panel.shot.as_ref().and_then(Ticket::take) {
-        panel.shot = None;
-        interface.message = said.unwrap_or_else(|why| why);
-    }
-    let panel = &mut interface.share;
     ui.horizontal(|ui| {
-        ui.label("Run of");
-        named::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), "Frames of the run");
-        ui.label("frames, each");
+        ui.label("Sequence:");
+        named::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), "Frames of the sequence");
+        ui.label("frames,");
         // A century at the most.
         named::number(ui, DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s"), "Scene seconds between frames");
+        ui.label("apart");
     });
-    if ui.add_enabled(!busy, egui::Button::new("Save run")).clicked() {
-        if panel.picture.contains("%05d") {
-            let sight = interface.viewer.settled().clone();
-            let (picture, size, step_s, frames) = (panel.picture.clone(), panel.size, panel.step_s, panel.frames);
-            let mut run = Run { sight, picture, size, names: panel.names, step_s, done: 0, frames, frame: Ticket::default() };
-            run.frame = next_frame(studio, &run);
-            panel.run = Some(run);
-        } else {
-            interface.message = "a run needs %05d in the file's name, as out-%05d.png".into();
-        }
+    if ui.add_enabled(!busy, egui::Button::new("Export sequence")).clicked() {
+        panel.wants_sequence = true;
     }
-    progress(interface, ui, studio);
+    progress(interface, ui);
 }
 
 fn side(value: &mut u32) -> DragValue<'_> {
     DragValue::new(value).range(1..=16_384)
 }
 
-/// The running run: its bar, its next frame, its end.
-fn progress(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
-    let Some(mut run) = interface.share.run.take() else { return };
-    let mut goes_on = true;
-    match run.frame.take() {
-        None => {}
-        Some(Err(why)) => {
-            interface.message = why;
-            goes_on = false;
+/// The sequence that is being drawn: its bar, its end.
+fn progress(interface: &mut Interface, ui: &mut egui::Ui) {
+    let Some(run) = &interface.share.run else { return };
+    let part = run.done as f32 / run.frames.max(1) as f32;
+    let cancelled = ui.horizontal(|ui| {
+        ui.add(ProgressBar::new(part).desired_width(180.0).show_percentage()).accessible_name("Frames that are done");
+        ui.button("Cancel").on_hover_text("Frames that are done stay").clicked()
+    });
+    if cancelled.inner {
+        interface.share.run = None;
+    }
+}
+
+/// Begins what was asked for and takes what is done, whether the panel is open or not.
+pub fn work(interface: &mut Interface, studio: &dyn Studio) {
+    let panel = &mut interface.share;
+    let (picture, sequence) = (std::mem::take(&mut panel.wants_picture), std::mem::take(&mut panel.wants_sequence));
+    if picture && panel.is_busy() {
+        interface.message = "A picture is being saved already".into();
+    } else if picture {
+        match free_names(&panel.picture) {
+            Ok(files) => {
+                let (sight, size, names) = (interface.viewer.shared(), panel.size, panel.names);
+                panel.shot = Some(ask(studio, move |session| save(session, &sight, size, names, files)));
+                interface.message = format!("Saving a picture of {}×{} pixels", size[0], size[1]);
+            }
+            Err(why) => interface.message = why,
         }
-        Some(Ok(said)) => {
-            run.done += 1;
-            interface.message = format!("{} of {}: {said}", run.done, run.frames);
-            goes_on = run.done < run.frames;
-            if goes_on {
+    }
+    let panel = &mut interface.share;
+    if sequence && !panel.is_busy() {
+        match Numbered::of_sequence(&panel.picture, panel.frames) {
+            Ok(files) => {
+                let (sight, size, names, step_s, frames) = (interface.viewer.shared(), panel.size, panel.names, panel.step_s, panel.frames);
+                let mut run = Run { sight, files, size, names, step_s, done: 0, frames, frame: Ticket::default() };
                 run.frame = next_frame(studio, &run);
+                panel.run = Some(run);
+            }
+            Err(why) => interface.message = why,
+        }
+    }
+    if let Some(written) = interface.share.shot.as_ref().and_then(Ticket::take) {
+        interface.share.shot = None;
+        interface.message = written.map_or_else(|why| why, |path| saved(&path));
+    }
+    go_on(interface, studio);
+}
+
+/// The next frame of the sequence, once the last one is written.
+fn go_on(interface: &mut Interface, studio: &dyn Studio) {
+    let Some(mut run) = interface.share.run.take() else { return };
+    match run.frame.take() {
+        None => interface.share.run = Some(run),
+        Some(Err(why)) => interface.message = why,
+        Some(Ok(path)) => {
+            run.done += 1;
+            interface.message = format!("{} of {}: {}", run.done, run.frames, saved(&path));
+            if run.done < run.frames {
+                run.frame = next_frame(studio, &run);
+                interface.share.run = Some(run);
             }
         }
     }
-    ui.horizontal(|ui| {
-        let bar = ProgressBar::new(run.done as f32 / run.frames.max(1) as f32).desired_width(180.0).show_percentage();
-        ui.add(bar).accessible_name("Frames that are done");
-        if ui.button("Cancel").on_hover_text("Frames that are done stay").clicked() {
-            goes_on = false;
-        }
-    });
-    if goes_on {
-        interface.share.run = Some(run);
-    }
 }
 
-fn next_frame(studio: &dyn Studio, run: &Run) -> Ticket<Result<String, String>> {
+fn next_frame(studio: &dyn Studio, run: &Run) -> Ticket<Result<PathBuf, String>> {
     let sight = Sight { tdb_s: run.sight.tdb_s + f64::from(run.done) * run.step_s, ..run.sight.clone() };
-    let path = PathBuf::from(run.picture.replace("%05d", &format!("{:05}", run.done)));
-    let (size, names) = (run.size, run.names);
-    ask(studio, move |session| save(session, &sight, size, names, &path))
+    let (size, names, file) = (run.size, run.names, run.files.path(run.done));
+    ask(studio, move |session| save(session, &sight, size, names, std::iter::once(file)))
 }
 
-/// Draws a view and writes it; the answer is what to say.
-fn save(session: &Session, sight: &Sight, [width, height]: [u32; 2], names: bool, path: &Path) -> Result<String, String> {
-    let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(path);
+/// Draws a view and writes it under the first of the names that is free; answers which.
+fn save(
+    session: &Session,
+    sight: &Sight,
+    [width, height]: [u32; 2],
+    names: bool,
+    files: impl Iterator<Item = PathBuf>,
+) -> Result<PathBuf, String> {
+    let mut files = files.peekable();
+    let path = files.peek().cloned().unwrap_or_default();
+    let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);
     if !known {
         return Err(format!("{}: pictures end in .png or .exr", path.display()));
     }
     let mut request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
     request.layers.labels = names;
-    let drawn = session.draw_aside(&request, Fineness::of(request.quality), is_exr(path)).map_err(|e| e.to_string())?;
+    let drawn = session.draw_aside(&request, Fineness::of(request.quality), is_exr(&path)).map_err(|e| e.to_string())?;
     let text = vec![
         ("Title", session.catalog().body(sight.target).map_or("Orrery".into(), |b| b.name.clone())),
         ("Creation Time", request.time.to_utc_iso()),
@@ -221,8 +264,8 @@ fn save(session: &Session, sight: &Sight, [width, height]: [u32; 2], names: bool
         ("Legend", legend_of(&drawn.scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ];
-    write_picture(path, &drawn.frame, &text)?;
-    Ok(format!("saved as {}", path.display()))
+    let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
+    write_new_picture(files, is_exr(&path), &drawn.frame, &text)
 }
 
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
@@ -235,10 +278,10 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&usual).desired_width(180.0))
             .on_hover_text("Name of the bookmark");
-        if ui.button("Keep").on_hover_text("Keep this view as a bookmark").clicked() {
+        if ui.button("Add bookmark").on_hover_text("Add this view to the bookmarks").clicked() {
             let typed = std::mem::take(&mut interface.share.bookmark);
             let name = if typed.trim().is_empty() { usual.clone() } else { typed.trim().to_owned() };
-            interface.settings.bookmarks.push(Bookmark { name, sight: interface.viewer.settled().clone() });
+            interface.settings.bookmarks.push(Bookmark { name, sight: interface.viewer.shared() });
         }
     });
     let mut removed = None;
@@ -264,12 +307,12 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     });
 }
 
-fn looks(interface: &mut Interface, ui: &mut egui::Ui) {
-    ui.strong("Looks");
+fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
+    ui.strong("Appearance");
     ui.horizontal(|ui| {
-        for (name, dark) in [("Dark", Some(true)), ("Light", Some(false)), ("As the system", None)] {
+        for (name, dark) in [("Dark", Some(true)), ("Light", Some(false)), ("Follow system", None)] {
             ui.selectable_value(&mut interface.settings.dark, dark, name);
         }
     });
-    ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("size of text")).on_hover_text("Size of text and controls");
+    ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("Text size")).on_hover_text("Size of text and controls");
 }

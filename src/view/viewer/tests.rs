@@ -28,7 +28,7 @@ fn viewer() -> Viewer {
         aliases: Vec::new(),
         kind: Kind::Planet,
         parent: Some(NaifId::SUN),
-        radius_km,
+        radii_km: DVec3::splat(radius_km),
     };
     let subjects = vec![
         subject(NaifId::SUN, "Sun", 695_700.0),
