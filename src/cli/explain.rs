@@ -5,10 +5,12 @@ use crate::scene::{BodyInView, Scene};
 use crate::session::Session;
 use crate::shader::key::ShaderKey;
 use serde_json::{Value, json};
-use std::io::Write;
 
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = "Example:\n  orrery explain --target jupiter --from earth --time 2024-12-07T20:00:00Z")]
+#[command(
+    after_help = "Example:\n  orrery explain --target jupiter --from earth --time 2024-12-07T20:00:00Z",
+    next_help_heading = "Output"
+)]
 pub struct ExplainArgs {
     #[command(flatten)]
     view: ViewWords,
@@ -42,7 +44,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     } else {
         as_text(&scene, &bodies)
     };
-    std::io::stdout().write_all(text.as_bytes()).map_err(|e| CliError(format!("standard output: {e}")))
+    super::output::put(&text)
 }
 
 /// The keys of its draws, the globe's first.

@@ -10,12 +10,14 @@ mod embedded;
 mod letters;
 mod maps;
 mod mips;
+mod sealed;
 pub use mips::{linear_to_srgb, srgb_to_linear};
 mod write;
 
 pub use compare::{Difference, Picture};
 pub use letters::{Cell, Letters};
 pub use maps::{MapOrigin, MapStore};
+pub use sealed::{exr_text, png_text};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,6 +58,8 @@ pub enum ImageError {
     Size { width: u32, height: u32, given: usize },
     #[error("the pictures differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
     Sizes { a: (u32, u32), b: (u32, u32) },
+    #[error("not a whole picture: {0}")]
+    Damaged(String),
     #[error("the picture could not be written: {0}")]
     Write(String),
 }
