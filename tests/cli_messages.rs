@@ -49,8 +49,8 @@ fn every_verb_has_an_example_and_its_options_in_groups() {
 }
 
 /// Values that no option takes, too long, or made to steer a terminal.
-fn hostile() -> [String; 4] {
-    ["☃".repeat(5000), "\u{1b}[2J\u{1b}]0;x\u{7}☃".into(), format!("-{}", "☃".repeat(300)), "a\r\nb\u{202e}☃".into()]
+fn hostile() -> [String; 3] {
+    ["☃".repeat(5000), "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{202e}☃".into(), format!("-{}", "☃".repeat(300))]
 }
 
 #[test]

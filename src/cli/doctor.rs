@@ -40,16 +40,16 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
 /// How many of each kind, their names, and what belongs to nobody's list.
 fn bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
-        (Kind::Star, "stars"),
-        (Kind::Planet, "planets"),
-        (Kind::DwarfPlanet, "dwarf planets"),
-        (Kind::Moon, "moons"),
-        (Kind::Asteroid, "asteroids"),
+        (Kind::Star, "star"),
+        (Kind::Planet, "planet"),
+        (Kind::DwarfPlanet, "dwarf planet"),
+        (Kind::Moon, "moon"),
+        (Kind::Asteroid, "asteroid"),
     ];
     for (kind, called) in kinds {
         let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.kind == kind).map(|b| b.name.as_str()).collect();
         if !names.is_empty() {
-            tell!(out, "bodies    {} {called}: {}", names.len(), names.join(", "));
+            tell!(out, "bodies    {} {called}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
         }
     }
     let without: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();

@@ -49,6 +49,10 @@ pub fn manual(args: &ManArgs) -> Result<(), CliError> {
         }
     };
     let mut text = Vec::new();
-    clap_mangen::Man::new(page).manual("Orrery").render(&mut text).map_err(|e| CliError(format!("the manual page: {e}")))?;
+    clap_mangen::Man::new(page)
+        .source(concat!("orrery ", env!("CARGO_PKG_VERSION")))
+        .manual("Orrery")
+        .render(&mut text)
+        .map_err(|e| CliError(format!("the manual page: {e}")))?;
     put(&String::from_utf8_lossy(&text))
 }

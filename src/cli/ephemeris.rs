@@ -45,7 +45,7 @@ pub struct EphemerisArgs {
     #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation"])]
     center: Option<String>,
     /// ISO 8601 UTC, jd_tdb:2460409.262 or now
-    #[arg(long, required_unless_present = "stdin")]
+    #[arg(long, required_unless_present = "stdin", allow_hyphen_values = true)]
     time: Option<String>,
     /// Which theories answer (default: the best that covers the time)
     #[arg(long, value_enum)]

@@ -15,13 +15,13 @@ pub struct ExplainArgs {
     #[command(flatten)]
     view: ViewWords,
     /// One JSON value
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
     /// Print the passes of the frame and their draws instead
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with = "json", help_heading = "Output")]
     passes: bool,
     /// Bodies that are not in the picture too
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     all: bool,
 }
 

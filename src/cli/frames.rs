@@ -83,7 +83,7 @@ fn refusal(path: &Path, earlier: &Earlier, mark: &Mark, clock: bool) -> Option<C
             format!("{path} was drawn for another request: {differ}; {instead}{hint}")
         }
         Earlier::Unknown(why) => {
-            format!("{path} is there, and which request it was drawn for is not known ({why}), not {}; {instead}", mark.short())
+            format!("{path} is there, drawn for a request that is not known ({why}); this one is {}; {instead}", mark.short())
         }
     };
     Some(CliError(line))

@@ -23,36 +23,39 @@ for, those of this one are kept, and one of another ends the run before it begin
 up to 8 taps; reference 4 samples and up to 16 taps.
 ";
 
+/// The group of options that are not of the view.
+const OUTPUT: &str = "Output";
+
 /// Text under the options: examples and the camera file.
 fn after_help() -> String {
     format!("{EXAMPLES}\n{CAMERA_FILE_HELP}")
 }
 
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = after_help(), next_help_heading = "Output")]
+#[command(after_help = after_help())]
 pub struct RenderArgs {
     #[command(flatten)]
     view: ViewWords,
     /// File to write: .png, .exr (linear), a pattern as out-%05d.png, or - for a y4m stream
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,
     /// How many frames
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = OUTPUT)]
     frames: u32,
     /// Time between frames: 60s, 10m, 6h, 1d; may be negative
-    #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT)]
     step: String,
     /// Render every n-th frame from i (0 to n-1), so that several machines share a run
-    #[arg(long, value_name = "I/N")]
+    #[arg(long, value_name = "I/N", help_heading = OUTPUT)]
     shard: Option<String>,
     /// Replace files that another request drew; those of this one are kept all the same
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
     /// Frames a second of a y4m stream
-    #[arg(long, value_name = "N", default_value_t = 25)]
+    #[arg(long, value_name = "N", default_value_t = 25, help_heading = OUTPUT)]
     rate: u32,
     /// Print JSON timings per stage, and when the first frame was there (to standard error when the picture goes to standard output)
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     time_report: bool,
 }
 

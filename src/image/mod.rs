@@ -17,7 +17,7 @@ mod write;
 pub use compare::{Difference, Picture};
 pub use letters::{Cell, Letters};
 pub use maps::{MapOrigin, MapStore};
-pub use sealed::{exr_text, png_text};
+pub use sealed::{HEAD_LEN, exr_head_text, png_head_text, whole_exr, whole_png};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

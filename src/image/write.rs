@@ -35,7 +35,7 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
 }
 
 /// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR; `comments` becomes its attribute of that name, `sealed` one that
-/// [`super::exr_text`] reads back.
+/// [`super::exr_head_text`] reads back.
 pub fn write_exr(
     mut out: impl Write,
     width: u32,
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(bytes, write());
         let back = image::load_from_memory(&bytes).unwrap().into_rgba8();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, u8>(&pixels));
-        let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        let reader = png::Decoder::new(Cursor::new(&bytes)).read_info().unwrap();
         assert_eq!(reader.info().utf8_text[0].keyword, "Title");
         assert!(write_png(Vec::new(), 5, 4, &pixels, &[]).is_err());
     }
@@ -110,10 +110,10 @@ mod tests {
     #[test]
     fn an_exr_reads_back_bit_for_bit() {
         let pixels: Vec<[f32; 4]> = (0..6).map(|i| [i as f32 * 1e4, 1e-6, 0.1, 1.0]).collect();
-        let mut bytes = std::io::Cursor::new(Vec::new());
+        let mut bytes = Cursor::new(Vec::new());
         write_exr(&mut bytes, 3, 2, &pixels, "metres", None).unwrap();
         assert!(bytes.get_ref().windows(6).any(|w| w == b"metres"));
-        let mut again = std::io::Cursor::new(Vec::new());
+        let mut again = Cursor::new(Vec::new());
         write_exr(&mut again, 3, 2, &pixels, "metres", None).unwrap();
         assert_eq!(bytes.get_ref(), again.get_ref());
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();

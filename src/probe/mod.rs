@@ -158,10 +158,21 @@ pub fn questions_json() -> Value {
 /// The fields of one kind of question, in their types.
 fn fields<T: DeserializeOwned>(value: Value) -> Result<T, String> {
     let short = shortened(&value);
-    T::deserialize(value).map_err(|e| match T::deserialize(short) {
+    T::deserialize(value).map_err(|e| match T::deserialize(&short) {
         // The message repeats what was given: that of the shortened question is short.
-        Err(short) => of_json(&short),
+        Err(e) => culprit::<T>(&short, &e.to_string()).map_or_else(|| of_json(&e), |name| format!("field `{name}`: {}", of_json(&e))),
         Ok(_) => echo(&of_json(&e)),
+    })
+}
+
+/// The field at which reading broke off: fields are read in order, so the first with which the message is the same.
+fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
+    let all = value.as_object()?;
+    let mut so_far = Map::new();
+    all.iter().filter(|_| !message.starts_with("unknown field")).find_map(|(name, value)| {
+        so_far.insert(name.clone(), value.clone());
+        let same = T::deserialize(&Value::Object(so_far.clone())).is_err_and(|e| e.to_string() == message);
+        same.then(|| name.clone())
     })
 }
 

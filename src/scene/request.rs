@@ -234,22 +234,22 @@ impl ViewRequest {
         if let Some(fov) = self.fov_deg
             && !(1e-7..=170.0).contains(&fov)
         {
-            return bad(format!("field of view {fov}: must be 0.0000001 to 170 degrees"));
+            return bad(format!("field of view {fov:?}: must be 0.0000001 to 170 degrees"));
         }
         if let Position::Over { distance_radii: Some(d), .. } = self.position
             && !(d > 0.0 && d.is_finite())
         {
-            return bad(format!("distance {d} radii: must be a number above 0"));
+            return bad(format!("distance {d:?} radii: must be a number above 0"));
         }
         if let Position::Ground { latitude_deg, longitude_deg, height_km, .. } = self.position {
             if !(-90.0..=90.0).contains(&latitude_deg) {
-                return bad(format!("latitude {latitude_deg}: must be -90 to 90 degrees"));
+                return bad(format!("latitude {latitude_deg:?}: must be -90 to 90 degrees"));
             }
             if !(-360.0..=360.0).contains(&longitude_deg) {
-                return bad(format!("longitude {longitude_deg}: must be -360 to 360 degrees east"));
+                return bad(format!("longitude {longitude_deg:?}: must be -360 to 360 degrees east"));
             }
             if !(height_km > 0.0 && height_km.is_finite()) {
-                return bad(format!("height {height_km} km: must be above the ground"));
+                return bad(format!("height {height_km:?} km: must be above the ground"));
             }
         }
         if let Position::Offset { offset_km, .. } = self.position
@@ -260,7 +260,7 @@ impl ViewRequest {
         if let ExposureRequest::Stops(ev) = self.exposure
             && !(-60.0..=60.0).contains(&ev)
         {
-            return bad(format!("exposure {ev}: must be -60 to 60 stops"));
+            return bad(format!("exposure {ev:?}: must be -60 to 60 stops"));
         }
         if !self.time.tdb_seconds_past_j2000().is_finite() {
             return bad("the time is not a finite number".into());

@@ -99,7 +99,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             // A sphere's disc of angular radius a takes tan a / tan(fov / 2) of the half height.
             let fitted = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
             let distance_km = distance_radii.unwrap_or(fitted) * target.radii_km.max_element();
-            let asked = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d} radii"));
+            let asked = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             near_enough(distance_km, asked)?;
             // The light seen now left the target when it was here.
             let seen_at = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
@@ -121,7 +121,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
             near = body;
-            near_enough(height_km, || format!("height {height_km} km"))?;
+            near_enough(height_km, || format!("height {height_km:?} km"))?;
             let (point, normal) = ground_point_km(places.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
             let icrf_from_body = places.icrf_from(Axes::BodyFixed, body)?;
             let (pos, vel) = places.state(body)?;

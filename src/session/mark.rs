@@ -6,14 +6,14 @@
 
 use super::{RendererWish, Session, is_exr};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::image::{exr_text, png_text};
+use crate::image::{HEAD_LEN, exr_head_text, png_head_text, whole_exr, whole_png};
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use crate::shader::generator;
 use crate::wording::echo_of;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// Everything that decides a picture, by name.
@@ -90,6 +90,11 @@ pub(super) fn of_sources(
         of("shaders", fragments_digest),
         of("renderer", renderer.into()),
     ])
+}
+
+/// The time of a mark as a calendar has it.
+fn clock_of(mark: &Mark) -> &str {
+    mark.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
 }
 
 impl Mark {
@@ -176,7 +181,7 @@ impl Mark {
     /// What a user thinks of first.
     pub fn short(&self) -> String {
         let value = |name: &str| self.0.get(name).map_or("", String::as_str);
-        format!("target {}, time {}, size {}", echo_of(value("target"), 60), echo_of(value("time"), 60), value("size"))
+        format!("target {}, time {}, size {}", echo_of(value("target"), 60), clock_of(self), value("size"))
     }
 
     fn parse(text: &str) -> Option<Self> {
@@ -194,8 +199,11 @@ impl Mark {
                 differ.push(name);
             }
         }
+        // The seconds of TDB tell apart what a clock to the millisecond does not.
+        let same_clock = clock_of(theirs) == clock_of(ours);
         let value = |mark: &Self, name: &str| match mark.0.get(name).map(String::as_str) {
             None | Some("") => "none".to_owned(),
+            Some(_) if name == "time" && !same_clock => echo_of(clock_of(mark), 60),
             Some(text) => echo_of(text, 60),
         };
         let said = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_of(n, 20), value(theirs, n), value(ours, n)));
@@ -206,24 +214,33 @@ impl Mark {
     /// What is at a path where this picture of that size shall be.
     pub fn earlier(&self, path: &Path, size: (u32, u32)) -> Earlier {
         let about = match path.metadata() {
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Earlier::None,
+            // Writing will say what is wrong with the folder.
+            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Earlier::None,
             Err(e) => return Earlier::Unknown(e.to_string()),
             Ok(about) if !about.is_file() => return Earlier::Unknown("no file".into()),
             Ok(about) => about,
         };
+        let read = |most: u64| {
+            let mut bytes = Vec::new();
+            File::open(path).and_then(|f| f.take(most).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
+        };
+        let head = match read(HEAD_LEN as u64) {
+            Ok(head) => head,
+            Err(why) => return Earlier::Unknown(why),
+        };
+        let text = if is_exr(path) { exr_head_text(&head) } else { png_head_text(&head, MARK_CHUNK) };
+        match text.as_deref().and_then(Self::parse) {
+            None => return Earlier::Unknown("none can be read in it".into()),
+            Some(theirs) if theirs != *self => return Earlier::Other(Self::differences(&theirs, self)),
+            Some(_) => {}
+        }
         // Four floats a pixel, what a line costs, and the texts: no picture of this size is larger.
         let most = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
         if about.len() > most {
-            return Earlier::Unknown("larger than any picture of this size".into());
+            return Earlier::Unknown("it says this one, but is larger than any picture of this size".into());
         }
-        let read = std::fs::read(path).map_err(|e| e.to_string());
-        let text = read.and_then(|b| if is_exr(path) { exr_text(&b) } else { png_text(&b, size, MARK_CHUNK) }.map_err(|e| e.to_string()));
-        match text.map(|t| t.as_deref().and_then(Self::parse)) {
-            Ok(Some(theirs)) if theirs == *self => Earlier::Same,
-            Ok(Some(theirs)) => Earlier::Other(Self::differences(&theirs, self)),
-            Ok(None) => Earlier::Unknown("no request is written in it".into()),
-            Err(why) => Earlier::Unknown(why),
-        }
+        let whole = read(most).and_then(|b| if is_exr(path) { whole_exr(&b) } else { whole_png(&b, size) }.map_err(|e| e.to_string()));
+        whole.map_or_else(|why| Earlier::Unknown(format!("it says this one, but is {why}")), |()| Earlier::Same)
     }
 }
 
