@@ -19,3 +19,4 @@ pub mod time;
 pub mod units;
 #[cfg(feature = "view")]
 pub mod view;
+pub mod wording;

@@ -5,24 +5,25 @@ use std::path::{Path, PathBuf};
 /// (module path prefix, crate modules it may name, external crates it may not name).
 const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("units", &[], &["naga", "wgpu", "winit", "softbuffer"]),
-    ("time", &["units", "time"], &["naga", "wgpu", "winit", "softbuffer"]),
-    ("catalog", &["units", "time", "catalog"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("wording", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("catalog", &["units", "time", "catalog", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("mesh", &["mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("scene", &["units", "time", "catalog", "ephemeris", "mesh", "scene"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("scene", &["units", "time", "catalog", "ephemeris", "mesh", "scene", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("image", &["units", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
-    ("shader/key", &["scene::draw", "shader::key"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("shader", &["scene::draw", "shader"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
+    ("shader/key", &["scene::draw", "shader::key", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("shader", &["scene::draw", "shader", "wording"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
     ("render/plan", &["scene", "shader", "image", "render::plan"], &["wgpu", "winit", "softbuffer", "std::fs"]),
     ("render/frame", &["image", "render::frame"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
         "session",
-        &["units", "time", "catalog", "ephemeris", "mesh", "scene", "shader", "render", "image", "session"],
+        &["units", "time", "catalog", "ephemeris", "mesh", "scene", "shader", "render", "image", "session", "wording"],
         &["naga", "wgpu", "winit", "softbuffer"],
     ),
     (
         "probe",
-        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe"],
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe", "wording"],
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
     (

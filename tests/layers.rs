@@ -65,7 +65,7 @@ fn lines_run_before_and_behind_the_planet() {
 fn layers_are_read_or_refused_by_name() {
     assert_eq!(Layers::parse("+orbits,-labels").expect("the contract's example"), Layers { orbits: true, ..Layers::default() });
     assert_eq!(Layers::parse("+orbits, -orbits").expect("the last sign"), Layers::default());
-    for (text, why) in [("orbits", "write + or -"), ("+stars", "there are orbits, labels, outline, bloom"), ("labels", "write + or -")] {
+    for (text, why) in [("orbits", "write + or -"), ("+stars", "one of orbits, labels, outline, bloom"), ("labels", "write + or -")] {
         let error = Layers::parse(text).expect_err("refused").to_string();
         assert!(error.contains(why) && error.contains(text), "{error}");
     }

@@ -7,6 +7,8 @@ mod apparent;
 mod bench;
 mod catalog;
 mod cli;
+mod cli_frames;
+mod cli_messages;
 mod clouds;
 mod depth;
 mod eclipse;

@@ -1,8 +1,8 @@
 //! Questions that emitted modules answer: the lanes carry every digit, and a wrong question gets one line.
 
 use crate::shared::SESSION;
-use orrery::probe::Prober;
 use orrery::probe::lanes::Lanes;
+use orrery::probe::{KINDS, Need, Prober};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::shader::fragments::probe_samples;
 
@@ -52,6 +52,59 @@ fn a_wrong_question_is_named_in_one_line() {
         let error = prober.answer(question).expect_err(question);
         assert!(error.contains(about) && !error.contains('\n'), "{question}: {error}");
     }
+}
+
+/// The table that `probe --questions` prints is what is read: every field of it and no other, each that may be left out may be.
+#[test]
+fn the_table_of_questions_is_what_they_take() {
+    let renderer = renderer(Precision::F32);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    for kind in KINDS {
+        let whole: serde_json::Map<String, serde_json::Value> = serde_json::from_str(kind.example).expect("an object");
+        let ask = |fields: &serde_json::Map<String, serde_json::Value>| prober.answer(&serde_json::json!(fields).to_string());
+        assert_eq!(whole["q"], kind.name);
+        ask(&whole).unwrap_or_else(|e| panic!("{}: {e}", kind.example));
+        // What the reader itself takes, asked past the table: it lists its fields where it meets one that it does not know.
+        let mut strange = whole.clone();
+        strange.remove("q");
+        strange.insert("zzz".into(), 1.into());
+        let error = (kind.ask)(&prober, strange.into()).expect_err(kind.name);
+        let mut taken: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
+        let mut listed: Vec<&str> = kind.fields.iter().map(|f| f.name).collect();
+        (taken.sort_unstable(), listed.sort_unstable());
+        assert_eq!(taken, listed, "{}: {error}", kind.name);
+        for field in kind.fields {
+            assert!(!field.says.is_empty());
+            let mut without = whole.clone();
+            without.remove(field.name);
+            match field.need {
+                Need::Must => {
+                    let error = ask(&without).expect_err(field.name);
+                    assert!(error.contains(&format!("`{}` is missing", field.name)), "{error}");
+                }
+                Need::Or(_) => drop(ask(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),
+                Need::OneOf => {}
+            }
+        }
+    }
+}
+
+/// Without a model the Sun's disc is darkened to its limb, and by the Sun's own law where none is given.
+#[test]
+fn the_default_model_is_limb_darkened() {
+    let renderer = renderer(Precision::F64);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    let blocked =
+        |more: &str| prober.answer(&format!(r#"{{"q":"disc-overlap","k":0.5,"d":0.1{more}}}"#)).expect("answers")["blocked"].clone();
+    let plain = blocked("");
+    assert_eq!(plain, blocked(r#","model":"limb-darkened","u1":0.40,"u2":0.26"#));
+    assert!(plain.as_f64() > blocked(r#","model":"uniform-disc""#).as_f64(), "the middle of the disc is brighter than its mean");
+    assert_eq!(blocked(r#","u1":0.6"#), blocked(r#","u1":0.6,"u2":0"#), "a law of one term has no other");
+    let sunlight = |more: &str| {
+        let question = format!(r#"{{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":30,"lon":-100{more}}}"#);
+        prober.answer(&question).expect("answers")
+    };
+    assert_eq!(sunlight(""), sunlight(r#","model":"limb-darkened""#));
 }
 
 const CAMERA: &str = r#"{"position":{"body":"mars","radii":[0.6,-2.9,1.1]},"look":{"at":"mars"},"fov_deg":40}"#;

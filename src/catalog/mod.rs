@@ -3,6 +3,7 @@
 //! In: the embedded files of catalogs/ and the user's, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
 //! every field in its range, single names and known parents. It reads no file system and computes no position.
 
+use crate::wording::{did_you_mean, echo, echo_of};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
@@ -320,6 +321,8 @@ pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
     eclipse_radii: EclipseRadii,
+    /// File and line of the fields that only the whole can check, by body and field; a field that is not here stands with its body, under "".
+    places: BTreeMap<(NaifId, &'static str), (String, usize)>,
 }
 
 /// One wrong field: where, what it says, what is allowed.
@@ -344,6 +347,11 @@ pub struct CatalogError {
     pub problems: Vec<Problem>,
 }
 
+/// A name that no body has. One line: the name, and the nearest.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct UnknownName(pub String);
+
 impl Catalog {
     /// The catalog that ships inside the program. A test holds that it has no problem, so it never panics in a built program.
     pub fn embedded() -> Self {
@@ -358,6 +366,14 @@ impl Catalog {
     pub fn with_files(files: &[(String, String)]) -> Result<Self, CatalogError> {
         let all: Vec<(&str, &str)> = EMBEDDED.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
         read::read(&all)
+    }
+
+    /// A problem of a body's field, with its file and line.
+    pub fn problem(&self, id: NaifId, field: &'static str, message: String) -> Problem {
+        let place = self.places.get(&(id, field)).or_else(|| self.places.get(&(id, "")));
+        let (file, line) = place.cloned().unwrap_or_default();
+        let name = self.body(id).map_or_else(|| format!("body {}", id.0), |b| b.name.clone());
+        Problem { file, line, message: format!("{name}.{field}: {message}") }
     }
 
     /// Every body, by rising NAIF code.
@@ -389,6 +405,30 @@ impl Catalog {
             return (100..1000).contains(&id).then_some(id).filter(|id| id % 100 == 99).map(|id| NaifId(id / 100));
         }
         self.find_body(&wanted).map(|b| b.id)
+    }
+
+    /// The place of a name.
+    ///
+    /// # Errors
+    /// What the name may have meant.
+    pub fn place(&self, name: &str) -> Result<NaifId, UnknownName> {
+        self.find_place(name).ok_or_else(|| self.unknown(name, "body or centre of mass"))
+    }
+
+    /// The body of a name.
+    ///
+    /// # Errors
+    /// What the name may have meant, or that it is a centre of mass.
+    pub fn named(&self, name: &str) -> Result<&Body, UnknownName> {
+        let id = self.find_place(name).ok_or_else(|| self.unknown(name, "body"))?;
+        self.body(id)
+            .ok_or_else(|| UnknownName(format!("`{}` is a centre of mass, which has no surface: name a body", echo_of(name.trim(), 60))))
+    }
+
+    fn unknown(&self, name: &str, what: &str) -> UnknownName {
+        let known = self.bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
+        let hint = did_you_mean(name.trim(), known).unwrap_or_else(|| "`orrery doctor` lists all names".into());
+        UnknownName(format!("no {what} is called `{}`; {hint}", echo(name.trim())))
     }
 
     fn find_body(&self, lower: &str) -> Option<&Body> {

@@ -29,8 +29,8 @@ struct Draft {
     maps: Maps,
     clouds: Option<Clouds>,
     mesh: Option<Located<ShapeModel>>,
-    motion: Option<Motion>,
-    rotation: Option<Rotation>,
+    motion: Option<Located<Motion>>,
+    rotation: Option<Located<Rotation>>,
     sources: BTreeMap<String, String>,
     estimates: Estimates,
 }
@@ -161,6 +161,12 @@ fn invented(s: &mut Section) -> Option<String> {
     said.map(|l| l.value)
 }
 
+/// A table's value with the line where it begins.
+fn located<T>(s: Section, read: impl FnOnce(Section) -> Option<T>) -> Option<Located<T>> {
+    let place = s.place.clone();
+    Some(Located { value: read(s)?, place })
+}
+
 fn map(mut s: Section) -> Option<Map> {
     let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
     let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
@@ -264,8 +270,8 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
         maps: Maps::default(),
         clouds: s.section("clouds").and_then(clouds),
         mesh: s.section("mesh").and_then(mesh),
-        motion: s.section("motion").and_then(motion),
-        rotation: s.section("rotation").and_then(rotation),
+        motion: s.section("motion").and_then(|s| located(s, motion)),
+        rotation: s.section("rotation").and_then(|s| located(s, rotation)),
         sources: BTreeMap::new(),
         estimates: s.section("estimates").map(estimates).unwrap_or_default(),
     };
@@ -388,10 +394,22 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
         root.finish();
     }
+    let places = drafts.iter().flat_map(places_of).collect();
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     let moments = moments::assemble(moments_drafts, &bodies, &problems);
     problems.into_result()?;
-    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default() })
+    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), places })
+}
+
+/// Where a body's fields stand that only the whole can check.
+fn places_of((id, d): (&i32, &Draft)) -> Vec<((NaifId, &'static str), (String, usize))> {
+    let fields = [
+        ("", Some(&d.place)),
+        ("parent", d.parent.as_ref().map(|l| &l.place)),
+        ("motion", d.motion.as_ref().map(|l| &l.place)),
+        ("rotation", d.rotation.as_ref().map(|l| &l.place)),
+    ];
+    fields.into_iter().filter_map(|(field, place)| Some(((NaifId(*id), field), (place?.file.to_string(), place?.line)))).collect()
 }
 
 /// Drafts to bodies: what must be there is there, names are single, parents and owners exist.
@@ -452,14 +470,14 @@ fn assemble(
         }
         let photometry = need!(photometry, "photometry");
         let motion = match d.motion {
-            Some(m) => Some(m),
+            Some(m) => Some(m.value),
             None => {
                 missing("motion");
                 None
             }
         };
         let rotation = match d.rotation {
-            Some(r) => Some(r),
+            Some(r) => Some(r.value),
             None => {
                 missing("rotation");
                 None

@@ -4,6 +4,7 @@
 //! Serde turns each leaf into its type. What is allowed is said by the caller, beside the check.
 
 use super::{CatalogError, Problem};
+use crate::wording::echo_of;
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -105,7 +106,7 @@ impl<'a> Section<'a> {
             Ok(v) if ok(&v) => Some(Located { value: v, place }),
             _ => {
                 let shown: String = self.source.text.get(span).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
-                self.problem(&place, field, &shown.chars().take(80).collect::<String>(), allowed);
+                self.problem(&place, field, &echo_of(&shown, 80), allowed);
                 None
             }
         }
@@ -172,41 +173,12 @@ impl<'a> Section<'a> {
                 Some(n) => format!("did you mean `{n}`?"),
                 None => format!("allowed are {}", self.known.join(", ")),
             };
-            self.source.problems.add(&place, format!("{}{name} is not a field here: {hint}", self.name));
+            self.source.problems.add(&place, format!("{}{} is not a field here: {hint}", self.name, echo_of(name, 80)));
         }
     }
 }
 
-/// The known word within two edits (a third of the word at the most), if any.
+/// The known word that was meant, if any is near.
 pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
-    let most = (word.chars().count() / 3).clamp(1, 3);
-    known.iter().map(|k| (edits(word, k), *k)).filter(|(d, _)| *d <= most).min().map(|(_, k)| k)
-}
-
-/// Levenshtein's distance.
-fn edits(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let change = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = change.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{edits, nearest};
-
-    #[test]
-    fn near_names_are_suggested_and_far_ones_are_not() {
-        assert_eq!(edits("kitten", "sitting"), 3);
-        assert_eq!(nearest("radii_kn", &["radii_km", "name"]), Some("radii_km"));
-        assert_eq!(nearest("zzzz", &["radii_km", "name"]), None);
-    }
+    crate::wording::nearest(word, known.iter().copied()).first().copied()
 }

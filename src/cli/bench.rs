@@ -9,6 +9,7 @@ use crate::render::plan::Fineness;
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
+use crate::wording::{echo, or_one_of};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -18,9 +19,12 @@ const EXAMPLE: &str = "Examples:
   orrery bench
   orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
 
-With --effects each scene also lists what each effect that is on takes (cpu_ms and
-wall_ms: the median frame's less that without it; may be below 0 by chance) and what
-it changes (light: the change of luminance, whichever way, over the brighter picture).
+With --effects each scene also lists what each effect that is on takes and what it
+changes (light: the change of luminance, whichever way, over the brighter picture).
+cpu_ms and wall_ms: the scene is drawn with the effect and without it in turn, --frames
+times; the median of the differences, 0 where that is less: an effect takes no time
+back. cpu_noise_ms and wall_noise_ms: the median distance of the differences from their
+median (null for one frame); a cost below its noise is none.
 
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system.
 
@@ -31,7 +35,7 @@ of the process; null where the system does not tell. Compare figures of one
 machine only, and least_ms where other programs run beside.";
 
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = EXAMPLE)]
+#[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
 pub struct BenchArgs {
     /// Only this scene; may be given again, or as a list with commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -66,7 +70,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
-        return Err(CliError(format!("--scene {unknown}: one of {}", names.join(", "))));
+        return Err(CliError(format!("--scene {}: {}", echo(unknown), or_one_of(unknown, &names))));
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality.of_request());
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
@@ -89,7 +93,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
         let mut of_scene = row(scene.name, &first, &mut frames);
         if args.effects {
-            let list = effects(&session, common.quality.fineness(), &scene.request, &frames, args.frames, &measure_of)?;
+            let list = effects(&session, common.quality.fineness(), &scene.request, args.frames, &measure_of)?;
             of_scene["effects"] = list.into();
         }
         rows.push(of_scene);
@@ -108,37 +112,64 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     super::output::put(&format!("{report:#}\n"))
 }
 
-/// What each effect that is on takes and changes. `frames` are those with all effects, by wall time.
+/// What each effect that is on takes and changes, from pairs of frames drawn one after the other.
 fn effects(
     session: &Session,
     fineness: Fineness,
     request: &ViewRequest,
-    frames: &[Measured],
-    count: u32,
+    pairs: u32,
     measure: &dyn Fn(&ViewRequest) -> Result<Measured, CliError>,
 ) -> Result<Vec<Value>, CliError> {
     let whole = session.draw(request, fineness, true)?;
     // The exposure stays: an effect less must not brighten the rest.
-    let request = ViewRequest { exposure: ExposureRequest::Stops(whole.scene.exposure.stops), ..request.clone() };
-    let with = &frames[(frames.len() - 1) / 2];
+    let with = ViewRequest { exposure: ExposureRequest::Stops(whole.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
     let on = |e: Effect| whole.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
     for effect in Effect::ALL.into_iter().filter(|e| on(*e)) {
-        let mut without = request.clone();
+        let mut without = with.clone();
         without.effects.set(effect, false);
+        // Both have their modules and maps before any is timed.
         let bare = session.draw(&without, fineness, true)?;
-        let mut again = (0..count).map(|_| measure(&without)).collect::<Result<Vec<_>, _>>()?;
-        again.sort_by_key(|f| f.wall);
-        let median = &again[(again.len() - 1) / 2];
-        let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
+        let (mut wall, mut cpu) = (Vec::new(), Vec::new());
+        for round in 0..pairs {
+            // What warms up or drifts falls to either side as often.
+            let (a, b) = if round % 2 == 0 {
+                let a = measure(&with)?;
+                (a, measure(&without)?)
+            } else {
+                let b = measure(&without)?;
+                (measure(&with)?, b)
+            };
+            let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
+            wall.push(less(a.wall, b.wall));
+            cpu.extend(a.cpu.zip(b.cpu).map(|(a, b)| less(a, b)));
+        }
+        let ((wall, wall_noise), (cpu, cpu_noise)) = (cost(wall), cost(cpu));
         rows.push(json!({
             "name": effect.name(),
-            "cpu_ms": with.cpu.zip(median.cpu).map(|(a, b)| less(a, b)),
-            "wall_ms": less(with.wall, median.wall),
+            "cpu_ms": cpu,
+            "cpu_noise_ms": cpu_noise,
+            "wall_ms": wall,
+            "wall_noise_ms": wall_noise,
             "light": LightChange::between(&bare.frame.hdr, &whole.frame.hdr).moved,
         }));
     }
     Ok(rows)
+}
+
+fn median(mut of: Vec<f64>) -> Option<f64> {
+    of.sort_by(f64::total_cmp);
+    let middle = of.len() / 2;
+    let upper = of.get(middle)?;
+    Some(if of.len() % 2 == 1 { *upper } else { 0.5 * (of[middle - 1] + upper) })
+}
+
+/// The cost that differences of pairs show, never below nothing, and its noise where there is more than one.
+fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
+    let count = differences.len();
+    let Some(middle) = median(differences.clone()) else { return (None, None) };
+    let noise = median(differences.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
+    (Some(middle.max(0.0)), noise)
 }
 
 /// What is printed of a scene; `frames` is not empty.
@@ -170,6 +201,13 @@ fn progress(frames: u64) -> indicatif::ProgressBar {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cost_is_never_below_nothing_and_tells_its_noise() {
+        assert_eq!(cost(vec![-3.0, -1.0, -2.0]), (Some(0.0), Some(1.0)));
+        assert_eq!(cost(vec![4.0, 6.0]), (Some(5.0), Some(1.0)));
+        assert_eq!((cost(vec![7.0]), cost(Vec::new())), ((Some(7.0), None), (None, None)));
+    }
 
     #[test]
     fn a_row_belongs_to_one_frame() {

@@ -3,11 +3,15 @@
 use super::output::put;
 use super::{CliError, Common};
 use crate::image::{self, Picture};
+use crate::wording::{echo, echo_of};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Differences are in levels of 255, over red, green and blue (and alpha where there is any).\n\n\
-Example: orrery compare before.png after.png --tolerance 3 -o difference.png")]
+#[command(
+    after_help = "Differences are in levels of 255, over red, green and blue (and alpha where there is any).\n\n\
+Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png",
+    next_help_heading = "Comparison"
+)]
 pub struct CompareArgs {
     /// A PNG or JPEG
     a: PathBuf,
@@ -25,7 +29,7 @@ pub struct CompareArgs {
 }
 
 fn read(path: &Path) -> Result<Picture, CliError> {
-    let name = path.display().to_string();
+    let name = echo(&path.display().to_string());
     let bytes = std::fs::read(path).map_err(|e| CliError(format!("{name}: {e}")))?;
     Picture::decode(&name, &bytes).map_err(|e| CliError(e.to_string()))
 }
@@ -35,7 +39,9 @@ pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         return Err(CliError(format!("--tolerance {t}: levels from 0 to 255")));
     }
     let (a, b) = (read(&args.a)?, read(&args.b)?);
-    let both = |e: image::ImageError| CliError(format!("{} and {}: {e}", args.a.display(), args.b.display()));
+    let both = |e: image::ImageError| {
+        CliError(format!("{} and {}: {e}", echo_of(&args.a.display().to_string(), 100), echo_of(&args.b.display().to_string(), 100)))
+    };
     let d = a.difference(&b).map_err(both)?;
     if let Some(path) = &args.output {
         let shown = a.difference_picture(&b).map_err(both)?;
@@ -43,7 +49,7 @@ pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[])
             .map_err(|e| e.to_string())
             .and_then(|()| std::fs::write(path, bytes).map_err(|e| e.to_string()))
-            .map_err(|e| CliError(format!("{}: {e}", path.display())))?;
+            .map_err(|e| CliError(format!("{}: {e}", echo(&path.display().to_string()))))?;
     }
     let psnr = d.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     if args.json {

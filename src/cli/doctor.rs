@@ -7,42 +7,79 @@ use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
 use crate::session::{SessionError, read_catalog};
 
+/// One line more. Printed at the end: a reader that has seen enough is no error.
+macro_rules! tell {
+    ($out:expr, $($words:tt)*) => { $out.push_str(&format!("{}\n", format_args!($($words)*))) };
+}
+
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = "Example: orrery doctor --textures maps/")]
+#[command(after_help = "Examples:\n  orrery doctor\n  orrery doctor --textures maps/ --catalogs bodies/")]
 pub struct DoctorArgs {}
 
-fn catalogs(common: &Common) -> Catalog {
+fn catalogs(common: &Common, out: &mut String) -> Catalog {
     let folder = common.catalogs.as_ref().map(|f| f.display().to_string());
     let embedded = Catalog::embedded();
     match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
             let over = folder.map_or(String::new(), |f| format!(" under the files of {f}"));
-            println!("catalogs  embedded{over}, {} bodies", catalog.bodies().len());
+            tell!(out, "catalogs  embedded{over}, {} bodies", catalog.bodies().len());
             catalog
         }
         Err(SessionError::Catalog(e)) => {
-            println!("catalogs  {} wrong fields; mend these:", e.problems.len());
-            e.problems.iter().for_each(|problem| println!("          {problem}"));
+            tell!(out, "catalogs  {} wrong fields; mend these:", e.problems.len());
+            e.problems.iter().for_each(|problem| tell!(out, "          {problem}"));
             embedded
         }
         Err(e) => {
-            println!("catalogs  {e}; name a readable folder with --catalogs");
+            tell!(out, "catalogs  {e}; name a readable folder with --catalogs");
             embedded
         }
     }
 }
 
-fn kernel(common: &Common, catalog: &Catalog) {
-    match super::inputs::ephemeris(common, catalog) {
-        Ok(_) => match &common.kernel {
-            Some(path) => println!("kernel    {} over the embedded one, 1900 to 2100", path.display()),
-            None => println!("kernel    embedded, 1900 to 2100; outside it series and mean elements answer"),
-        },
-        Err(e) => println!("kernel    {e}"),
+/// How many of each kind, their names, and what belongs to nobody's list.
+fn bodies(catalog: &Catalog, out: &mut String) {
+    let kinds = [
+        (Kind::Star, "star"),
+        (Kind::Planet, "planet"),
+        (Kind::DwarfPlanet, "dwarf planet"),
+        (Kind::Moon, "moon"),
+        (Kind::Asteroid, "asteroid"),
+    ];
+    for (kind, called) in kinds {
+        let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.kind == kind).map(|b| b.name.as_str()).collect();
+        if !names.is_empty() {
+            tell!(out, "bodies    {} {called}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
+        }
+    }
+    let without: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
+    if !without.is_empty() {
+        tell!(out, "          without a source of their values ([body.sources]): {}", without.join(", "));
     }
 }
 
-fn textures(common: &Common, catalog: &Catalog) {
+fn shaders(common: &Common, out: &mut String) {
+    match (super::inputs::fragments(common), &common.shaders) {
+        (Ok(fragments), Some(folder)) => {
+            tell!(out, "shaders   {} of the fragments replaced by {}", fragments.replaced().count(), folder.display());
+        }
+        (Ok(_), None) => tell!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len()),
+        (Err(e), _) => tell!(out, "shaders   {e}"),
+    }
+}
+
+fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
+    match super::inputs::ephemeris(common, catalog) {
+        Ok(_) => match &common.kernel {
+            Some(path) => tell!(out, "kernel    {} over the embedded one, 1900 to 2100", path.display()),
+            None => tell!(out, "kernel    embedded, 1900 to 2100; outside it series and mean elements answer"),
+        },
+        // One line a fault: a body that no source can follow is listed with its file.
+        Err(e) => e.to_string().lines().for_each(|line| tell!(out, "kernel    {line}")),
+    }
+}
+
+fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
     let store = MapStore::new(common.textures.clone());
     let (mut embedded, mut own, mut bare) = (0, 0, Vec::new());
     for body in catalog.bodies() {
@@ -51,7 +88,7 @@ fn textures(common: &Common, catalog: &Catalog) {
                 MapOrigin::Embedded => embedded += 1,
                 MapOrigin::Folder(_) => own += 1,
                 MapOrigin::Missing => {
-                    println!("textures  {} of {} is missing; put it into a folder named by --textures", map.file, body.name)
+                    tell!(out, "textures  {} of {} is missing; put it into a folder named by --textures", map.file, body.name)
                 }
             }
         }
@@ -59,15 +96,15 @@ fn textures(common: &Common, catalog: &Catalog) {
             bare.push(body.name.as_str());
         }
     }
-    println!("textures  {embedded} embedded, {own} from --textures");
+    tell!(out, "textures  {embedded} embedded, {own} from --textures");
     if !bare.is_empty() {
-        println!("          without a map, drawn in their mean colour: {}", bare.join(", "));
+        tell!(out, "          without a map, drawn in their mean colour: {}", bare.join(", "));
     }
 }
 
 /// The adapters, and what `--renderer` makes of them.
 #[cfg(feature = "gpu")]
-fn adapters(common: &Common) {
+fn adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
     let all = adapters();
     let choice = match common.renderer {
@@ -78,42 +115,45 @@ fn adapters(common: &Common) {
             Err(e) => format!("software, because {e}"),
         },
     };
-    println!("renderer  {choice}");
+    tell!(out, "renderer  {choice}");
     for facts in &all {
         let kind = match facts.kind {
             AdapterKind::Hardware => "hardware",
             AdapterKind::Unknown => "the driver does not say what",
             AdapterKind::Software => "computes on the processor; --renderer gpu takes it nonetheless",
         };
-        println!("adapter   {facts}: {kind}");
+        tell!(out, "adapter   {facts}: {kind}");
     }
     if all.is_empty() {
-        println!("adapter   none; a graphics driver for Vulkan, Metal, DX12 or GL would be found here");
+        tell!(out, "adapter   none; a graphics driver for Vulkan, Metal, DX12 or GL would be found here");
     }
 }
 
 #[cfg(not(feature = "gpu"))]
-fn adapters(common: &Common) {
+fn adapters(common: &Common, out: &mut String) {
     match common.renderer {
-        RendererChoice::Gpu => println!("renderer  none: this build has no GPU renderer; leave --renderer out to draw in software"),
-        _ => println!("renderer  software: this build has no GPU renderer"),
+        RendererChoice::Gpu => tell!(out, "renderer  none: this build has no GPU renderer; leave --renderer out to draw in software"),
+        _ => tell!(out, "renderer  software: this build has no GPU renderer"),
     }
 }
 
 pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     let options = Options::default();
     let threads = common.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    adapters(common);
-    println!("software  {} kernels on {threads} threads", options.kernels.name());
+    let out = &mut String::new();
+    adapters(common, out);
+    tell!(out, "software  {} kernels on {threads} threads", options.kernels.name());
     let others: Vec<_> = KernelClass::available().iter().filter(|k| **k != options.kernels).map(|k| k.name()).collect();
-    println!("          this machine could run {} too; ORRERY_KERNELS names one to try", others.join(", "));
-    let catalog = catalogs(common);
-    kernel(common, &catalog);
-    textures(common, &catalog);
+    tell!(out, "          this machine could run {} too; ORRERY_KERNELS names one to try", others.join(", "));
+    let catalog = catalogs(common, out);
+    bodies(&catalog, out);
+    kernel(common, &catalog, out);
+    textures(common, &catalog, out);
+    shaders(common, out);
     match super::library::cache_directory(common).map(|cache| cache.join("orrery")) {
-        Some(folder) if folder.is_dir() => println!("cache     {}", folder.display()),
-        Some(folder) => println!("cache     {} is not there yet; the first picture makes it", folder.display()),
-        None => println!("cache     no home folder is known; name one with --cache, else shaders are kept in memory only"),
+        Some(folder) if folder.is_dir() => tell!(out, "cache     {}", folder.display()),
+        Some(folder) => tell!(out, "cache     {} is not there yet; the first picture makes it", folder.display()),
+        None => tell!(out, "cache     no home folder is known; name one with --cache, else shaders are kept in memory only"),
     }
-    Ok(())
+    super::output::put(out)
 }

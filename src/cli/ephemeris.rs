@@ -6,6 +6,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
 use crate::ephemeris::{Answer, Ephemeris, Source};
 use crate::time::Instant;
+use crate::wording::{echo, or_one_of};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::io::BufRead;
@@ -29,10 +30,13 @@ impl From<SourceChoice> for Source {
 }
 
 #[derive(Args, Debug, Default)]
-#[command(after_help = "Examples:\n  orrery ephemeris --body moon --center earth --time 2024-04-08T18:17:16Z\n  \
+#[command(
+    after_help = "Examples:\n  orrery ephemeris --body moon --center earth --time 2024-04-08T18:17:16Z\n  \
     echo '{\"body\":\"jupiter\",\"center\":\"sun\",\"time\":\"jd_tdb:2460409.262\"}' | orrery ephemeris --stdin\n  \
     orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n\n\
-    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel).")]
+    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel).",
+    next_help_heading = "Question"
+)]
 pub struct EphemerisArgs {
     /// The body or centre of mass that is asked for, such as io or "mars barycenter"
     #[arg(long, required_unless_present = "stdin")]
@@ -41,7 +45,7 @@ pub struct EphemerisArgs {
     #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation"])]
     center: Option<String>,
     /// ISO 8601 UTC, jd_tdb:2460409.262 or now
-    #[arg(long, required_unless_present = "stdin")]
+    #[arg(long, required_unless_present = "stdin", allow_hyphen_values = true)]
     time: Option<String>,
     /// Which theories answer (default: the best that covers the time)
     #[arg(long, value_enum)]
@@ -121,7 +125,7 @@ impl Question {
             serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
         } else {
             let observer = if self.center.is_empty() { NaifId::EARTH } else { place(catalog, "center", &self.center)? };
-            let body = catalog.body(id).ok_or_else(|| format!("body {:?} is a centre of mass, which does not turn", self.body))?;
+            let body = catalog.body(id).ok_or_else(|| format!("body `{}` is a centre of mass, which does not turn", echo(&self.body)))?;
             serde_json::to_value(sub_points(ephemeris, body, observer, t).map_err(|e| e.to_string())?)
         };
         value.map_err(|e| e.to_string())
@@ -132,7 +136,8 @@ impl Question {
         let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
         if let Some(unknown) = object.keys().find(|k| !["body", "center", "time", "source"].contains(&k.as_str())) {
-            return Err(format!("field {unknown:?} is not known; body, center, time and source are"));
+            let known = ["body", "center", "time", "source"];
+            return Err(format!("field `{}` is not known; {}", echo(unknown), or_one_of(unknown, &known)));
         }
         let text = |name: &str| match object.get(name) {
             Some(Value::String(s)) => Ok(s.clone()),
@@ -141,9 +146,10 @@ impl Question {
         };
         let source = match object.get("source") {
             None | Some(Value::Null) => source,
-            Some(s) => {
-                Some(serde_json::from_value(s.clone()).map_err(|_| format!("source {s} is not known; mean, series and kernel are"))?)
-            }
+            Some(s) => Some(
+                serde_json::from_value(s.clone())
+                    .map_err(|_| format!("source {} is not known; mean, series and kernel are", echo(&s.to_string())))?,
+            ),
         };
         let center = match text("center") {
             Err(_) if asked != Asked::State && !object.contains_key("center") => String::new(),
@@ -154,9 +160,7 @@ impl Question {
 }
 
 fn place(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
-    catalog
-        .find_place(name)
-        .ok_or_else(|| format!("{field} {name:?} is not known; give a body such as moon, or a centre of mass such as \"mars barycenter\""))
+    catalog.place(name).map_err(|e| format!("{field}: {e}"))
 }
 
 /// `now` is the one time that only the user's edge knows.

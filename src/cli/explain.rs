@@ -6,21 +6,23 @@ use crate::scene::{BodyInView, Scene};
 use crate::session::Session;
 use crate::shader::key::ShaderKey;
 use serde_json::{Value, json};
-use std::io::Write;
 
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = "Example:\n  orrery explain --target jupiter --from earth --time 2024-12-07T20:00:00Z")]
+#[command(
+    after_help = "Example:\n  orrery explain --target jupiter --from earth --time 2024-12-07T20:00:00Z",
+    next_help_heading = "Output"
+)]
 pub struct ExplainArgs {
     #[command(flatten)]
     view: ViewWords,
     /// One JSON value
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
     /// Print the passes of the frame and their draws instead
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with = "json", help_heading = "Output")]
     passes: bool,
     /// Bodies that are not in the picture too
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     all: bool,
 }
 
@@ -44,7 +46,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     } else {
         as_text(&scene, &bodies, session.catalog())
     };
-    std::io::stdout().write_all(text.as_bytes()).map_err(|e| CliError(format!("standard output: {e}")))
+    super::output::put(&text)
 }
 
 /// The keys of its draws, the globe's first.

@@ -8,7 +8,9 @@ use crate::shader::{Library, Lowering, ModuleId};
 use std::path::PathBuf;
 
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Example: orrery library warm")]
+#[command(
+    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\nModules of edited fragments (--shaders) are kept in memory only: warm then proves that each can be made."
+)]
 pub struct LibraryArgs {
     #[command(subcommand)]
     verb: LibraryVerb,
@@ -35,8 +37,12 @@ pub fn cache_directory(common: &Common) -> Option<PathBuf> {
 }
 
 /// The library that this command line asks for. Troubles with the disk go to standard error.
-pub fn open(common: &Common) -> Library {
-    open_library(common.cache.clone(), lowering(), std::sync::Arc::new(|line: &str| eprintln!("orrery: {line}")))
+pub fn open(common: &Common) -> Result<Library, CliError> {
+    let library = open_library(common.cache.clone(), lowering(), std::sync::Arc::new(|line: &str| eprintln!("orrery: {line}")));
+    if common.shaders.is_some() {
+        library.make_of(super::inputs::fragments(common)?);
+    }
+    Ok(library)
 }
 
 /// How modules become tapes.
@@ -50,7 +56,7 @@ fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
 }
 
 pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
-    let library = open(common);
+    let library = open(common)?;
     match args.verb {
         LibraryVerb::Status => {
             let status = library.status();

@@ -6,15 +6,20 @@
 use crate::catalog::EclipseRadii;
 use crate::render::plan::Fineness;
 use crate::session::{RendererWish, SessionError, Sources};
-use clap::{Args, Parser, Subcommand};
+use crate::wording::{echo_of, harmless};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 mod bench;
 mod compare;
 mod doctor;
+mod documents;
 mod ephemeris;
 mod explain;
+mod frames;
 mod inputs;
 mod library;
 mod output;
@@ -24,8 +29,19 @@ mod shader;
 mod view;
 mod view_words;
 
+/// Text under the verbs.
+const DEFAULT_VERB: &str = "Without a verb the words are those of `view`:
+  orrery --target saturn --time 2017-05-17T00:00:00Z
+  orrery 'orrery://view?target=599&time=2015-01-24T06:45:00Z'
+
+Examples:
+  orrery
+  orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png
+  orrery explain --target jupiter --from earth
+  orrery <VERB> --help";
+
 #[derive(Parser)]
-#[command(name = "orrery", version, about = "A solar-system viewer whose planets are drawn by generated shaders")]
+#[command(name = "orrery", version, about = "A solar-system viewer whose planets are drawn by generated shaders", after_help = DEFAULT_VERB)]
 struct Cli {
     #[command(flatten)]
     common: Common,
@@ -55,6 +71,10 @@ enum Verb {
     Bench(bench::BenchArgs),
     /// What is there, what is missing, what to do
     Doctor(doctor::DoctorArgs),
+    /// Completions of verbs and options for a shell
+    Completions(documents::CompletionsArgs),
+    /// The manual page
+    Man(documents::ManArgs),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -79,6 +99,7 @@ pub enum Radii {
 
 /// Options that every verb takes.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Common options")]
 pub struct Common {
     /// Which renderer draws
     #[arg(long, global = true, value_enum, default_value = "auto")]
@@ -86,6 +107,9 @@ pub struct Common {
     /// Trade of speed for accuracy: draft has one sample a pixel, standard four, reference four in f64
     #[arg(long, global = true, value_enum, default_value = "standard")]
     pub quality: Quality,
+    /// Shader fragments laid over the built-in ones, by their paths inside shaders/ (`orrery shader export` writes them)
+    #[arg(long, global = true, value_name = "DIR")]
+    pub shaders: Option<PathBuf>,
     /// Where the shader library lives
     #[arg(long, global = true, value_name = "DIR")]
     pub cache: Option<PathBuf>,
@@ -150,6 +174,7 @@ impl Common {
             eclipse_radii: self.eclipse_radii(),
             textures: self.textures.clone(),
             kernel: self.kernel.clone(),
+            shaders: self.shaders.clone(),
             cache: self.cache.clone(),
             threads: self.threads,
             double_precision: self.quality == Quality::Reference,
@@ -169,12 +194,54 @@ impl From<SessionError> for CliError {
     }
 }
 
+/// A word of the command line that messages show at most so much of.
+const WORD_ECHO: usize = 60;
+
+/// The words, by way of `view` where they name no verb.
+fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
+    let e = match Cli::try_parse_from(words) {
+        Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
+        done => return done,
+    };
+    let verbs = Cli::command();
+    let is_verb = |word: &OsString| verbs.get_subcommands().any(|v| word == v.get_name());
+    let kept_view = match e.get(ContextKind::InvalidSubcommand) {
+        // A verb with a slip of the finger opens no window.
+        Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
+        _ => true,
+    };
+    if !kept_view || words.iter().skip(1).any(is_verb) {
+        return Err(e);
+    }
+    let viewed = words.iter().take(1).cloned().chain([OsString::from("view")]).chain(words.iter().skip(1).cloned());
+    Cli::try_parse_from(viewed)
+}
+
+/// Prints what clap has to say, with long words cut and nothing that steers a terminal.
+fn print_parser(e: &clap::Error, words: &[OsString]) {
+    let mut given: Vec<String> = Vec::new();
+    for word in words.iter().skip(1) {
+        let word = word.to_string_lossy().into_owned();
+        given.extend(word.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
+        given.push(word);
+    }
+    given.retain(|word| echo_of(word, WORD_ECHO) != *word);
+    if given.is_empty() || !e.use_stderr() {
+        let _ = e.print();
+        return;
+    }
+    given.sort_by_key(|word| std::cmp::Reverse(word.len()));
+    let said = given.iter().fold(e.render().to_string(), |said, word| said.replace(word.as_str(), &echo_of(word, WORD_ECHO)));
+    eprint!("{}", harmless(&said));
+}
+
 /// Runs the program for the process's arguments.
 pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let words: Vec<OsString> = std::env::args_os().collect();
+    let cli = match parsed(&words) {
         Ok(cli) => cli,
         Err(e) => {
-            let _ = e.print();
+            print_parser(&e, &words);
             return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
         }
     };
@@ -191,11 +258,13 @@ pub fn run() -> ExitCode {
         Some(Verb::Compare(a)) => compare::run(common, a),
         Some(Verb::Bench(a)) => bench::run(common, a),
         Some(Verb::Doctor(a)) => doctor::run(common, a),
+        Some(Verb::Completions(a)) => documents::completions(a),
+        Some(Verb::Man(a)) => documents::manual(a),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("orrery: {e}");
+            eprintln!("orrery: {}", harmless(&e.to_string()));
             ExitCode::FAILURE
         }
     }

@@ -2,7 +2,7 @@
 
 use super::output::put;
 use super::{CliError, Common};
-use crate::probe::Prober;
+use crate::probe::{Prober, questions_json, questions_text};
 use crate::render::software::{Options, Precision, SoftwareRenderer};
 use crate::session::Session;
 use serde_json::json;
@@ -16,15 +16,22 @@ pub enum PrecisionChoice {
 }
 
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:\n  orrery probe '{\"q\":\"disc-overlap\",\"k\":0.9,\"d\":0.5,\"model\":\"linear\"}'\n  \
-    orrery probe --stdin --precision f64 < questions.jsonl")]
+#[command(
+    after_help = "Examples:\n  orrery probe '{\"q\":\"disc-overlap\",\"k\":0.9,\"d\":0.5,\"model\":\"linear\"}'\n  \
+    orrery probe --stdin --precision f64 < questions.jsonl\n  \
+    orrery probe --questions",
+    next_help_heading = "Question"
+)]
 pub struct ProbeArgs {
     /// One question, a JSON object
-    #[arg(required_unless_present = "stdin")]
+    #[arg(required_unless_present_any = ["stdin", "questions"])]
     question: Option<String>,
     /// Read questions as JSON lines and answer one line each (also where the question is -)
     #[arg(long, conflicts_with = "question")]
     stdin: bool,
+    /// Print every question with its fields and an example (with --json as one JSON value)
+    #[arg(long, conflicts_with_all = ["question", "stdin"])]
+    questions: bool,
     /// What the shader's lanes compute in
     #[arg(long, value_enum, default_value = "f32")]
     precision: PrecisionChoice,
@@ -34,6 +41,9 @@ pub struct ProbeArgs {
 }
 
 pub fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
+    if args.questions {
+        return put(&if args.json { format!("{:#}\n", questions_json()) } else { questions_text() });
+    }
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
     let precision = match args.precision {
         PrecisionChoice::F32 => Precision::F32,

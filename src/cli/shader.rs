@@ -1,26 +1,34 @@
 //! `orrery shader`: list, emit, compare, cost and verify generated shaders.
 
-use super::inputs::catalog;
+use super::inputs::{catalog, fragments};
 use super::library::lowering;
 use super::output::put;
 use super::{CliError, Common};
 use crate::render::software::{TapeCost, tape_costs};
 use crate::scene::effects::possible_needs;
 use crate::scene::request::ViewRequest;
-use crate::session::{Session, ms_per_megapixel};
+use crate::session::{Readers, Session, ms_per_megapixel, write_whole};
 use crate::shader::compare::{difference, ir_cost};
-use crate::shader::emit::emit_module;
+use crate::shader::emit::emit_module_with;
+use crate::shader::fragments::{FRAGMENTS, SIMPLE_MODULES};
 use crate::shader::key::{self, ShaderKey, covering};
 use crate::shader::record::{Record, Verified, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
+use crate::wording::echo;
 use std::collections::BTreeSet;
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Example: orrery shader emit lambert.albedo.sun1.ellipsoid --annotate")]
+#[command(after_help = "Examples:
+  orrery shader keys --for saturn --time 2017-05-17T00:00:00Z
+  orrery shader emit lambert.albedo.sun1.ellipsoid --annotate
+  orrery shader export my-shaders && orrery --shaders my-shaders
+
+The parts of a key are read in any order and case.")]
 pub struct ShaderArgs {
     #[command(subcommand)]
     verb: ShaderVerb,
@@ -39,6 +47,9 @@ enum ShaderVerb {
         /// When: ISO 8601 UTC, jd_tdb:DAY, or now
         #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
         time: Option<String>,
+        /// Instead: the simple shaders, for everything that is not a planet, by name
+        #[arg(long, conflicts_with_all = ["covering", "of"])]
+        simple: bool,
         /// Print one JSON list
         #[arg(long)]
         json: bool,
@@ -82,6 +93,14 @@ enum ShaderVerb {
         /// The record
         #[arg(long, value_name = "FILE", default_value = "tests/shader_digests.txt")]
         record: PathBuf,
+    },
+    /// Write the fragments that modules are made of as files to edit, for --shaders
+    Export {
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+        /// Replace files that say something else
+        #[arg(long)]
+        overwrite: bool,
     },
 }
 
@@ -127,8 +146,7 @@ pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> 
 /// The keys of every draw in the default view of a body.
 fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
-    let id = session.catalog().find_place(body).filter(|id| session.catalog().body(*id).is_some());
-    let id = id.ok_or_else(|| CliError(format!("--for {body}: no body of the catalog has that name")))?;
+    let id = session.catalog().named(body).map_err(|e| CliError(format!("--for: {e}")))?.id;
     let scene =
         session.scene(&ViewRequest { quality: common.quality.of_request(), ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.needs)).into_iter().collect())
@@ -198,7 +216,15 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
 
 pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
     match &args.verb {
-        ShaderVerb::Keys { covering: t, of, time, json, count } => {
+        ShaderVerb::Keys { covering: t, of, time, simple, json, count } => {
+            if *simple {
+                let names = || SIMPLE_MODULES.iter().map(|n| format!("{n}\n")).collect::<String>();
+                return match (count, json) {
+                    (true, _) => put(&format!("{}\n", SIMPLE_MODULES.len())),
+                    (_, true) => put(&format!("{}\n", serde_json::json!(SIMPLE_MODULES))),
+                    _ => put(&names()),
+                };
+            }
             let keys: Vec<ShaderKey> = match (t, of) {
                 (Some(t), _) => covering(usize::from(*t)),
                 (None, Some(body)) => keys_for(common, body, time.as_deref().unwrap_or("now"))?,
@@ -214,7 +240,7 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             put(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
         }
         ShaderVerb::Emit { key, lang, annotate, layout } => {
-            let module = ShaderModule::build(key, &lowering()).map_err(failed)?;
+            let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
             match Language::from(*lang) {
                 _ if *layout => put(&layout_text(&module)),
                 Language::Wgsl if *annotate => put(&annotated_text(&module.wgsl, &module.source_map)),
@@ -223,11 +249,13 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             }
         }
         ShaderVerb::Diff { first, second } => {
-            put(&difference_text(&emit_module(first).map_err(failed)?, &emit_module(second).map_err(failed)?))
+            let fragments = fragments(common)?;
+            let emitted = |id| emit_module_with(&fragments, id).map_err(failed);
+            put(&difference_text(&emitted(first)?, &emitted(second)?))
         }
         ShaderVerb::Cost { key, json } => {
             let start = Instant::now();
-            let module = ShaderModule::build(key, &lowering()).map_err(failed)?;
+            let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
             let making = start.elapsed();
             let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
             let ms = ms_per_megapixel(session.renderer(), session.library(), key)?;
@@ -242,13 +270,40 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             put(&cost_text(&module, &tapes, ms, making))
         }
         ShaderVerb::Verify { update, record } => verify(common, *update, record),
+        ShaderVerb::Export { folder, overwrite } => export(folder, *overwrite),
     }
+}
+
+/// The built-in fragments as files. What is there and says the same is left as it is.
+fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
+    let shown = |path: &Path| echo(&path.display().to_string());
+    let (mut new, mut same) = (Vec::new(), 0);
+    for (name, text) in FRAGMENTS {
+        let path = folder.join(name);
+        match std::fs::read(&path) {
+            Ok(bytes) if bytes == text.as_bytes() => same += 1,
+            Ok(_) if !overwrite => {
+                return Err(CliError(format!(
+                    "{}: it says something else than the built-in fragment; --overwrite replaces it",
+                    shown(&path)
+                )));
+            }
+            _ => new.push((path, *text)),
+        }
+    }
+    for (path, text) in &new {
+        let parent = path.parent().unwrap_or(folder);
+        std::fs::create_dir_all(parent).map_err(|e| CliError(format!("{}: {e}", shown(parent))))?;
+        write_whole(path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError)?;
+    }
+    let there = if same == 0 { String::new() } else { format!(", {same} were there already") };
+    put(&format!("{} fragments written to {}{there}; `--shaders` with this folder draws with them\n", new.len(), shown(folder)))
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let ids = recorded_modules(&reachable_keys(common)?);
     let bar = indicatif::ProgressBar::new(ids.len() as u64);
-    let made = Verified::of(&ids, &lowering(), || bar.inc(1));
+    let made = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let now = made.map_err(|failures| match put(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
         Ok(()) => CliError(format!("{} of {} modules are not valid", failures.len(), ids.len())),

@@ -3,7 +3,8 @@
 use super::view_words::instant;
 use super::{CliError, Common};
 
-const KEYS: &str = "The window explains its keys and mouse under `?`.
+const KEYS: &str = "`view` is what the program does without a verb: `orrery --target saturn` is `orrery view --target saturn`.
+With --shaders DIR the fragments are read again when a file changes. The window explains its keys and mouse under `?`.
 
 What a link or a file leaves out is as the window begins: the Earth, now, the lit side from 3.5 radii. `target` and `eye.body` are NAIF
 codes, `time` is ISO 8601 UTC. One that cannot be read is told in the window, which opens all the same.
@@ -15,7 +16,7 @@ Examples:
   orrery view 'orrery://view?target=599&time=2015-01-24T06:45:00Z'";
 
 #[derive(clap::Args, Debug)]
-#[command(after_help = KEYS)]
+#[command(after_help = KEYS, next_help_heading = "First view")]
 pub struct ViewArgs {
     /// Body to start at
     #[arg(long, value_name = "BODY", default_value = "earth")]
@@ -26,9 +27,6 @@ pub struct ViewArgs {
     /// What the window remembers [default: settings.json in the user's configuration folder]
     #[arg(long, value_name = "FILE")]
     settings: Option<std::path::PathBuf>,
-    /// Shader fragments laid over the built-in ones, by their paths inside shaders/; read again when a file changes
-    #[arg(long, value_name = "DIR")]
-    shaders: Option<std::path::PathBuf>,
     /// ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     time: String,
@@ -36,7 +34,7 @@ pub struct ViewArgs {
 
 impl Default for ViewArgs {
     fn default() -> Self {
-        Self { target: "earth".into(), link: None, settings: None, shaders: None, time: "now".into() }
+        Self { target: "earth".into(), link: None, settings: None, time: "now".into() }
     }
 }
 
@@ -65,6 +63,7 @@ mod windowed {
     use crate::view::viewer::{Subject, Viewer};
     use crate::view::watch::Watch;
     use crate::view::window;
+    use crate::wording::echo;
     use std::sync::{Arc, Mutex, PoisonError};
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
@@ -74,7 +73,7 @@ mod windowed {
             eprintln!("orrery: {line}");
             hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
         })?;
-        let watch = args.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError)?;
+        let watch = common.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError)?;
         let usual = Sight { quality: quality_name(common.quality.of_request()).into(), ..first(&session, args)? };
         let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
         let warning = kept.as_ref().err().cloned();
@@ -95,7 +94,7 @@ mod windowed {
 
     /// The view of a link, or of the file that keeps one.
     fn kept(link: &str, session: &Session) -> Result<Sight, String> {
-        let named = |why: String| format!("{link}: {why}");
+        let named = |why: String| format!("{}: {why}", echo(link));
         if is_link(link) {
             return restored(link, session, clock()).map_err(named);
         }
@@ -105,10 +104,9 @@ mod windowed {
 
     fn first(session: &Session, args: &ViewArgs) -> Result<Sight, CliError> {
         let catalog = session.catalog();
-        let named = catalog.find_place(&args.target).filter(|id| catalog.body(*id).is_some());
-        let target = named.ok_or_else(|| CliError(format!("--target {}: no body has this name", args.target)))?;
+        let target = catalog.named(&args.target).map_err(|e| CliError(format!("--target: {e}")))?.id;
         let view = first_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
-        view.map_err(|e| CliError(format!("--target {}: {e}", args.target)))
+        view.map_err(|e| CliError(format!("--target {}: {e}", echo(&args.target))))
     }
 
     fn clock() -> Instant {

@@ -9,10 +9,12 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
 use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
+use crate::wording::{echo, or_one_of};
 use std::path::PathBuf;
 
 /// What to look at, from where, when and how.
 #[derive(clap::Args, Clone, Debug, Default)]
+#[command(next_help_heading = "What, from where and when")]
 pub struct ViewWords {
     /// Body to look at
     #[arg(long, value_name = "BODY")]
@@ -36,30 +38,30 @@ pub struct ViewWords {
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     pub time: String,
     /// Vertical field of view in degrees [default: 20; with a distance or a place 45; from a body's centre what fits the target]
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Picture")]
     pub fov: Option<f64>,
     /// What is up: north (of the target), zenith, celestial or ecliptic [default: north; on the ground the zenith]
-    #[arg(long, value_name = "WHAT")]
+    #[arg(long, value_name = "WHAT", help_heading = "Picture")]
     pub up: Option<String>,
     /// Pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024")]
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", help_heading = "Picture")]
     pub size: String,
     /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: what the target reflects
-    #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true)]
+    #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true, help_heading = "Picture")]
     pub exposure: String,
     /// Light beyond white: film (a shoulder from 0.8 on) or plain (true up to white, then cut)
-    #[arg(long, value_name = "HOW", default_value = "film")]
+    #[arg(long, value_name = "HOW", default_value = "film", help_heading = "Picture")]
     pub tone_map: String,
     /// Switch features by hand: ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
     /// ring-shine, body-shadow, atmosphere, planet-shine, points, glow; of one body alone as moon:-eclipse
-    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
+    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Picture")]
     pub effects: Option<String>,
     /// Over the bodies: +orbits, +labels (names and markers), +outline (a line around the target); as a lens: +bloom
-    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true)]
+    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Picture")]
     pub layers: Option<String>,
     /// What each pixel shows: shaded, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the file's metadata say what
     /// its colours mean
-    #[arg(long, value_name = "WHAT", default_value = "shaded")]
+    #[arg(long, value_name = "WHAT", default_value = "shaded", help_heading = "Picture")]
     pub pixels: String,
 }
 
@@ -67,11 +69,11 @@ pub struct ViewWords {
 pub fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
-    Instant::parse(&text).map_err(|e| CliError(format!("--time {text}: {e}")))
+    Instant::parse(&text).map_err(|e| CliError(format!("--time: {e}")))
 }
 
 fn wrong(option: &str, value: &str, allowed: &str) -> CliError {
-    CliError(format!("{option} {value}: {allowed}"))
+    CliError(format!("{option} {}: {allowed}", echo(value)))
 }
 
 /// `1024x768`.
@@ -87,24 +89,19 @@ fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
     let known = PixelView::ALL.into_iter().find(|v| v.name().eq_ignore_ascii_case(text));
-    let names = PixelView::ALL.map(PixelView::name).join(", ");
-    known.ok_or_else(|| wrong("--pixels", text, &format!("one of {names}")))
+    known.ok_or_else(|| wrong("--pixels", text, &or_one_of(text, &PixelView::ALL.map(PixelView::name))))
 }
 
 impl ViewWords {
     /// The request that the words make with this catalog.
     pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
-        let place = |option: &str, name: &String| {
-            catalog
-                .find_place(name)
-                .ok_or_else(|| wrong(option, name, "no body or barycentre has this name (orrery doctor lists the catalog's)"))
-        };
+        let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError(format!("{option}: {e}")));
         let time = instant(&self.time)?;
         let target = self.target.as_ref().map(|name| place("--target", name)).transpose()?;
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
         if let Some(file) = &self.camera_json {
-            let shown = file.display().to_string();
+            let shown = echo(&file.display().to_string());
             let text = std::fs::read_to_string(file).map_err(|e| CliError(format!("{shown}: {e}")))?;
             let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError(e.to_string()))?;
             camera.resolve(catalog, &mut request).map_err(|e| CliError(e.to_string()))?;
@@ -135,8 +132,8 @@ impl ViewWords {
         if let Some(layers) = &self.layers {
             request.layers = Layers::parse(layers).map_err(|e| CliError(e.to_string()))?;
         }
-        let tones = ToneMap::ALL.map(ToneMap::name).join(" or ");
-        request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(|| wrong("--tone-map", &self.tone_map, &tones))?;
+        let tones = || wrong("--tone-map", &self.tone_map, &or_one_of(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
+        request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(tones)?;
         request.pixel_view = pixel_view(&self.pixels)?;
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError(e.to_string()))?;
         Ok(request)
@@ -156,7 +153,10 @@ impl ViewWords {
                     (None, d) => (d.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
                 };
                 if height_km <= 0.0 {
-                    return Err(CliError(format!("a camera {height_km} km over the ground is inside {target:?}: give a greater height")));
+                    return Err(CliError(format!(
+                        "a camera {height_km} km over the ground is inside {}: give a greater height",
+                        catalog.body(target).map_or("the target", |b| b.name.as_str())
+                    )));
                 }
                 let offset_km = surface + normal * height_km;
                 Position::Offset { body: target, offset_km, axes: crate::scene::request::Axes::BodyFixed }

@@ -131,6 +131,12 @@ impl Spk {
         self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))
     }
 
+    /// From the first to the last second that any segment of `target` covers.
+    pub fn reach(&self, target: i32) -> Option<(f64, f64)> {
+        let spans = self.by_target.get(&target)?.iter().map(|s| (s.start_s, s.end_s));
+        spans.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
+    }
+
     /// State of `target` relative to `center` by this file alone; a centre is reached by going outward from both.
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
         let to_root = |mut id: i32| {

@@ -15,6 +15,7 @@ pub mod mean;
 pub mod order;
 pub mod orientation;
 mod pieces;
+mod reach;
 pub mod satellites;
 pub mod series;
 
@@ -127,6 +128,8 @@ pub struct Ephemeris {
     /// The moons that shift a planet's centre, each with its share of the system's mass.
     pulls: HashMap<NaifId, Vec<Pull>>,
     theories: satellites::Theories,
+    /// Of the catalog's bodies, for messages.
+    names: HashMap<NaifId, String>,
     pck: orientation::Pck,
     /// Planets' centres that were asked for last: a frame asks for one at the same instant for each of the planet's moons.
     lately: Mutex<VecDeque<(NaifId, Instant, Step)>>,
@@ -151,6 +154,7 @@ impl Ephemeris {
             rotations,
             pulls,
             theories,
+            names: catalog.bodies().iter().map(|b| (b.id, b.name.clone())).collect(),
             pck,
             lately: Mutex::default(),
         })
@@ -172,11 +176,11 @@ impl Ephemeris {
         let common = up.places().find_map(|(i, p)| down.places().find_map(|(j, q)| (p == q).then_some((i, j))));
         let Some((up_len, down_len)) = common else {
             let stuck = if up.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &down } else { &up };
-            return Err(no_theory(stuck.end(), t, source));
+            return Err(self.no_theory(stuck.end(), t, source));
         };
         let mut answer = Answer { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
         for (leg, back) in up.legs(up_len).map(|leg| (leg, false)).chain(down.legs(down_len).map(|leg| (leg, true))) {
-            let step = self.step(leg, t).ok_or_else(|| no_theory(leg.place, t, source))?;
+            let step = self.step(leg, t).ok_or_else(|| self.no_theory(leg.place, t, source))?;
             answer.state = if back { answer.state.minus(step.state) } else { answer.state.plus(step.state) };
             answer.source = answer.source.min(step.source);
             answer.error_km += step.error_km;
@@ -186,7 +190,7 @@ impl Ephemeris {
 
     /// Rotation `body_from_icrf` (rows are the body's axes) at `t`.
     pub fn body_from_icrf(&self, body: NaifId, t: Instant) -> Result<DMat3, EphemerisError> {
-        let unknown = |why: &str| EphemerisError(format!("how body {} is turned is not known: {why}", body.0));
+        let unknown = |why: &str| EphemerisError(format!("how {} is turned is not known: {why}", self.name_of(body)));
         if !in_years(t, ORBIT_YEARS) {
             return Err(unknown("the time is more than 20000 years away"));
         }
@@ -266,7 +270,7 @@ impl Ephemeris {
         {
             return leg(from, Theory::Mean);
         }
-        if let 499 | 599 | 699 | 799 | 899 | 999 = place.0 {
+        if is_balanced(place) {
             return leg(place.0 / 100, Theory::Balance);
         }
         match self.orbits.get(&place)? {
@@ -341,6 +345,11 @@ const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Moons answer wherever a long kernel such as DE441 has their planet, with an error that grows; rotations likewise.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
+/// Planets whose centre is placed by what their moons weigh.
+fn is_balanced(place: NaifId) -> bool {
+    matches!(place.0, 499 | 599 | 699 | 799 | 899 | 999)
+}
+
 fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
     (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (365.25 * SECONDS_PER_DAY)))
 }
@@ -390,17 +399,6 @@ impl<'a> Chain<'a> {
     fn end(&self) -> NaifId {
         self.legs(LONGEST_CHAIN).last().map_or(self.first, |leg| leg.from)
     }
-}
-
-fn no_theory(place: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
-    let asked = match source {
-        Some(Source::Kernel) => "the kernel has",
-        Some(Source::Series) => "the series have",
-        Some(Source::Mean) => "the mean elements have",
-        None => "no source has",
-    };
-    let verb = if source.is_none() { asked.to_owned() } else { format!("{asked} not") };
-    EphemerisError(format!("{verb} body {} at {}; the shipped kernel covers 1900 to 2100, --kernel adds a file", place.0, t.to_utc_iso()))
 }
 
 /// Worst error of a shipped segment against DE440, km; printed by `examples/bake_kernel.rs` and rounded up.

@@ -40,6 +40,14 @@ impl Series {
         }
     }
 
+    /// The span in which the series have `place`, TDB seconds past J2000; infinite where only their use is limited.
+    pub fn reach(&self, place: i32) -> Option<(f64, f64)> {
+        match place {
+            9 => self.pluto.reach(9),
+            _ => super::mean::counts_from(place).map(|_| (f64::NEG_INFINITY, f64::INFINITY)),
+        }
+    }
+
     /// State of `place` relative to where it counts from; `None` where no series has it.
     pub fn state(&self, place: i32, tdb_s: f64) -> Option<State> {
         match place {

@@ -11,6 +11,7 @@ mod letters;
 mod maps;
 mod mips;
 mod poles;
+mod sealed;
 pub use mips::{linear_to_srgb, srgb_to_linear};
 pub use poles::Poles;
 mod write;
@@ -18,6 +19,7 @@ mod write;
 pub use compare::{Difference, Picture};
 pub use letters::{Cell, Letters};
 pub use maps::{MapOrigin, MapStore, Reading};
+pub use sealed::{HEAD_LEN, exr_head_text, png_head_text, whole_exr, whole_png};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -58,6 +60,8 @@ pub enum ImageError {
     Size { width: u32, height: u32, given: usize },
     #[error("the pictures differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
     Sizes { a: (u32, u32), b: (u32, u32) },
+    #[error("not a whole picture: {0}")]
+    Damaged(String),
     #[error("the picture could not be written: {0}")]
     Write(String),
 }

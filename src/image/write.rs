@@ -3,7 +3,8 @@
 //! In: plain rows, top first. The same input gives the same bytes: no clock, no program version unless the caller puts it into the text.
 
 use super::ImageError;
-use std::io::{Seek, Write};
+use super::sealed::{seal_exr, unsealed};
+use std::io::{Cursor, Write};
 
 fn failed(e: impl std::fmt::Display) -> ImageError {
     ImageError::Write(e.to_string())
@@ -33,9 +34,17 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(failed)
 }
 
-/// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR; `comments` becomes its attribute of that name.
-pub fn write_exr(out: impl Write + Seek, width: u32, height: u32, hdr: &[[f32; 4]], comments: &str) -> Result<(), ImageError> {
-    use exr::prelude::{Image, SpecificChannels, Text, Vec2, WritableImage};
+/// Writes linear RGBA floats (premultiplied, as the renderer has them) as an EXR; `comments` becomes its attribute of that name, `sealed` one that
+/// [`super::exr_head_text`] reads back.
+pub fn write_exr(
+    mut out: impl Write,
+    width: u32,
+    height: u32,
+    hdr: &[[f32; 4]],
+    comments: &str,
+    sealed: Option<&str>,
+) -> Result<(), ImageError> {
+    use exr::prelude::{AttributeValue, Image, SpecificChannels, Text, Vec2, WritableImage};
     check(width, height, hdr.len())?;
     let (w, h) = (width as usize, height as usize);
     let pixel = |at: Vec2<usize>| {
@@ -44,7 +53,17 @@ pub fn write_exr(out: impl Write + Seek, width: u32, height: u32, hdr: &[[f32; 4
     };
     let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));
     image.layer_data.attributes.comments = Text::new_or_none(comments).filter(|_| !comments.is_empty());
-    image.write().to_buffered(out).map_err(failed)
+    if let Some((name, value)) = sealed.map(unsealed)
+        && let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value))
+    {
+        // One alone: the crate keeps them in no order.
+        image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
+    }
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes).map_err(failed)?;
+    let mut bytes = bytes.into_inner();
+    seal_exr(&mut bytes);
+    out.write_all(&bytes).map_err(failed)
 }
 
 /// Starts a YUV4MPEG2 stream: full-resolution chroma, `rate` frames a second.
@@ -83,7 +102,7 @@ mod tests {
         assert_eq!(bytes, write());
         let back = image::load_from_memory(&bytes).unwrap().into_rgba8();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, u8>(&pixels));
-        let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        let reader = png::Decoder::new(Cursor::new(&bytes)).read_info().unwrap();
         assert_eq!(reader.info().utf8_text[0].keyword, "Title");
         assert!(write_png(Vec::new(), 5, 4, &pixels, &[]).is_err());
     }
@@ -91,11 +110,11 @@ mod tests {
     #[test]
     fn an_exr_reads_back_bit_for_bit() {
         let pixels: Vec<[f32; 4]> = (0..6).map(|i| [i as f32 * 1e4, 1e-6, 0.1, 1.0]).collect();
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        write_exr(&mut bytes, 3, 2, &pixels, "metres").unwrap();
+        let mut bytes = Cursor::new(Vec::new());
+        write_exr(&mut bytes, 3, 2, &pixels, "metres", None).unwrap();
         assert!(bytes.get_ref().windows(6).any(|w| w == b"metres"));
-        let mut again = std::io::Cursor::new(Vec::new());
-        write_exr(&mut again, 3, 2, &pixels, "metres").unwrap();
+        let mut again = Cursor::new(Vec::new());
+        write_exr(&mut again, 3, 2, &pixels, "metres", None).unwrap();
         assert_eq!(bytes.get_ref(), again.get_ref());
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, f32>(&pixels));

@@ -1,7 +1,7 @@
 //! Questions that the emitted shaders themselves answer, run on the software renderer.
 //!
 //! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the question. A kind of question
-//! is a file: it reads its fields, picks the module (an entry of shaders/entry/probe_*.wgsl with the features of a key) and turns rows of numbers
+//! is a file: it lists its fields in a [`Kind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wgsl with the features of a key) and turns rows of numbers
 //! into named answers. Always holds: no formula of a shader is written a second time here.
 
 pub mod lanes;
@@ -16,8 +16,9 @@ use crate::ephemeris::Ephemeris;
 use crate::render::software::SoftwareRenderer;
 use crate::session::Session;
 use crate::shader::Library;
-use serde::Deserialize;
-use serde_json::Value;
+use crate::wording::{echo, echo_of, of_json, or_one_of};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value, json};
 
 /// What answers are made with.
 pub struct Prober<'a> {
@@ -42,39 +43,146 @@ impl Prober<'_> {
     /// # Errors
     /// One line that names the field and what it may be.
     pub fn answer(&self, question: &str) -> Result<Value, String> {
-        let value: Value = serde_json::from_str(question).map_err(|e| format!("not a JSON object: {e}"))?;
-        let Value::Object(mut fields) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
-        let kind = match fields.remove("q") {
+        let value: Value = serde_json::from_str(question).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
+        let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
+        let known: Vec<&str> = KINDS.iter().map(|k| k.name).collect();
+        let kind = match given.remove("q") {
             Some(Value::String(kind)) => kind,
             Some(_) => return Err("field \"q\" is not a string".into()),
-            None => return Err(format!("field \"q\" is missing; {}", kinds())),
+            None => return Err(format!("field \"q\" is missing; one of {}", known.join(", "))),
         };
-        let Some((_, ask)) = KINDS.iter().find(|(name, _)| *name == kind) else {
-            return Err(format!("q {kind:?} is not known; {}", kinds()));
+        let Some(kind) = KINDS.iter().find(|k| k.name == kind) else {
+            return Err(format!("q `{}` is not known; {}", echo(&kind), or_one_of(&kind, &known)));
         };
-        ask(self, Value::Object(fields))
+        kind.check(&given)?;
+        (kind.ask)(self, Value::Object(given))
     }
 }
 
 /// Reads a question's fields, answers it.
 type Ask = fn(&Prober<'_>, Value) -> Result<Value, String>;
 
-/// Every kind of question.
-static KINDS: &[(&str, Ask)] = &[
-    ("disc-overlap", overlap::ask),
-    ("pixel", pixel::ask),
-    ("scatter", scatter::ask),
-    ("sunlight", sunlight::ask),
-    ("ring-shadow", ring::shadow),
-    ("ring-transmission", ring::transmission),
-];
-
-fn kinds() -> String {
-    let names: Vec<_> = KINDS.iter().map(|(name, _)| *name).collect();
-    format!("there are {}", names.join(", "))
+/// One field of a question.
+pub struct Field {
+    pub name: &'static str,
+    /// What it is, in which unit.
+    pub says: &'static str,
+    pub need: Need,
 }
 
-/// The fields of one kind of question; unknown and missing ones are named.
-fn fields<'de, T: Deserialize<'de>>(value: Value) -> Result<T, String> {
-    T::deserialize(value).map_err(|e| e.to_string())
+/// Whether a field may be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    Must,
+    /// What holds without it, in words.
+    Or(&'static str),
+    /// This or others in its place; the answer says which are missing.
+    OneOf,
+}
+
+/// One kind of question: what it is called, what it takes, and how it is answered.
+pub struct Kind {
+    pub name: &'static str,
+    pub says: &'static str,
+    pub fields: &'static [Field],
+    /// A whole question.
+    pub example: &'static str,
+    /// The answer to the fields without `q`.
+    pub ask: Ask,
+}
+
+const fn must(name: &'static str, says: &'static str) -> Field {
+    Field { name, says, need: Need::Must }
+}
+const fn or(name: &'static str, says: &'static str, without: &'static str) -> Field {
+    Field { name, says, need: Need::Or(without) }
+}
+const fn one_of(name: &'static str, says: &'static str) -> Field {
+    Field { name, says, need: Need::OneOf }
+}
+
+impl Kind {
+    /// Refuses fields that the kind does not have and names those that it lacks.
+    fn check(&self, given: &Map<String, Value>) -> Result<(), String> {
+        let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
+        if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
+            return Err(format!("field `{}` is not known to {}; {}", echo(unknown), self.name, or_one_of(unknown, &known)));
+        }
+        match self.fields.iter().find(|f| f.need == Need::Must && !given.contains_key(f.name)) {
+            Some(f) => Err(format!("field `{}` is missing: {}", f.name, f.says)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Every kind of question.
+pub static KINDS: [&Kind; 6] = [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND];
+
+/// Every kind with its fields and an example, for a reader.
+pub fn questions_text() -> String {
+    let mut text = String::new();
+    for kind in KINDS {
+        text.push_str(&format!("{}: {}\n", kind.name, kind.says));
+        let width = kind.fields.iter().map(|f| f.name.len()).max().unwrap_or(0);
+        for f in kind.fields {
+            let without = match f.need {
+                Need::Must => String::new(),
+                Need::Or(without) => format!(" [default: {without}]"),
+                Need::OneOf => " [or another in its place]".into(),
+            };
+            text.push_str(&format!("  {:<width$}  {}{without}\n", f.name, f.says));
+        }
+        text.push_str(&format!("  {}\n\n", kind.example));
+    }
+    text
+}
+
+/// The same as JSON.
+pub fn questions_json() -> Value {
+    let field = |f: &Field| {
+        let default = match f.need {
+            Need::Or(without) => Value::from(without),
+            Need::Must | Need::OneOf => Value::Null,
+        };
+        json!({ "name": f.name, "says": f.says, "must": f.need == Need::Must, "default": default })
+    };
+    let kind = |k: &&Kind| {
+        json!({
+            "q": k.name, "says": k.says, "fields": k.fields.iter().map(field).collect::<Vec<_>>(),
+            "example": serde_json::from_str::<Value>(k.example).unwrap_or_default(),
+        })
+    };
+    KINDS.iter().map(kind).collect()
+}
+
+/// The fields of one kind of question, in their types.
+fn fields<T: DeserializeOwned>(value: Value) -> Result<T, String> {
+    let short = shortened(&value);
+    T::deserialize(value).map_err(|e| match T::deserialize(&short) {
+        // The message repeats what was given: that of the shortened question is short.
+        Err(e) => culprit::<T>(&short, &e.to_string()).map_or_else(|| of_json(&e), |name| format!("field `{name}`: {}", of_json(&e))),
+        Ok(_) => echo(&of_json(&e)),
+    })
+}
+
+/// The field at which reading broke off: fields are read in order, so the first with which the message is the same.
+fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
+    let all = value.as_object()?;
+    let mut so_far = Map::new();
+    all.iter().filter(|_| !message.starts_with("unknown field")).find_map(|(name, value)| {
+        so_far.insert(name.clone(), value.clone());
+        let same = T::deserialize(&Value::Object(so_far.clone())).is_err_and(|e| e.to_string() == message);
+        same.then(|| name.clone())
+    })
+}
+
+/// The same with every text cut to what a message may repeat.
+fn shortened(value: &Value) -> Value {
+    const MOST: usize = 100;
+    match value {
+        Value::String(s) => echo_of(s, MOST).into(),
+        Value::Array(all) => all.iter().map(shortened).collect(),
+        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_of(k, MOST), shortened(v))).collect()),
+        other => other.clone(),
+    }
 }

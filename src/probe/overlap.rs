@@ -1,7 +1,7 @@
 //! `disc-overlap`: the part of the Sun's light that a disc or an ellipse takes.
 
 use super::lanes::{Lanes, Numbers};
-use super::{Prober, fields};
+use super::{Kind, Prober, fields, one_of, or};
 use crate::scene::draw::{Eclipse, EclipseModel, Needs};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -20,23 +20,31 @@ struct Fields {
     centre_distance: Option<f64>,
     #[serde(default)]
     offset_angle_from_major_axis_deg: f64,
+    u1: Option<f64>,
+    u2: Option<f64>,
     #[serde(default)]
-    u1: f64,
-    #[serde(default)]
-    u2: f64,
     model: Model,
 }
 
 /// The models whose answer depends on the outline alone.
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
     Linear,
     UniformDisc,
+    #[default]
     LimbDarkened,
 }
 
 impl Fields {
+    /// The Sun's at 550 nm, where no law is given; a law of one term has no other.
+    fn law(&self) -> (f64, f64) {
+        match (self.u1, self.u2) {
+            (None, None) => (super::sunlight::u1_at_550_nm(), super::sunlight::u2_at_550_nm()),
+            (u1, u2) => (u1.unwrap_or(0.0), u2.unwrap_or(0.0)),
+        }
+    }
+
     /// Semi-axes and distance of the centres.
     fn outline(&self) -> Result<[f64; 3], String> {
         let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
@@ -63,14 +71,33 @@ impl Fields {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
         }
         // The law's flux: 1 - u1/3 - u2/6 of the even disc's.
-        if !(1.0 - self.u1 / 3.0 - self.u2 / 6.0 > 0.0 && self.u1.is_finite() && self.u2.is_finite()) {
-            return Err(format!("fields \"u1\" {} and \"u2\" {} leave the disc dark", self.u1, self.u2));
+        let (u1, u2) = self.law();
+        if !(1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite()) {
+            return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
         }
         Ok([major, minor, distance])
     }
 }
 
-pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+pub(super) static KIND: Kind = Kind {
+    name: "disc-overlap",
+    says: "the part of the Sun's light that a disc (k, d) or an ellipse before it takes; lengths in solar radii",
+    fields: &[
+        one_of("k", "the disc's radius"),
+        one_of("d", "distance of the centres"),
+        one_of("semi_major", "the ellipse's semi-axes"),
+        one_of("semi_minor", "at most semi_major"),
+        one_of("centre_distance", "distance of the centres"),
+        or("offset_angle_from_major_axis_deg", "from the ellipse's major axis to the Sun's centre", "0"),
+        or("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40, the Sun at 550 nm; 0 where u2 is given"),
+        or("u2", "coefficient of (1 - mu)^2", "0.26; 0 where u1 is given"),
+        or("model", "linear, uniform-disc or limb-darkened", "limb-darkened"),
+    ],
+    example: r#"{"q":"disc-overlap","k":0.9,"d":0.5}"#,
+    ask,
+};
+
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let f: Fields = fields(question)?;
     let [major, minor, distance] = f.outline()?;
     let model = match f.model {
@@ -80,8 +107,9 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
     };
     let key = ShaderKey::for_draw(&Needs { lights: 1, eclipse: Eclipse { casters: 1, model }, ..Needs::LEAST });
     let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
+    let (u1, u2) = f.law();
     let mut numbers: Numbers = [0.0; 12];
-    numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, f.u1, f.u2]);
+    numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
     let lanes = Lanes::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
     let blocked = answers.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;

@@ -4,7 +4,7 @@
 //! `y` from the picture's upper left corner. `radiance` is the linear pixel of the picture that `orrery render` writes, `draws` are those that
 //! shade the pixel's middle, nearest first, each with every named value of its module.
 
-use super::{Prober, fields};
+use super::{Kind, Prober, fields, must, or};
 use crate::catalog::NaifId;
 use crate::render::plan::{Fineness, ModuleName, Plan};
 use crate::render::software::{NamedValue, PixelValues};
@@ -31,14 +31,32 @@ struct Fields {
 const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
 const SIZE: [u32; 2] = [1024, 1024];
 
-pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+pub(super) static KIND: Kind = Kind {
+    name: "pixel",
+    says: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every named value of its module",
+    fields: &[
+        must("view", "a camera file's object, as --camera-json takes it"),
+        or("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
+        or("size", "[width, height] in pixels", "[1024, 1024]"),
+        or("effects", "as --effects takes them", "as the scene needs"),
+        must("x", "pixels from the left, from 0"),
+        must("y", "pixels from the top, from 0"),
+    ],
+    example: r#"{"q":"pixel","view":{"position":{"body":"mars","radii":[0,-3,1]},"look":{"at":"mars"}},"time":"2024-04-08T18:17:16Z","size":[64,64],"x":32,"y":32}"#,
+    ask,
+};
+
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+    if !question["view"].is_object() {
+        return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
+    }
     let f: Fields = fields(question)?;
     let [width, height] = f.size.unwrap_or(SIZE);
     if f.x >= width || f.y >= height {
         return Err(format!("fields \"x\" {} and \"y\" {}: the picture has {width}x{height} pixels, counted from 0", f.x, f.y));
     }
     let time = f.time.as_deref().unwrap_or("jd_tdb:2451545");
-    let time = Instant::parse(time).map_err(|e| format!("field \"time\" {time}: {e}"))?;
+    let time = Instant::parse(time).map_err(|e| format!("field \"time\": {e}"))?;
     let mut request = ViewRequest::of(NaifId::EARTH, time);
     request.target = None;
     (request.width, request.height) = (width, height);

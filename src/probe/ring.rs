@@ -3,7 +3,7 @@
 //! Lengths are equatorial radii, axes the body's, pole +z. The ring is a profile of the question's or the catalog's of a body.
 
 use super::lanes::{Lanes, Numbers};
-use super::{Prober, fields};
+use super::{Kind, Prober, fields, must, one_of, or};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE_BINDING, TextureBinding, TextureSource, ring_profile, uniforms_of};
 use crate::scene::draw::{Amounts, BodyShadow, Light, Needs, RingAmounts, RingShadow, RingTable, Surface};
@@ -91,8 +91,7 @@ fn sun_tangent(degrees: f64) -> Result<f32, String> {
 }
 
 fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, String> {
-    let found = prober.catalog().find_place(name).and_then(|id| prober.catalog().body(id));
-    found.ok_or_else(|| format!("field \"body\": no body is called `{name}`"))
+    prober.catalog().named(name).map_err(|e| format!("field \"body\": {e}"))
 }
 
 fn answer(prober: &Prober<'_>, probe: &'static str, needs: &Needs, amounts: &Amounts, point: [f64; 3]) -> Result<f64, String> {
@@ -117,7 +116,40 @@ fn lit_from(sun: DVec3) -> Vec<Light> {
     vec![Light { direction_in_body: sun.as_vec3(), irradiance: Vec3::ONE }]
 }
 
-pub(super) fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+pub(super) static TRANSMISSION: Kind = Kind {
+    name: "ring-transmission",
+    says: "the part of the Sun's light that a ring lets through to a point; equatorial radii, body-fixed, pole +z",
+    fields: &[
+        one_of("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}"),
+        one_of("body", "a body's name: its rings of the catalog"),
+        must("point", "[x, y, z]"),
+        must("sun", "[x, y, z] towards the Sun, of any length"),
+        or("sun_angular_radius_deg", "0 to 20", "0"),
+        or("model", "point-sun or penumbra", "point-sun"),
+        or("flattening", "of the planet; it changes nothing here", "0"),
+    ],
+    example: r#"{"q":"ring-transmission","body":"saturn","point":[0.9,0,0.2],"sun":[0.9,0,-0.4]}"#,
+    ask: transmission,
+};
+
+pub(super) static SHADOW: Kind = Kind {
+    name: "ring-shadow",
+    says: "the part of the Sun's light that a planet keeps from its ring; equatorial radii, body-fixed, pole +z",
+    fields: &[
+        one_of("flattening", "of the planet, from 0 to below 0.9"),
+        one_of("body", "a body's name: its figure of the catalog"),
+        must("point", "[x, y, z]"),
+        must("sun", "[x, y, z] towards the Sun, of any length"),
+        or("sun_angular_radius_deg", "0 to 20", "0"),
+        or("model", "sphere, uniform-disc or limb-darkened", "limb-darkened"),
+        or("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40"),
+        or("u2", "coefficient of (1 - mu)^2", "0.26"),
+    ],
+    example: r#"{"q":"ring-shadow","body":"saturn","point":[-1.5,0,0],"sun":[1,0,0.4],"sun_angular_radius_deg":0.028}"#,
+    ask: shadow,
+};
+
+fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let f: Through = fields(question)?;
     let sun = unit("sun", f.sun)?;
     let table = match (&f.profile, &f.body) {
@@ -160,7 +192,7 @@ pub(super) fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value
     Ok(json!({ "transmission": answer(prober, "probe_ring_transmission", &needs, &amounts, f.point)? }))
 }
 
-pub(super) fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let f: Dark = fields(question)?;
     let sun = unit("sun", f.sun)?;
     let axes = match (f.flattening, &f.body) {

@@ -4,7 +4,7 @@
 //! nm); `rgb` under the catalog's law per channel; `by` is what each body alone takes. The time is that of the ground: when the light meets it.
 
 use super::lanes::{Lanes, Numbers};
-use super::{Prober, fields};
+use super::{Kind, Prober, fields, must, or};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::render::plan::uniforms_of;
 use crate::scene::draw::{Amounts, Eclipse, EclipseAmounts, EclipseModel, Light, Needs};
@@ -25,6 +25,7 @@ struct Fields {
     /// Planetographic latitude and east longitude, degrees.
     lat: f64,
     lon: f64,
+    #[serde(default)]
     model: Model,
     #[serde(default = "u1_at_550_nm")]
     u1: f64,
@@ -32,18 +33,19 @@ struct Fields {
     u2: f64,
 }
 
-fn u1_at_550_nm() -> f64 {
+pub(super) fn u1_at_550_nm() -> f64 {
     0.40
 }
-fn u2_at_550_nm() -> f64 {
+pub(super) fn u2_at_550_nm() -> f64 {
     0.26
 }
 
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
     Linear,
     UniformDisc,
+    #[default]
     LimbDarkened,
     Refracted,
 }
@@ -59,14 +61,29 @@ impl Model {
     }
 }
 
-pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+pub(super) static KIND: Kind = Kind {
+    name: "sunlight",
+    says: "the part of the Sun's light that reaches a point of a body's ground past other bodies",
+    fields: &[
+        must("body", "a body's name"),
+        must("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
+        must("lat", "planetographic latitude, degrees"),
+        must("lon", "east longitude, degrees"),
+        or("model", "linear, uniform-disc, limb-darkened or refracted", "limb-darkened"),
+        or("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40"),
+        or("u2", "coefficient of (1 - mu)^2", "0.26"),
+    ],
+    example: r#"{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":25.29,"lon":-104.14}"#,
+    ask,
+};
+
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let f: Fields = fields(question)?;
-    let id = prober.catalog().find_place(&f.body).ok_or_else(|| format!("field \"body\": no body is called `{}`", f.body))?;
-    let body = prober.catalog().body(id).ok_or_else(|| format!("field \"body\": `{}` is no body with a surface", f.body))?;
-    if id == NaifId::SUN {
+    let body = prober.catalog().named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
+    if body.id == NaifId::SUN {
         return Err("field \"body\": the Sun lights itself".into());
     }
-    let time = Instant::parse(&f.time).map_err(|e| format!("field \"time\" {}: {e}", f.time))?;
+    let time = Instant::parse(&f.time).map_err(|e| format!("field \"time\": {e}"))?;
     if !(-90.0..=90.0).contains(&f.lat) || !(-360.0..=360.0).contains(&f.lon) {
         return Err("fields \"lat\" and \"lon\" are degrees: -90 to 90 and -360 to 360".into());
     }

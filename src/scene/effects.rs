@@ -6,6 +6,7 @@
 use super::SceneError;
 use super::draw::{AirTier, BodyShadow, Eclipse, EclipseModel, Flags, MapSet, Needs, PixelView, RingShadow, Shape, Surface};
 use crate::catalog::{Body, Catalog, OVERLAYS_AT_MOST, Photometry, ShapeModel};
+use crate::wording::{echo, echo_of, or_one_of};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A feature that can be switched.
@@ -115,6 +116,9 @@ impl EffectOverrides {
         let mut overrides = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
             if let Some((body, rest)) = part.split_once(':') {
+                if rest.contains(':') {
+                    return Err(SceneError::Request(format!("effect `{}`: one body before the colon, one effect after it", echo(part))));
+                }
                 let body = body.trim().to_lowercase();
                 let so_far = overrides.of.get(&body).map(Self::to_text).unwrap_or_default();
                 overrides.of.insert(body, Self::parse(&format!("{so_far},{rest}"))?);
@@ -123,16 +127,22 @@ impl EffectOverrides {
             let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
                 (Some(name), _) => (true, name),
                 (_, Some(name)) => (false, name),
-                _ => return Err(SceneError::Request(format!("effect `{part}`: write +{part} or -{part}"))),
+                _ => return Err(SceneError::Request(format!("effect `{}`: write + or - before its name", echo(part)))),
             };
             let (name, way) = name.split_once('=').map_or((name, None), |(n, w)| (n.trim(), Some(w.trim())));
             let Some(effect) = Effect::ALL.into_iter().find(|e| e.name().eq_ignore_ascii_case(name)) else {
                 let known: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
-                return Err(SceneError::Request(format!("effect `{name}` is not known; there are {}", known.join(", "))));
+                return Err(SceneError::Request(format!("effect `{}` is not known; {}", echo(name), or_one_of(name, &known))));
             };
             match way {
                 None => overrides.set(effect, on),
-                Some(_) if !on => return Err(SceneError::Request(format!("effect `{part}`: only + takes a way; write -{name}"))),
+                Some(_) if !on => {
+                    return Err(SceneError::Request(format!(
+                        "effect `{}`: only + takes a way; write -{}",
+                        echo_of(part, 120),
+                        effect.name()
+                    )));
+                }
                 Some(way) => overrides.choose(effect, way)?,
             }
         }
@@ -200,7 +210,7 @@ impl EffectOverrides {
         let Some(known) = effect.ways().iter().find(|w| w.eq_ignore_ascii_case(way)) else {
             return Err(SceneError::Request(match effect.ways() {
                 [] => format!("effect `{}` has one way only: write +{0}", effect.name()),
-                ways => format!("effect `{}` has no way `{way}`; there are {}", effect.name(), ways.join(", ")),
+                ways => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(way), or_one_of(way, ways)),
             }));
         };
         self.off.remove(&effect);

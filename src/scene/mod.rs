@@ -57,8 +57,8 @@ use std::cell::OnceCell;
 pub enum SceneError {
     #[error("{0}")]
     Request(String),
-    #[error("no body or barycentre is called `{0}`")]
-    UnknownPlace(String),
+    #[error(transparent)]
+    Unknown(#[from] crate::catalog::UnknownName),
     #[error("`{0}` is not a body of the catalog (a barycentre has no surface): name a body")]
     NotABody(String),
     #[error("the camera is inside {0}: move it out, or leave the body's name out of the position")]

@@ -9,6 +9,7 @@ use super::effects::EffectOverrides;
 use crate::catalog::{Catalog, NaifId};
 use crate::mesh::Model;
 use crate::time::Instant;
+use crate::wording::{echo, of_json, or_one_of};
 use glam::DVec3;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -137,17 +138,23 @@ impl Layers {
         }
     }
 
+    /// Those that are on: `+orbits,+labels`.
+    pub fn to_text(mut self) -> String {
+        let on = Self::NAMES.into_iter().filter(|name| self.by_name(name).is_some_and(|on| *on));
+        on.map(|name| format!("+{name}")).collect::<Vec<_>>().join(",")
+    }
+
     /// Reads `+orbits,-labels`.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut layers = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let wrong = |why: String| SceneError::Request(format!("layer `{part}`: {why}"));
+            let wrong = |why: String| SceneError::Request(format!("layer `{}`: {why}", echo(part)));
             let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
                 (Some(name), _) => (true, name),
                 (_, Some(name)) => (false, name),
                 (None, None) => return Err(wrong("write + or - before its name".into())),
             };
-            *layers.by_name(name).ok_or_else(|| wrong(format!("there are {}", Self::NAMES.join(", "))))? = on;
+            *layers.by_name(name).ok_or_else(|| wrong(or_one_of(name, &Self::NAMES)))? = on;
         }
         Ok(layers)
     }
@@ -222,10 +229,10 @@ impl ViewRequest {
 
     /// Refuses effects asked of bodies that the catalog does not have.
     pub fn check_bodies(&self, catalog: &Catalog) -> Result<(), SceneError> {
-        match self.effects.bodies().find(|name| catalog.find_place(name).and_then(|id| catalog.body(id)).is_none()) {
-            Some(name) => Err(SceneError::Request(format!("effects of `{name}`: no body has this name"))),
-            None => Ok(()),
+        for name in self.effects.bodies() {
+            catalog.named(name).map_err(|e| SceneError::Request(format!("effects: {e}")))?;
         }
+        Ok(())
     }
 
     /// Refuses what no camera can do, naming the value.
@@ -237,22 +244,22 @@ impl ViewRequest {
         if let Some(fov) = self.fov_deg
             && !(1e-7..=170.0).contains(&fov)
         {
-            return bad(format!("field of view {fov}: must be 0.0000001 to 170 degrees"));
+            return bad(format!("field of view {fov:?}: must be 0.0000001 to 170 degrees"));
         }
         if let Position::Over { distance_radii: Some(d), .. } = self.position
             && !(d > 0.0 && d.is_finite())
         {
-            return bad(format!("distance {d} radii: must be a positive number"));
+            return bad(format!("distance {d:?} radii: must be a number above 0"));
         }
         if let Position::Ground { latitude_deg, longitude_deg, height_km, .. } = self.position {
             if !(-90.0..=90.0).contains(&latitude_deg) {
-                return bad(format!("latitude {latitude_deg}: must be -90 to 90 degrees"));
+                return bad(format!("latitude {latitude_deg:?}: must be -90 to 90 degrees"));
             }
             if !(-360.0..=360.0).contains(&longitude_deg) {
-                return bad(format!("longitude {longitude_deg}: must be -360 to 360 degrees east"));
+                return bad(format!("longitude {longitude_deg:?}: must be -360 to 360 degrees east"));
             }
             if !(height_km > 0.0 && height_km.is_finite()) {
-                return bad(format!("height {height_km} km: must be above the ground"));
+                return bad(format!("height {height_km:?} km: must be above the ground"));
             }
         }
         if let Position::Offset { offset_km, .. } = self.position
@@ -263,7 +270,7 @@ impl ViewRequest {
         if let ExposureRequest::Stops(ev) = self.exposure
             && !(-60.0..=60.0).contains(&ev)
         {
-            return bad(format!("exposure {ev}: must be -60 to 60 stops"));
+            return bad(format!("exposure {ev:?}: must be -60 to 60 stops"));
         }
         if !self.time.tdb_seconds_past_j2000().is_finite() {
             return bad("the time is not a finite number".into());
@@ -272,12 +279,46 @@ impl ViewRequest {
     }
 }
 
+/// A JSON object, never a list of its values in order, which serde would take too.
+#[derive(Clone, Debug)]
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de> + Named> Deserialize<'de> for Object<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OfMap<T>(std::marker::PhantomData<T>);
+        impl<'de, T: Deserialize<'de> + Named> serde::de::Visitor<'de> for OfMap<T> {
+            type Value = Object<T>;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(T::NAME)
+            }
+            fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Object)
+            }
+        }
+        deserializer.deserialize_map(OfMap(std::marker::PhantomData))
+    }
+}
+
+/// What a message calls an object of the camera file.
+trait Named {
+    const NAME: &'static str;
+}
+impl Named for CameraFile {
+    const NAME: &'static str = "an object {\"position\": {…}, \"look\": {…}, …}";
+}
+impl Named for PositionFile {
+    const NAME: &'static str = "an object {\"body\": …, \"radii\": [x, y, z]}";
+}
+impl Named for LookFile {
+    const NAME: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
+}
+
 /// The camera file, as JSON. Unknown fields are refused by name.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFile {
-    position: PositionFile,
-    look: LookFile,
+    position: Object<PositionFile>,
+    look: Object<LookFile>,
     #[serde(default)]
     up: Option<UpFile>,
     #[serde(default)]
@@ -307,7 +348,7 @@ struct LookFile {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected \"up\" as a word (north, zenith, celestial, ecliptic) or as {\"direction\": [x, y, z]}")]
 enum UpFile {
     Named(String),
     Along(DirectionFile),
@@ -346,24 +387,31 @@ pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
         "zenith" => Ok(Up::Zenith),
         "celestial" => Ok(Up::Celestial),
         "ecliptic" => Ok(Up::Ecliptic),
-        _ => Err(SceneError::Request(format!("up `{name}`: one of north, zenith, celestial, ecliptic"))),
+        _ => {
+            let meant = or_one_of(name, &["north", "zenith", "celestial", "ecliptic"]);
+            Err(SceneError::Request(format!("up `{}`: {meant}", echo(name))))
+        }
     }
 }
 
 impl CameraFile {
     /// Reads the JSON text; `file` names it in errors.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        serde_json::from_str(text).map_err(|e| SceneError::Request(format!("{file}: {e}")))
+        let whole: Object<Self> = serde_json::from_str(text).map_err(|e| {
+            let (line, column) = (e.line().max(1), e.column().max(1));
+            SceneError::Request(format!("{file}:{line}:{column}: {}", echo(&of_json(&e))))
+        })?;
+        Ok(whole.0)
     }
 
     /// Puts position, look, up and field of view of the file into a request. The target becomes the body looked at.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
-        let place = |name: &str| catalog.find_place(name).ok_or_else(|| SceneError::UnknownPlace(name.to_owned()));
-        let body = place(&self.position.body)?;
-        let p = &self.position;
+        let place = |name: &str| catalog.place(name);
+        let p = &self.position.0;
+        let body = place(&p.body)?;
         request.position = match (p.radii, p.km, p.latitude_deg, p.longitude_deg) {
             (Some(radii), None, None, None) => {
-                let radius_km = catalog.body(body).ok_or_else(|| SceneError::NotABody(p.body.clone()))?.radii_km.x;
+                let radius_km = catalog.named(&p.body)?.radii_km.x;
                 Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: p.axes }
             }
             (None, Some(km), None, None) => Position::Offset { body, offset_km: DVec3::from_array(km), axes: p.axes },
@@ -375,12 +423,13 @@ impl CameraFile {
                 return Err(SceneError::Request(format!("camera file, position: {how}")));
             }
         };
-        match (&self.look.at, self.look.direction) {
+        let look = &self.look.0;
+        match (&look.at, look.direction) {
             (Some(name), None) => {
                 request.target = Some(place(name)?);
                 request.look = Look::Target;
             }
-            (None, Some(d)) => request.look = Look::Along { direction: direction(d, "camera file, look")?, axes: self.look.axes },
+            (None, Some(d)) => request.look = Look::Along { direction: direction(d, "camera file, look")?, axes: look.axes },
             _ => return Err(SceneError::Request("camera file, look: give one of at, direction".into())),
         }
         match &self.up {

@@ -68,6 +68,17 @@ impl Places<'_> {
     }
 }
 
+/// A camera stands at most this far from what it is placed by: a thousand light years of 365.25 days. From farther away no source would know where anything
+/// was when the light left.
+pub const FARTHEST_KM: f64 = 1000.0 * 365.25 * crate::units::SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
+
+fn near_enough(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
+    if distance_km <= FARTHEST_KM {
+        return Ok(());
+    }
+    Err(SceneError::Request(format!("{}: that is {distance_km:.3e} km away; at most {FARTHEST_KM:.3e} km, 1000 light years", what())))
+}
+
 /// Places the camera of a request.
 pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Viewer, SceneError> {
     request.check()?;
@@ -88,6 +99,8 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             // A sphere's disc of angular radius a takes tan a / tan(fov / 2) of the half height.
             let fitted = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
             let distance_km = distance_radii.unwrap_or(fitted) * target.radii_km.max_element();
+            let asked = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
+            near_enough(distance_km, asked)?;
             // The light seen now left the target when it was here.
             let seen_at = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
             let centre = ephemeris.state(target.id, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km;
@@ -108,6 +121,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
             near = body;
+            near_enough(height_km, || format!("height {height_km:?} km"))?;
             let (point, normal) = ground_point_km(places.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
             let icrf_from_body = places.icrf_from(Axes::BodyFixed, body)?;
             let (pos, vel) = places.state(body)?;
@@ -119,6 +133,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Position::Offset { body, offset_km, axes } => {
             near = body;
             let offset = places.icrf_from(axes, body)? * offset_km;
+            near_enough(offset.length(), || "camera".into())?;
             let seen_at = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
             zenith = offset.try_normalize();
             ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km + offset

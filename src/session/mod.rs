@@ -7,11 +7,13 @@
 mod air_tables;
 mod cpu;
 mod devices;
+mod mark;
 mod meshes;
 mod pictures;
 mod price;
 mod sample;
 mod screen;
+mod shaders;
 mod software;
 mod stages;
 mod standard_scenes;
@@ -20,10 +22,12 @@ pub use crate::render::software::{TapeCost, tape_costs};
 pub use cpu::process_cpu;
 use devices::{Devices, Done, Keep};
 pub use devices::{DrawnBy, Readiness, RendererWish};
+pub use mark::{Earlier, MARK_CHUNK, Mark};
 pub use pictures::{Readers, is_exr, write_new, write_new_picture, write_picture, write_whole};
 pub use price::{LightChange, Price};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
 pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};
+pub use shaders::{Stamps, fragment_stamps, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
@@ -41,10 +45,11 @@ use crate::scene::{Scene, SceneError};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
+use crate::wording::echo;
 use glam::Vec4;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::ThreadId;
 
 /// What the user named in place of what is built in.
@@ -58,6 +63,8 @@ pub struct Sources {
     pub textures: Option<PathBuf>,
     /// An SPK that comes before the embedded one.
     pub kernel: Option<PathBuf>,
+    /// Shader fragments that lie over those built in.
+    pub shaders: Option<PathBuf>,
     /// Where the shader library lives; `None`: the user's cache folder.
     pub cache: Option<PathBuf>,
     /// Worker threads; `None`: one per core.
@@ -82,6 +89,8 @@ pub enum SessionError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Plan(#[from] PlanError),
+    #[error("{0}")]
+    Shaders(String),
     #[error("{0}")]
     Renderer(String),
 }
@@ -113,6 +122,10 @@ pub struct Session {
     /// By the thread that they ran on: what is drawn aside is not a frame's time.
     stages: Mutex<HashMap<ThreadId, Stages>>,
     count_cpu: bool,
+    /// What pictures are made of, for their marks: the user's SPK, and the folders of maps and shape models.
+    kernel: Option<PathBuf>,
+    folders: Vec<PathBuf>,
+    mark_sources: OnceLock<BTreeMap<String, String>>,
 }
 
 /// The built-in catalog under the `*.toml` files of a folder, in order of name.
@@ -121,7 +134,7 @@ pub struct Session {
 /// A file that cannot be read, or every wrong field.
 pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
-    let failed = |path: &Path, e: std::io::Error| SessionError::File { path: path.display().to_string(), why: e.to_string() };
+    let failed = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
     let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
     paths.sort();
@@ -131,6 +144,24 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
         files.push((path.display().to_string(), text));
     }
     Ok(Catalog::with_files(&files)?)
+}
+
+/// The shipped ephemeris under the user's kernel, for a catalog whose every body it can follow.
+///
+/// # Errors
+/// A file that cannot be read, or every body that no theory has at any time, by file and line of the catalog.
+pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Ephemeris, SessionError> {
+    let mut ephemeris = Ephemeris::embedded(catalog)?;
+    if let Some(path) = kernel {
+        let name = path.display().to_string();
+        let failed =
+            |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --kernel takes an SPK file such as de440.bsp") };
+        let bytes = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
+        ephemeris = ephemeris.with_kernel(&name, bytes)?;
+    }
+    let mut problems: Vec<_> = ephemeris.faults(catalog).into_iter().map(|f| catalog.problem(f.body, f.field, f.why)).collect();
+    problems.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+    if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
 /// The cache folder that was named, or the user's own.
@@ -161,15 +192,13 @@ impl Session {
         let mut stages = Stages::default();
         let catalog =
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
-        let ephemeris = stages.measure(Stage::Kernel, || -> Result<Ephemeris, SessionError> {
-            let embedded = Ephemeris::embedded(&catalog)?;
-            let Some(path) = &sources.kernel else { return Ok(embedded) };
-            let name = path.display().to_string();
-            let bytes = std::fs::read(path).map_err(|e| SessionError::File { path: name.clone(), why: e.to_string() })?;
-            Ok(embedded.with_kernel(&name, bytes)?)
-        })?;
+        let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
         let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
+        if let Some(folder) = &sources.shaders {
+            let fragments = fragment_stamps(folder).and_then(|stamps| read_fragments(folder, &stamps));
+            library.make_of(fragments.map_err(SessionError::Shaders)?);
+        }
         Ok(Self {
             catalog,
             ephemeris,
@@ -183,6 +212,9 @@ impl Session {
             say,
             stages: Mutex::new(HashMap::from([(std::thread::current().id(), stages)])),
             count_cpu: false,
+            kernel: sources.kernel.clone(),
+            folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
+            mark_sources: OnceLock::new(),
         })
     }
 

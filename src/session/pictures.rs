@@ -3,8 +3,10 @@
 //! In: a frame and what it says of itself, or any bytes. Out: a PNG or an EXR, by the name's ending, or the bytes. Always: a file that is there is complete; an interrupted
 //! run leaves no half picture to be taken for done; what is written under a new name replaces nothing, whoever writes beside it.
 
+use super::MARK_CHUNK;
 use crate::image;
 use crate::render::frame::Frame;
+use crate::wording::echo;
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -15,7 +17,7 @@ pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
-/// `text`: chunks of the PNG; an EXR keeps the `Legend`. An EXR needs a frame that kept its linear pixels.
+/// `text`: chunks of the PNG; an EXR keeps the `Legend` and the mark of its request. An EXR needs a frame that kept its linear pixels.
 ///
 /// # Errors
 /// The path and why, in one line.
@@ -39,7 +41,8 @@ pub fn write_new_picture(
 fn fill_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), String> {
     if is_exr {
         let legend = text.iter().find(|(k, _)| *k == "Legend").map_or("", |(_, v)| v.as_str());
-        image::write_exr(out, frame.width, frame.height, &frame.hdr, legend).map_err(|e| e.to_string())
+        let mark = text.iter().find(|(k, _)| *k == MARK_CHUNK).map(|(_, v)| v.as_str());
+        image::write_exr(out, frame.width, frame.height, &frame.hdr, legend, mark).map_err(|e| e.to_string())
     } else {
         let text: Vec<(&str, &str)> = text.iter().map(|(k, v)| (*k, v.as_str())).collect();
         image::write_png(out, frame.width, frame.height, &frame.display, &text).map_err(|e| e.to_string())
@@ -63,7 +66,7 @@ pub fn write_whole(
     readers: Readers,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), String>,
 ) -> Result<(), String> {
-    let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", echo(&path.display().to_string()));
     filled(path, readers, fill).and_then(|file| file.persist(path).map_err(|e| failed(&e.error)))?;
     Ok(())
 }
@@ -100,9 +103,11 @@ fn filled(
     readers: Readers,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), String>,
 ) -> Result<NamedTempFile, String> {
-    let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", echo(&path.display().to_string()));
+    // Opened here: the crate's own opening puts the temporary name into its message.
+    let open = |at: &Path| private().open(at);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
+    let mut file = tempfile::Builder::new().make_in(folder, open).map_err(|e| failed(&missing(e, folder)))?;
     {
         let mut out = BufWriter::new(file.as_file_mut());
         fill(&mut out).map_err(|e| failed(&e))?;
@@ -112,6 +117,24 @@ fn filled(
         open_to_others(file.as_file());
     }
     Ok(file)
+}
+
+/// A new file that nobody else may read.
+fn private() -> std::fs::OpenOptions {
+    let mut options = std::fs::OpenOptions::new();
+    options.read(true).write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options
+}
+
+/// Which folder is missing says more than that something is.
+fn missing(e: std::io::Error, folder: &Path) -> String {
+    match e.kind() {
+        std::io::ErrorKind::NotFound => format!("there is no folder {}; make it first", echo(&folder.display().to_string())),
+        std::io::ErrorKind::NotADirectory => format!("{} is no folder", echo(&folder.display().to_string())),
+        _ => e.to_string(),
+    }
 }
 
 /// Temporary files are private; a picture is not.

@@ -1,7 +1,7 @@
 //! The WGSL fragments of shaders/, built into the program, and a folder's files over them while someone writes shaders.
 
 use super::ModuleId;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 macro_rules! fragments {
     ($($name:literal),* $(,)?) => {
@@ -106,6 +106,21 @@ impl Fragments {
 
     pub fn are_built_in(&self) -> bool {
         self.replaced.is_empty()
+    }
+
+    /// Files that replace no built-in fragment and that no fragment uses, in order of path.
+    pub fn unused(&self) -> Vec<&str> {
+        let used_by = |text: &str| {
+            let lines = text.lines().filter_map(|l| l.trim_start().strip_prefix("//:")?.trim().strip_prefix("use "));
+            lines.map(|path| path.trim().to_owned()).collect::<Vec<_>>()
+        };
+        let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
+        let mut open: Vec<String> = reached.iter().cloned().collect();
+        while let Some(path) = open.pop() {
+            let used = self.replaced.get(&path).map(|text| used_by(text)).unwrap_or_default();
+            open.extend(used.into_iter().filter(|p| reached.insert(p.clone())));
+        }
+        self.replaced.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
     }
 
     /// Path and text of every fragment: the built-in ones in order of path, then those that are new.

@@ -39,7 +39,7 @@ impl FromStr for ModuleId {
         }
         match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
             Some(name) => Ok(Self::Simple(name)),
-            None => text.parse().map(Self::Planet),
+            None => text.parse().map(Self::Planet).map_err(|e| e.or_simple(&SIMPLE_MODULES)),
         }
     }
 }

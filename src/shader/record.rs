@@ -6,7 +6,7 @@
 //! covering sets are translated as well. Only digests are kept of it: the modules of all keys together would fill gigabytes. Not here: where
 //! the record lies.
 
-use super::fragments::{FRAGMENTS, SIMPLE_MODULES, probe_samples};
+use super::fragments::{FRAGMENTS, Fragments, SIMPLE_MODULES, probe_samples};
 use super::generator::{hex, naga_version};
 use super::key::{ShaderKey, covering};
 use super::translate::{Language, translate};
@@ -224,8 +224,18 @@ pub struct Verified {
 impl Verified {
     /// Makes the modules on all cores, and translates those with `true`; `done` is called after each. All failures, if there is any.
     pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
+        Self::of_fragments(&Fragments::default(), ids, lowering, done)
+    }
+
+    /// The same from other fragments.
+    pub fn of_fragments(
+        fragments: &Fragments,
+        ids: &[(ModuleId, bool)],
+        lowering: &Lowering,
+        done: impl Fn() + Sync,
+    ) -> Result<Self, Vec<String>> {
         let one = |(id, translated): &(ModuleId, bool)| {
-            let made = ShaderModule::build(id, lowering).map_err(|e| e.to_string()).and_then(|m| {
+            let made = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
                 let others = Language::ALL.into_iter().filter(|l| *translated && !l.is_for_reading());
                 let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();

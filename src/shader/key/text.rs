@@ -1,27 +1,45 @@
 //! The text form: `lambert.albedo-normal.sun1.ellipsoid`, with flags and view after it where there are any.
 //!
-//! Parts in the order of the table of dimensions; a part with nothing to say is left out. Lower
-//! case letters, digits, `.` and `-` only. Reading ignores case and takes canonical keys alone: a part that would change nothing is refused.
+//! Written in the order of the table of dimensions; a part with nothing to say is left out. Lower case letters, digits, `.` and `-` only. Read
+//! in any order and case: no word belongs to two parts. Canonical keys alone are taken: a part that would change nothing is refused.
 
 use super::ShaderKey;
 use super::canonical::{canonical, first_breach};
-use super::dimension::{DIMENSIONS, Part};
+use super::dimension::{DIMENSIONS, Dimension, Part};
 use crate::scene::draw::Needs;
+use crate::wording::{did_you_mean, echo_of};
 use std::fmt;
 use std::str::FromStr;
 
 /// Why a text is no key. Columns count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyTextError {
-    #[error("shader key {text:?}: `{part}` at column {column} is not a part that can stand here; {expected}")]
+    #[error("shader key `{text}`: `{part}` at column {column} is no word of a key; {expected}")]
     Unknown { text: String, part: String, column: usize, expected: String },
-    #[error("shader key {text:?}: `{part}` at column {column} is given twice")]
-    Twice { text: String, part: String, column: usize },
-    #[error("shader key {text:?}: the {part} is missing at column {column}; {expected}")]
+    #[error("shader key `{text}`: `{part}` at column {column} says the {what} again, after `{earlier}` at column {first}")]
+    Twice { text: String, part: String, column: usize, what: &'static str, earlier: String, first: usize },
+    #[error("shader key `{text}`: the {part} is missing at column {column}; {expected}")]
     Missing { text: String, part: &'static str, column: usize, expected: String },
-    #[error("shader key {text:?}: `{part}` at column {column} changes nothing: {because}; the same image is {canonical}")]
+    #[error("shader key `{text}`: `{part}` at column {column} changes nothing: {because}; the same image is {canonical}")]
     Contradictory { text: String, part: String, column: usize, because: &'static str, canonical: String },
 }
+
+impl KeyTextError {
+    /// The same where names of other modules might have been meant too.
+    pub fn or_simple(self, names: &[&'static str]) -> Self {
+        match self {
+            Self::Unknown { text, part, column: 1, expected } if text == part => {
+                let expected = did_you_mean(&part, names.iter().copied()).unwrap_or(expected);
+                Self::Unknown { text, part, column: 1, expected }
+            }
+            other => other,
+        }
+    }
+}
+
+/// Characters of the whole and of a part that messages repeat.
+const WHOLE_ECHO: usize = 120;
+const PART_ECHO: usize = 60;
 
 fn parts() -> Vec<Part> {
     let mut parts: Vec<Part> = DIMENSIONS.iter().map(|d| d.part).collect();
@@ -72,55 +90,60 @@ fn words(part: Part, text: &str, column: usize) -> Vec<(&str, usize)> {
     found
 }
 
+/// The dimension of a part that has this word, and which of its values it is.
+fn known(part: Part, word: &str) -> Option<(&'static Dimension, usize)> {
+    let of_part = DIMENSIONS.iter().filter(|d| d.part == part);
+    of_part.into_iter().find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
+}
+
+/// The part that a piece between two points belongs to: the one that knows most of its words. No word belongs to two parts.
+fn part_of(piece: &str) -> Option<Part> {
+    let knows = |part: Part| words(part, piece, 1).iter().filter(|(w, _)| known(part, w).is_some()).count();
+    parts().into_iter().rev().max_by_key(|part| knows(*part)).filter(|part| knows(*part) > 0)
+}
+
+/// Every word of a key, each once.
+fn all_words() -> Vec<&'static str> {
+    DIMENSIONS.iter().flat_map(|d| d.texts).copied().filter(|t| !t.is_empty()).collect()
+}
+
 impl FromStr for ShaderKey {
     type Err = KeyTextError;
 
     fn from_str(given: &str) -> Result<Self, KeyTextError> {
-        let text = given.to_ascii_lowercase();
+        let lower = given.to_ascii_lowercase();
+        let text = || echo_of(given, WHOLE_ECHO);
         let mut needs = Needs::LEAST;
-        // Where each dimension's word stands, for the message about contradictions.
+        // Where each dimension's word stands, for the messages about contradictions and what is given twice.
         let mut places: Vec<(&str, String, usize)> = Vec::new();
-        let mut rest = parts().into_iter().peekable();
+        let mut found: Vec<Part> = Vec::new();
         let mut column = 1;
-        let mut pieces = text.split('.').peekable();
-        let known = |part: Part, word: &str| {
-            DIMENSIONS
-                .iter()
-                .filter(|d| d.part == part)
-                .find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
-        };
-        while let Some(part) = rest.next() {
-            let Some(piece) = pieces.peek().copied() else {
-                if optional(part) {
-                    continue;
-                }
-                let column = text.len() + 1;
-                return Err(KeyTextError::Missing { text: given.into(), part: part.name(), column, expected: allowed(part) });
+        for piece in lower.split('.') {
+            let unknown = |part: &str, column: usize, expected: String| KeyTextError::Unknown {
+                text: text(),
+                part: echo_of(part, PART_ECHO),
+                column,
+                expected,
             };
-            let words = words(part, piece, column);
-            // An optional part is absent when nothing in this piece belongs to it.
-            if optional(part) && !words.iter().any(|(w, _)| known(part, w).is_some()) {
-                if rest.peek().is_some() {
-                    continue;
-                }
-                return Err(KeyTextError::Unknown { text: given.into(), part: piece.into(), column, expected: allowed(part) });
-            }
-            for (word, at) in words {
+            let Some(part) = part_of(piece) else {
+                return Err(unknown(piece, column, meant(piece, &found)));
+            };
+            for (word, at) in words(part, piece, column) {
                 let Some((dimension, value)) = known(part, word) else {
-                    return Err(KeyTextError::Unknown { text: given.into(), part: word.into(), column: at, expected: allowed(part) });
+                    return Err(unknown(word, at, did_you_mean(word, all_words()).unwrap_or_else(|| allowed(part))));
                 };
-                if places.iter().any(|(name, _, _)| *name == dimension.name) {
-                    return Err(KeyTextError::Twice { text: given.into(), part: word.into(), column: at });
+                if let Some((_, earlier, first)) = places.iter().find(|(name, _, _)| *name == dimension.name) {
+                    let (earlier, first) = (earlier.clone(), *first);
+                    return Err(KeyTextError::Twice { text: text(), part: word.into(), column: at, what: dimension.name, earlier, first });
                 }
                 (dimension.set)(&mut needs, value);
                 places.push((dimension.name, word.into(), at));
             }
+            found.push(part);
             column += piece.len() + 1;
-            pieces.next();
         }
-        if let Some(piece) = pieces.next() {
-            let expected = "the key ends before it".into();
-            return Err(KeyTextError::Unknown { text: given.into(), part: piece.into(), column, expected });
+        if let Some(part) = parts().into_iter().find(|p| !optional(*p) && !found.contains(p)) {
+            return Err(KeyTextError::Missing { text: text(), part: part.name(), column: lower.len() + 1, expected: allowed(part) });
         }
         if let Some((rule, dimension, _)) = first_breach(&needs) {
             let (part, column) = places
@@ -128,10 +151,18 @@ impl FromStr for ShaderKey {
                 .find(|(name, _, _)| *name == dimension.name)
                 .map_or((dimension.name.to_owned(), 1), |(_, word, at)| (word.clone(), *at));
             let canonical = write(&canonical(&needs));
-            return Err(KeyTextError::Contradictory { text: given.into(), part, column, because: rule.because, canonical });
+            return Err(KeyTextError::Contradictory { text: text(), part, column, because: rule.because, canonical });
         }
         Ok(Self { needs })
     }
+}
+
+/// What a piece that belongs to no part may have meant: a word near it, or what is not there yet.
+fn meant(piece: &str, found: &[Part]) -> String {
+    did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found.contains(p)) {
+        Some(part) => allowed(part),
+        None => "every part is there already".into(),
+    })
 }
 
 #[cfg(test)]
@@ -149,6 +180,37 @@ mod tests {
         }
     }
 
+    /// Parts, and the words of a part, in an order drawn at random: the same key. The order itself changes nothing that is written.
+    #[test]
+    fn parts_are_read_in_any_order() {
+        let mut state = 0x2545_f491_4f6c_dd1d_u64;
+        let mut below = |n: usize| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state % n as u64) as usize
+        };
+        let mut moved = 0;
+        for key in covering(3).into_iter().chain(sample(5, 20_000)) {
+            let text = key.to_string();
+            let mut pieces: Vec<&str> = text.split('.').collect();
+            for k in (1..pieces.len()).rev() {
+                pieces.swap(k, below(k + 1));
+            }
+            let shuffled = pieces.join(".");
+            moved += usize::from(shuffled != text);
+            let read: ShaderKey = shuffled.to_ascii_uppercase().parse().unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!((read, read.to_string()), (key, text), "{shuffled}");
+        }
+        assert!(moved > 10_000, "only {moved} keys were shuffled");
+        // A word of two parts would make the order matter.
+        let mut words = all_words();
+        words.sort_unstable();
+        let all = words.len();
+        words.dedup();
+        assert_eq!(words.len(), all);
+    }
+
     #[test]
     fn errors_name_the_part_and_the_column() {
         let column = |text: &str| match text.parse::<ShaderKey>().expect_err(text) {
@@ -163,8 +225,11 @@ mod tests {
         assert_eq!(column("lambert.albedo-albedo.sun1.sphere"), ("twice", "albedo".into(), 16));
         assert_eq!(column("lambert.sun1"), ("missing", "shape".into(), 13));
         assert_eq!(column("lambert.sun1.sphere.depthh"), ("unknown", "depthh".into(), 21));
-        assert_eq!(column("lambert.sun1.sphere.uv.uv"), ("unknown", "uv".into(), 24));
-        assert_eq!(column("lambert.sun1.lambert"), ("unknown", "lambert".into(), 14));
+        assert_eq!(column("lambert.sun1.sphere.uv.uv"), ("twice", "uv".into(), 24));
+        assert_eq!(column("lambert.sun1.lambert"), ("twice", "lambert".into(), 14));
+        assert_eq!(column("sphere.sun1.lambert.sun2"), ("twice", "sun2".into(), 21));
+        assert_eq!(column("albedo.lambert.sun1.normal.albedo.sphere"), ("twice", "albedo".into(), 28));
+        assert_eq!(column("sun1.sphere"), ("missing", "surface".into(), 12));
         assert_eq!(column("emissive.albedo.sun2.sphere"), ("contradictory", "sun2".into(), 17));
         assert_eq!(column("lambert.normal.sun1.sphere.vertexcolour"), ("contradictory", "vertexcolour".into(), 28));
         assert_eq!(column("lambert.sun1.eclipse2.sphere"), ("contradictory", "eclipse2".into(), 14));

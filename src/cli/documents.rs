@@ -1,0 +1,58 @@
+//! `orrery completions` and `orrery man`: what shells and readers of manuals know of the command line, from the same tables that read it.
+
+use super::output::put;
+use super::{Cli, CliError};
+use clap::CommandFactory;
+
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Examples:
+  orrery completions bash > ~/.local/share/bash-completion/completions/orrery
+  orrery completions zsh > ~/.zfunc/_orrery
+  orrery completions fish > ~/.config/fish/completions/orrery.fish")]
+pub struct CompletionsArgs {
+    /// Which shell reads them
+    #[arg(value_enum)]
+    shell: clap_complete::Shell,
+}
+
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Examples:
+  orrery man > ~/.local/share/man/man1/orrery.1
+  orrery man render | man -l -
+
+The page of a verb describes its options; that of the program lists the verbs.")]
+pub struct ManArgs {
+    /// The page of this verb
+    #[arg(value_name = "VERB")]
+    verb: Option<String>,
+}
+
+pub fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "orrery", &mut script);
+    put(&String::from_utf8_lossy(&script))
+}
+
+pub fn manual(args: &ManArgs) -> Result<(), CliError> {
+    let mut command = Cli::command();
+    command.build();
+    let page = match &args.verb {
+        None => command,
+        Some(verb) => {
+            let verbs: Vec<String> = command.get_subcommands().map(|v| v.get_name().to_owned()).collect();
+            let known: Vec<&str> = verbs.iter().map(String::as_str).collect();
+            let found = command.find_subcommand(verb.to_lowercase()).cloned();
+            let unknown =
+                || CliError(format!("man {}: no such verb; {}", crate::wording::echo(verb), crate::wording::or_one_of(verb, &known)));
+            let name = format!("orrery-{}", verb.to_lowercase());
+            found.ok_or_else(unknown)?.display_name(name).version(env!("CARGO_PKG_VERSION"))
+        }
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page)
+        .source(concat!("orrery ", env!("CARGO_PKG_VERSION")))
+        .manual("Orrery")
+        .render(&mut text)
+        .map_err(|e| CliError(format!("the manual page: {e}")))?;
+    put(&String::from_utf8_lossy(&text))
+}

@@ -1,0 +1,142 @@
+//! Where the frames of a run go, which of them this process draws, and which are there already.
+//!
+//! In: the words of the command line, and the mark of each frame. Out: paths, and how many frames are kept. Always: nothing is drawn before every file of the run is known
+//! to be this request's own or free to be written.
+
+use super::CliError;
+use crate::session::{Earlier, Mark};
+use crate::wording::echo;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Where frames go.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Output {
+    One(PathBuf),
+    /// Text before and after the frame number, and its width.
+    Run(String, usize, String),
+    Stream,
+}
+
+impl Output {
+    pub fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
+        let Some(text) = text else { return Err(CliError("name the file to write: -o out.png (or .exr, out-%05d.png, -)".into())) };
+        let wrong = |why: &str| Err(CliError(format!("-o {}: {why}", echo(text))));
+        if text == "-" {
+            return Ok(Self::Stream);
+        }
+        if !text.to_ascii_lowercase().ends_with(".png") && !text.to_ascii_lowercase().ends_with(".exr") {
+            return wrong("the name must end in .png or .exr");
+        }
+        match text.split_once('%') {
+            None if frames > 1 => wrong(&format!("for {frames} frames the name needs a number, as out-%05d.png")),
+            None => Ok(Self::One(text.into())),
+            Some((before, rest)) => {
+                let digits = rest.split_once('d').and_then(|(width, after)| {
+                    let width = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
+                    (!after.contains('%')).then(|| Self::Run(before.to_owned(), width, after.to_owned()))
+                });
+                digits.map_or_else(|| wrong("write the frame number as %d or %05d, once"), Ok)
+            }
+        }
+    }
+
+    pub fn path(&self, frame: u32) -> Option<PathBuf> {
+        match self {
+            Self::One(path) => Some(path.clone()),
+            Self::Run(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
+            Self::Stream => None,
+        }
+    }
+}
+
+/// Seconds in `60s`, `10m`, `6h`, `1d` or a bare number of seconds.
+pub fn step_seconds(text: &str) -> Result<f64, CliError> {
+    let (number, unit) = text.split_at(text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len());
+    let scale = match unit {
+        "" | "s" => Some(1.0),
+        "m" | "min" => Some(60.0),
+        "h" => Some(3600.0),
+        "d" => Some(86_400.0),
+        _ => None,
+    };
+    let seconds = scale.zip(number.trim().parse::<f64>().ok()).map(|(s, n)| s * n).filter(|s| s.is_finite());
+    seconds.ok_or_else(|| CliError(format!("--step {}: write a number with s, m, h or d, as 60s", echo(text))))
+}
+
+/// `i/n` with 0 <= i < n.
+pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
+    let Some(text) = text else { return Ok((0, 1)) };
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+    parts.filter(|(i, n)| i < n).ok_or_else(|| CliError(format!("--shard {}: write i/n with i from 0 to n-1, as 0/4", echo(text))))
+}
+
+/// What a file that is not this request's says of itself.
+fn refusal(path: &Path, earlier: &Earlier, mark: &Mark, clock: bool) -> Option<CliError> {
+    let path = echo(&path.display().to_string());
+    let instead = "--overwrite replaces it, another -o keeps both";
+    let line = match earlier {
+        Earlier::None | Earlier::Same => return None,
+        Earlier::Other(differ) => {
+            // A run that takes its time from the clock can never be gone on with.
+            let hint = if clock && differ.contains("time ") { "; --time tells which instant is meant" } else { "" };
+            format!("{path} was drawn for another request: {differ}; {instead}{hint}")
+        }
+        Earlier::Unknown(why) => {
+            format!("{path} is there, drawn for a request that is not known ({why}); this one is {}; {instead}", mark.short())
+        }
+    };
+    Some(CliError(line))
+}
+
+/// The frames that are there already, whole and of this request; `wanted`: number, path and mark of each.
+///
+/// # Errors
+/// A file of another request, unless it may be replaced.
+pub fn kept(
+    wanted: impl Iterator<Item = (u32, PathBuf, Mark)>,
+    size: (u32, u32),
+    overwrite: bool,
+    clock: bool,
+) -> Result<BTreeSet<u32>, CliError> {
+    let mut kept = BTreeSet::new();
+    for (number, path, mark) in wanted {
+        let earlier = mark.earlier(&path, size);
+        if earlier == Earlier::Same {
+            kept.insert(number);
+        } else if let (false, Some(refused)) = (overwrite, refusal(&path, &earlier, &mark, clock)) {
+            return Err(refused);
+        }
+    }
+    Ok(kept)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_numbers_go_where_the_pattern_says() {
+        let run = Output::parse(Some("a/out-%05d.png"), 10).expect("a pattern");
+        assert_eq!(run.path(7), Some("a/out-00007.png".into()));
+        assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));
+        assert_eq!(Output::parse(Some("-"), 10).expect("a stream"), Output::Stream);
+        for (bad, frames) in [("out.png", 2), ("out.gif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2)] {
+            assert!(Output::parse(Some(bad), frames).unwrap_err().to_string().contains(bad), "{bad}");
+        }
+        assert!(Output::parse(None, 1).unwrap_err().to_string().contains("-o out.png"));
+    }
+
+    #[test]
+    fn steps_and_shards_are_read_or_refused() {
+        assert_eq!(step_seconds("60s").expect("s"), 60.0);
+        assert_eq!(step_seconds("-1.5h").expect("h"), -5400.0);
+        assert_eq!(step_seconds("2d").expect("d"), 172_800.0);
+        assert!(step_seconds("soon").is_err());
+        assert_eq!(shard(Some("3/4")).expect("a shard"), (3, 4));
+        assert_eq!(shard(None).expect("no shard"), (0, 1));
+        for bad in ["4/4", "0/0", "1", "a/b"] {
+            assert!(shard(Some(bad)).unwrap_err().to_string().contains(bad));
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! How far the theories reach, in messages: why a place cannot be had at an instant, and what of a catalog no theory has at any.
+//!
+//! In: places, instants, a catalog. Out: lines for the user. Always: the span that a message names is that of the theories themselves. Nothing is computed of a place here.
+
+use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, is_balanced, mean};
+use crate::catalog::{Catalog, Motion, NaifId, Rotation};
+use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+
+/// A field of a body that no theory can follow, whatever the time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    pub body: NaifId,
+    /// Of the body's table in the catalog.
+    pub field: &'static str,
+    pub why: String,
+}
+
+/// TDB seconds past J2000 of a span of Julian years.
+fn span_of((first, last): (f64, f64)) -> (f64, f64) {
+    let seconds = |year: f64| (year - 2000.0) * 365.25 * SECONDS_PER_DAY;
+    (seconds(first), seconds(last))
+}
+
+/// The day, without the time of day.
+fn day(tdb_s: f64) -> String {
+    let text = Instant::from_tdb_seconds_past_j2000(tdb_s).to_utc_iso();
+    text.split_once('T').map_or(text.clone(), |(day, _)| day.to_owned())
+}
+
+impl Ephemeris {
+    pub(super) fn name_of(&self, place: NaifId) -> String {
+        let named = |id: i32| self.names.get(&NaifId(id));
+        match (place.0, named(place.0)) {
+            (_, Some(name)) => name.clone(),
+            (0, _) => "the solar system's centre of mass".into(),
+            (3, _) => "the Earth-Moon centre of mass".into(),
+            (system @ 1..=9, _) => match named(system * 100 + 99) {
+                Some(planet) => format!("{planet}'s centre of mass"),
+                None => format!("centre of mass {system}"),
+            },
+            (code, _) => format!("body {code}"),
+        }
+    }
+
+    /// When `source` has a place, at the widest; `None`: at no time.
+    fn reach(&self, place: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
+        let mut spans = Vec::new();
+        if source.is_none_or(|s| s == Source::Kernel) {
+            spans.extend(self.kernels.iter().filter_map(|k| k.reach(place.0)));
+        }
+        if source.is_none_or(|s| s == Source::Series) {
+            let narrower = self.series.reach(place.0);
+            spans.extend(narrower.map(|(a, b)| (a.max(span_of(SERIES_YEARS).0), b.min(span_of(SERIES_YEARS).1))));
+        }
+        if source.is_none_or(|s| s == Source::Mean) && mean::counts_from(place.0).is_some() {
+            spans.push(span_of(MEAN_YEARS));
+        }
+        if self.orbits.get(&place).is_some_and(|o| o.motion != Motion::Planetary) {
+            spans.push(span_of(ORBIT_YEARS));
+        }
+        spans.into_iter().reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
+    }
+
+    pub(super) fn no_theory(&self, place: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
+        let (name, at) = (self.name_of(place), t.to_utc_iso());
+        let have = match source {
+            None => "the sources have",
+            Some(Source::Kernel) => "the kernel has",
+            Some(Source::Series) => "the series have",
+            Some(Source::Mean) => "the mean elements have",
+        };
+        EphemerisError(match self.reach(place, source) {
+            None => format!("{have} no place for {name} at any time; --kernel FILE adds an SPK that has it"),
+            Some((first, last)) => {
+                let other = match source {
+                    Some(Source::Kernel) => "leave --source out for the series, or add a longer SPK by --kernel",
+                    _ => "--kernel FILE adds a longer SPK, such as DE441",
+                };
+                format!("{have} {name} from {} to {}, not at {at}; {other}", day(first), day(last))
+            }
+        })
+    }
+
+    /// What a catalog asks of its bodies that no theory here can answer at any time.
+    pub fn faults(&self, catalog: &Catalog) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        for body in catalog.bodies() {
+            let mut add = |field, why: String| faults.push(Fault { body: body.id, field, why });
+            if let Some((field, why)) = self.fault_of_motion(body.id, &body.motion, body.parent) {
+                add(field, why);
+            }
+            match body.rotation {
+                Rotation::Pck if self.pck.pole_and_meridian(body.id, 0.0).is_none() => add(
+                    "rotation",
+                    format!(
+                        "model = \"pck\", and the PCK has no rotation of body {}: write model = \"fixed\" with pole_ra_deg, pole_dec_deg, w0_deg and \
+                         w_deg_day, or model = \"synchronous\" for a moon that keeps one face to its parent",
+                        body.id.0
+                    ),
+                ),
+                Rotation::Synchronous if body.parent.is_none() => add(
+                    "rotation",
+                    "model = \"synchronous\", and the body has no parent to turn its face to: write model = \"fixed\" with pole_ra_deg, \
+                     pole_dec_deg, w0_deg and w_deg_day"
+                        .into(),
+                ),
+                _ => {}
+            }
+        }
+        faults
+    }
+
+    fn fault_of_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
+        let planetary = |id: NaifId| is_balanced(id) || self.in_planetary_sources(id);
+        if *motion == Motion::Planetary {
+            return (!planetary(id)).then(|| {
+                let why = "theory = \"planetary\", and neither kernel nor series have body";
+                (
+                    "motion",
+                    format!("{why} {}: name an SPK that has it by --kernel, or write theory = \"mean-elements\" with its orbit", id.0),
+                )
+            });
+        }
+        if parent.is_none() && !planetary(id) {
+            return Some(("parent", "is missing: the motion is counted from it".into()));
+        }
+        let mut at = id;
+        for _ in 0..LONGEST_CHAIN {
+            if planetary(at) {
+                return None;
+            }
+            match self.orbits.get(&at) {
+                // A parent without a theory is a fault of its own.
+                None => return None,
+                Some(orbit) if orbit.motion == Motion::Planetary => return None,
+                Some(orbit) => at = orbit.parent,
+            }
+        }
+        Some(("parent", "leads round in a circle, or over more bodies than any moon has".into()))
+    }
+
+    fn in_planetary_sources(&self, id: NaifId) -> bool {
+        mean::counts_from(id.0).is_some() || self.kernels.iter().any(|k| k.reach(id.0).is_some())
+    }
+}

@@ -1,0 +1,131 @@
+//! What a kept picture says of itself, and whether the whole file is as it was written.
+//!
+//! In: bytes of a file. Out: the text under one name, and whether the file is whole. Always: one changed, missing or cut byte, and it is not. A PNG carries a checksum
+//! of each chunk; an EXR carries none, so [`seal_exr`] writes a SHA-256 of the file beside the text. Not done: what the text means.
+
+use super::ImageError;
+use sha2::{Digest, Sha256};
+use std::io::Cursor;
+
+/// Hexadecimal digits of a SHA-256.
+const DIGEST_LEN: usize = 64;
+/// The attribute of an EXR: the digest, a space, the text.
+const ATTRIBUTE: &str = "orreryRequest";
+
+fn damaged(why: impl std::fmt::Display) -> ImageError {
+    ImageError::Damaged(why.to_string())
+}
+
+/// Bytes of a file's beginning that hold the texts of any picture written here.
+pub const HEAD_LEN: usize = 1 << 16;
+
+/// The text under `key` before the pixels of a PNG that may be damaged further on.
+pub fn png_head_text(head: &[u8], key: &str) -> Option<String> {
+    let reader = png_decoder(head).read_info().ok()?;
+    reader.info().utf8_text.iter().find(|c| c.keyword == key)?.get_text().ok()
+}
+
+fn png_decoder(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
+    let mut options = png::DecodeOptions::default();
+    options.set_skip_ancillary_crc_failures(false);
+    png::Decoder::new_with_options(Cursor::new(bytes), options)
+}
+
+/// Whether these are the bytes of a whole PNG of that size.
+pub fn whole_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), ImageError> {
+    let mut reader = png_decoder(bytes).read_info().map_err(damaged)?;
+    let (w, h) = reader.info().size();
+    if (w, h) != (width, height) {
+        return Err(damaged(format!("{w}x{h} pixels")));
+    }
+    let mut pixels = vec![0; reader.output_buffer_size().ok_or_else(|| damaged("too large"))?];
+    reader.next_frame(&mut pixels).map_err(damaged)?;
+    reader.finish().map_err(damaged)
+}
+
+/// The attribute's value before the digest is known.
+pub(super) fn unsealed(text: &str) -> (&'static str, String) {
+    (ATTRIBUTE, format!("{} {text}", "0".repeat(DIGEST_LEN)))
+}
+
+/// Where the digest stands, and the text after it.
+fn seal_of(bytes: &[u8]) -> Option<(usize, &str)> {
+    let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
+    let at = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
+    let length = u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?) as usize;
+    let value = bytes.get(at + 4..at.checked_add(4)?.checked_add(length)?)?;
+    let text = value.get(DIGEST_LEN..)?.strip_prefix(b" ")?;
+    Some((at + 4, std::str::from_utf8(text).ok()?))
+}
+
+fn digest_without(bytes: &[u8], at: usize) -> String {
+    let mut hash = Sha256::new();
+    hash.update(&bytes[..at]);
+    hash.update([b'0'; DIGEST_LEN]);
+    hash.update(&bytes[at + DIGEST_LEN..]);
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Puts the digest of an EXR into its place.
+pub(super) fn seal_exr(bytes: &mut [u8]) {
+    if let Some((at, _)) = seal_of(bytes) {
+        let digest = digest_without(bytes, at);
+        bytes[at..at + DIGEST_LEN].copy_from_slice(digest.as_bytes());
+    }
+}
+
+/// The sealed text of an EXR that may be damaged further on.
+pub fn exr_head_text(head: &[u8]) -> Option<String> {
+    seal_of(head).map(|(_, text)| text.to_owned())
+}
+
+/// Whether these are the bytes of a whole EXR, as they were sealed.
+pub fn whole_exr(bytes: &[u8]) -> Result<(), ImageError> {
+    match seal_of(bytes) {
+        Some((at, _)) if digest_without(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
+        _ => Err(damaged("its bytes are not those that were written")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{write_exr, write_png};
+    use super::*;
+
+    const SIZE: (u32, u32) = (5, 3);
+
+    fn png() -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let pixels: Vec<[u8; 4]> = (0..15_u8).map(|i| [i, 255 - i, 3 * i, 255]).collect();
+        write_png(&mut bytes, 5, 3, &pixels, &[("Title", "Earth"), ("Request", "mine")]).expect("written");
+        bytes
+    }
+
+    fn exr() -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let pixels: Vec<[f32; 4]> = (0..15).map(|i| [i as f32 * 1e4, 1e-6, 0.1, 1.0]).collect();
+        write_exr(&mut bytes, 5, 3, &pixels, "legend", Some("mine")).expect("written");
+        bytes.into_inner()
+    }
+
+    /// Every byte turned and every length: the text comes back from the file as it was written and from no other.
+    #[test]
+    fn no_byte_may_change_or_be_missing() {
+        type Read = fn(&[u8]) -> Option<String>;
+        let png_read: Read = |b| png_head_text(b, "Request").filter(|_| whole_png(b, SIZE).is_ok());
+        let exr_read: Read = |b| exr_head_text(b).filter(|_| whole_exr(b).is_ok());
+        for (kind, bytes, read) in [("png", png(), png_read), ("exr", exr(), exr_read)] {
+            assert_eq!(read(&bytes).as_deref(), Some("mine"), "{kind}");
+            let counts = |b: &[u8]| read(b).as_deref() == Some("mine");
+            for at in 0..bytes.len() {
+                assert!(!counts(&bytes[..at]), "{kind} cut to {at} of {} bytes", bytes.len());
+                for bit in [1_u8, 0x80] {
+                    let mut turned = bytes.clone();
+                    turned[at] ^= bit;
+                    assert!(!counts(&turned), "{kind}: byte {at} of {} turned", bytes.len());
+                }
+            }
+        }
+        assert!(whole_png(&png(), (5, 4)).is_err() && png_head_text(&png(), "Other").is_none());
+    }
+}

@@ -1,0 +1,256 @@
+//! Which request a picture was drawn for, written into the file, so that a run goes on with its own pictures and with no other's.
+//!
+//! In: a view request and what the session draws it with. Out: a [`Mark`], named values as one line of JSON; and of a file, whether it is whole and whose. Always: every field of
+//! a request, every catalog, map, kernel and fragment that can change the picture changes the mark; no clock, path, number of threads or folder of a cache does. Not
+//! done: to tell two builds of one version apart by more than catalogs and shaders; to tell the GPU from software where either may draw.
+
+use super::{RendererWish, Session, is_exr};
+use crate::catalog::{Body, Catalog, NaifId};
+use crate::image::{HEAD_LEN, exr_head_text, png_head_text, whole_exr, whole_png};
+use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
+use crate::shader::generator;
+use crate::wording::echo_of;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+/// Everything that decides a picture, by name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mark(BTreeMap<String, String>);
+
+/// The name of the PNG chunk that holds a mark.
+pub const MARK_CHUNK: &str = "Request";
+
+/// A file at the place where a picture shall be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Earlier {
+    None,
+    /// Whole, and of this very request.
+    Same,
+    /// Of another, in words for a message: what differs, each as `name: its own, not ours`.
+    Other(String),
+    /// No mark can be read, and why.
+    Unknown(String),
+}
+
+fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update((part.len() as u64).to_le_bytes());
+        hash.update(part);
+    }
+    generator::hex(&hash.finalize()[..8])
+}
+
+/// SHA-256 of a file, read in pieces.
+fn file_digest(path: &Path) -> String {
+    let read = || -> std::io::Result<String> {
+        let (mut file, mut hash, mut piece) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
+        loop {
+            match file.read(&mut piece)? {
+                0 => return Ok(generator::hex(&hash.finalize()[..8])),
+                n => hash.update(&piece[..n]),
+            }
+        }
+    };
+    read().unwrap_or_else(|_| "none".into())
+}
+
+/// What a session's pictures are made of, beside the request.
+pub(super) fn of_sources(
+    catalog: &Catalog,
+    kernel: Option<&Path>,
+    folders: &[PathBuf],
+    fragments_digest: String,
+    renderer: RendererWish,
+) -> BTreeMap<String, String> {
+    // What a source is called changes no picture.
+    let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
+    let files = catalog.bodies().iter().flat_map(|b| {
+        let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten().map(|m| m.file.as_str());
+        let clouds = b.clouds.iter().map(|c| c.map.file.as_str());
+        maps.chain(clouds).chain(b.overlays.iter().map(|o| o.file.as_str())).chain(b.mesh.iter().map(|m| m.file.as_str()))
+    });
+    let found = files.flat_map(|name| folders.iter().map(move |f| (name, f.join(name)))).filter(|(_, path)| path.is_file());
+    let own: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
+    let images = if own.is_empty() { "embedded".into() } else { hex_digest(own.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
+    let renderer = match renderer {
+        RendererWish::Auto => "auto",
+        RendererWish::Gpu => "gpu",
+        RendererWish::Software => "software",
+    };
+    let of = |name: &str, value: String| (name.to_owned(), value);
+    BTreeMap::from([
+        of("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
+        of("catalogs", hex_digest(bodies)),
+        of("kernel", kernel.map_or("embedded".into(), file_digest)),
+        of("images", images),
+        of("shaders", fragments_digest),
+        of("renderer", renderer.into()),
+    ])
+}
+
+/// The time of a mark as a calendar has it.
+fn clock_of(mark: &Mark) -> &str {
+    mark.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
+}
+
+impl Mark {
+    /// The mark of a request; `sources` as [`of_sources`] has it.
+    pub(super) fn new(catalog: &Catalog, request: &ViewRequest, sources: &BTreeMap<String, String>) -> Self {
+        let name = |id: NaifId| catalog.body(id).map_or_else(|| format!("place {}", id.0), |b| b.name.clone());
+        // By name and without a rest: a new field of a request does not compile until it is in the mark.
+        let ViewRequest {
+            time,
+            target,
+            position,
+            look,
+            up,
+            fov_deg,
+            width,
+            height,
+            exposure,
+            tone_map,
+            effects,
+            layers,
+            selected,
+            quality,
+            pixel_view,
+            // What the session found of the catalog's files, which the sources cover.
+            missing_maps: _,
+            meshes: _,
+        } = request;
+        let usual = || "as usual".to_owned();
+        let axes = |a: &Axes| match a {
+            Axes::Icrf => "ICRF",
+            Axes::BodyFixed => "body-fixed",
+        };
+        let from = match position {
+            Position::Over { towards, distance_radii } => {
+                let side = towards.map_or_else(usual, name);
+                distance_radii.map_or_else(|| format!("side {side}, fitted"), |d| format!("side {side}, {d} radii"))
+            }
+            Position::Centre(body) => format!("centre of {}", name(*body)),
+            Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
+                format!("{} at {latitude_deg},{longitude_deg}, {height_km} km high", name(*body))
+            }
+            Position::Offset { body, offset_km, axes: a } => format!("{} + {:?} km {}", name(*body), offset_km.to_array(), axes(a)),
+        };
+        let look = match look {
+            Look::Target => "at the target".into(),
+            Look::Along { direction, axes: a } => format!("{:?} {}", direction.to_array(), axes(a)),
+        };
+        let up = match up {
+            Up::Along { direction, axes: a } => format!("{:?} {}", direction.to_array(), axes(a)),
+            word => format!("{word:?}").to_lowercase(),
+        };
+        let exposure = match exposure {
+            ExposureRequest::Auto => "auto".into(),
+            ExposureRequest::Stops(stops) => format!("{stops} stops"),
+        };
+        let of = |name: &str, value: String| (name.to_owned(), value);
+        let mut values = sources.clone();
+        values.extend([
+            of("target", target.map_or("none".into(), name)),
+            of("time", format!("{} (TDB {} s past J2000)", time.to_utc_iso(), time.tdb_seconds_past_j2000())),
+            of("from", from),
+            of("look", look),
+            of("up", up),
+            of("fov", fov_deg.map_or_else(usual, |f| format!("{f} deg"))),
+            of("size", format!("{width}x{height}")),
+            of("exposure", exposure),
+            of("tone-map", tone_map.name().into()),
+            of("effects", effects.to_text()),
+            of("layers", layers.to_text()),
+            of("selected", selected.map_or("the target".into(), name)),
+            of("quality", format!("{quality:?}").to_lowercase()),
+            of("pixels", pixel_view.name().into()),
+        ]);
+        Self(values)
+    }
+
+    /// One line of JSON in ASCII, the same bytes for the same mark.
+    pub fn to_text(&self) -> String {
+        let json = serde_json::json!(self.0).to_string();
+        let ascii = |c: char| if c.is_ascii() { vec![c as u16] } else { c.encode_utf16(&mut [0; 2]).to_vec() };
+        json.chars().flat_map(ascii).map(|u| if u < 0x80 { char::from(u as u8).to_string() } else { format!("\\u{u:04x}") }).collect()
+    }
+
+    /// What a user thinks of first.
+    pub fn short(&self) -> String {
+        let value = |name: &str| self.0.get(name).map_or("", String::as_str);
+        format!("target {}, time {}, size {}", echo_of(value("target"), 60), clock_of(self), value("size"))
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        serde_json::from_str(text).ok().map(Self)
+    }
+
+    /// What both say of the fields in which they differ, ours second.
+    fn differences(theirs: &Self, ours: &Self) -> String {
+        // What a user thinks of first stands first.
+        let order = ["target", "time", "from", "size", "effects", "layers", "quality"];
+        let names = order.into_iter().chain(theirs.0.keys().chain(ours.0.keys()).map(String::as_str).filter(|k| !order.contains(k)));
+        let mut differ: Vec<&str> = Vec::new();
+        for name in names.filter(|n| theirs.0.get(*n) != ours.0.get(*n)) {
+            if !differ.contains(&name) {
+                differ.push(name);
+            }
+        }
+        // The seconds of TDB tell apart what a clock to the millisecond does not.
+        let same_clock = clock_of(theirs) == clock_of(ours);
+        let value = |mark: &Self, name: &str| match mark.0.get(name).map(String::as_str) {
+            None | Some("") => "none".to_owned(),
+            Some(_) if name == "time" && !same_clock => echo_of(clock_of(mark), 60),
+            Some(text) => echo_of(text, 60),
+        };
+        let said = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_of(n, 20), value(theirs, n), value(ours, n)));
+        let more = differ.len().saturating_sub(3);
+        said.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
+    }
+
+    /// What is at a path where this picture of that size shall be.
+    pub fn earlier(&self, path: &Path, size: (u32, u32)) -> Earlier {
+        let about = match path.metadata() {
+            // Writing will say what is wrong with the folder.
+            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Earlier::None,
+            Err(e) => return Earlier::Unknown(e.to_string()),
+            Ok(about) if !about.is_file() => return Earlier::Unknown("no file".into()),
+            Ok(about) => about,
+        };
+        let read = |most: u64| {
+            let mut bytes = Vec::new();
+            File::open(path).and_then(|f| f.take(most).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
+        };
+        let head = match read(HEAD_LEN as u64) {
+            Ok(head) => head,
+            Err(why) => return Earlier::Unknown(why),
+        };
+        let text = if is_exr(path) { exr_head_text(&head) } else { png_head_text(&head, MARK_CHUNK) };
+        match text.as_deref().and_then(Self::parse) {
+            None => return Earlier::Unknown("none can be read in it".into()),
+            Some(theirs) if theirs != *self => return Earlier::Other(Self::differences(&theirs, self)),
+            Some(_) => {}
+        }
+        // Four floats a pixel, what a line costs, and the texts: no picture of this size is larger.
+        let most = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
+        if about.len() > most {
+            return Earlier::Unknown("it says this one, but is larger than any picture of this size".into());
+        }
+        let whole = read(most).and_then(|b| if is_exr(path) { whole_exr(&b) } else { whole_png(&b, size) }.map_err(|e| e.to_string()));
+        whole.map_or_else(|why| Earlier::Unknown(format!("it says this one, but is {why}")), |()| Earlier::Same)
+    }
+}
+
+impl Session {
+    /// What decides the picture of a request that this session draws.
+    pub fn mark(&self, request: &ViewRequest) -> Mark {
+        let sources = self.mark_sources.get_or_init(|| {
+            let fragments = generator::digest_with(&self.library.fragments(), &super::software::lowering().digest);
+            of_sources(&self.catalog, self.kernel.as_deref(), &self.folders, fragments, self.devices.wish())
+        });
+        Mark::new(&self.catalog, request, sources)
+    }
+}

@@ -1,0 +1,85 @@
+//! A folder of shader fragments that lie over those built in.
+//!
+//! In: a folder. Out: its `*.wgsl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is used by one; another is named.
+//! Not done: to check what they say.
+
+use crate::shader::fragments::{FRAGMENTS, Fragments};
+use crate::wording::{did_you_mean, echo};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// Time of the last change and length of each file.
+pub type Stamps = BTreeMap<PathBuf, (SystemTime, u64)>;
+
+/// Folders in folders, and files, that are looked at; a link that leads round ends here.
+const DEEPEST: usize = 8;
+const FILES_AT_MOST: usize = 2000;
+/// The longest built-in fragment has some 10 kB.
+const LONGEST_FILE: u64 = 1 << 20;
+
+/// Every `*.wgsl` file below a folder.
+///
+/// # Errors
+/// What cannot be read, or that there is no fragment.
+pub fn fragment_stamps(folder: &Path) -> Result<Stamps, String> {
+    let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", echo(&path.display().to_string()));
+    let (mut found, mut folders) = (Stamps::new(), vec![(folder.to_owned(), 0)]);
+    while let Some((folder, depth)) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).map_err(|e| failed(&folder, e))? {
+            let path = entry.map_err(|e| failed(&folder, e))?.path();
+            let about = path.metadata().map_err(|e| failed(&path, e))?;
+            if about.is_dir() {
+                folders.extend((depth < DEEPEST).then_some((path, depth + 1)));
+            } else if about.is_file() && path.extension().is_some_and(|e| e == "wgsl") {
+                let changed = about.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+                found.insert(path, (changed, about.len()));
+            }
+        }
+        if found.len() > FILES_AT_MOST {
+            return Err(format!("{}: more than {FILES_AT_MOST} *.wgsl files", echo(&folder.display().to_string())));
+        }
+    }
+    if found.is_empty() {
+        let advice = "no *.wgsl file is here; `orrery shader export` writes the fragments into a folder";
+        return Err(format!("{}: {advice}", echo(&folder.display().to_string())));
+    }
+    Ok(found)
+}
+
+/// The fragments of a folder whose files are these.
+///
+/// # Errors
+/// A file that cannot be read, or that neither replaces a built-in fragment nor is used by one.
+pub fn read_fragments(folder: &Path, files: &Stamps) -> Result<Fragments, String> {
+    let one = |(path, (_, length)): (&PathBuf, &(SystemTime, u64))| {
+        let failed = |why: String| format!("{}: {why}", echo(&path.display().to_string()));
+        if *length > LONGEST_FILE {
+            return Err(failed("longer than any fragment".into()));
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+        let inside = path.strip_prefix(folder).unwrap_or(path);
+        let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+        Ok((parts.join("/"), text))
+    };
+    let fragments = Fragments::with_files(files.iter().map(one).collect::<Result<Vec<_>, String>>()?);
+    match fragments.unused().first() {
+        None => Ok(fragments),
+        Some(path) => {
+            let file = folder.join(path);
+            Err(format!("{}: no fragment has this path, and none uses it; {}", echo(&file.display().to_string()), meant(path)))
+        }
+    }
+}
+
+/// Which fragment a path may have meant: by its whole, or by its last part in another folder.
+fn meant(path: &str) -> String {
+    let last = |p: &str| p.rsplit('/').next().unwrap_or_default().to_owned();
+    let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| last(p) == last(path)).collect();
+    match same_name.first() {
+        Some(p) => format!("did you mean `{p}`?"),
+        None => {
+            did_you_mean(path, FRAGMENTS.iter().map(|(p, _)| *p)).unwrap_or_else(|| "`orrery shader export` writes all there are".into())
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Words of messages: what a message repeats of what it was given, and which known word may have been meant.
+//!
+//! In: text from outside. Out: text for one line on a terminal. Always: what comes out has no control character and at most as many characters as the caller allows.
+//! Not done: sentences, which belong to whoever knows what is wrong.
+
+/// Characters that a message repeats of what it was given, at most.
+pub const ECHO_AT_MOST: usize = 200;
+
+/// What was given, with control characters escaped and cut at [`ECHO_AT_MOST`].
+pub fn echo(given: &str) -> String {
+    echo_of(given, ECHO_AT_MOST)
+}
+
+/// The same with another limit, for messages that repeat more than one thing.
+pub fn echo_of(given: &str, most: usize) -> String {
+    let escaped = given.chars().flat_map(|c| if steers(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] });
+    let mut shown: Vec<char> = escaped.take(most + 1).collect();
+    if shown.len() > most {
+        shown.truncate(most.saturating_sub(1));
+        shown.push('…');
+    }
+    shown.into_iter().collect()
+}
+
+/// A message with what would steer a terminal escaped; lines stay lines.
+pub fn harmless(message: &str) -> String {
+    message.chars().map(|c| if steers(c) && c != '\n' { c.escape_default().to_string() } else { c.to_string() }).collect()
+}
+
+/// Whether a terminal acts upon it: control characters, and those that turn the direction of writing.
+fn steers(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// The known words that `word` may have been, nearest first, three at most: those within a third of its letters (three at most) of edits or
+/// swaps, and those that it begins. Case does not count.
+pub fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
+    // What is far longer than any name is near none, and would take long to compare.
+    let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
+    let letters = lower.chars().count();
+    let most = (letters / 3).clamp(1, 3);
+    let distance = |k: &str| {
+        let k = k.to_lowercase();
+        let begins = letters >= 3 && k.starts_with(&lower);
+        if begins { 1 } else { strsim::osa_distance(&lower, &k) }
+    };
+    let mut near: Vec<(usize, &str)> = known.into_iter().map(|k| (distance(k), k)).filter(|(d, _)| *d <= most).collect();
+    near.sort();
+    near.dedup();
+    near.into_iter().map(|(_, k)| k).take(3).collect()
+}
+
+/// ``did you mean `a` or `b`?``, if any known word is near.
+pub fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
+    let near: Vec<String> = nearest(word, known).iter().map(|n| format!("`{n}`")).collect();
+    match near.split_last()? {
+        (only, []) => Some(format!("did you mean {only}?")),
+        (last, others) => Some(format!("did you mean {} or {last}?", others.join(", "))),
+    }
+}
+
+/// What was meant, or else all there is: ``did you mean `a`?`` or `one of a, b, c`.
+pub fn or_one_of(word: &str, known: &[&str]) -> String {
+    did_you_mean(word, known.iter().copied()).unwrap_or_else(|| format!("one of {}", known.join(", ")))
+}
+
+/// What serde_json says, in plain words and without its place in the text: ``expected an object, found a list``.
+pub fn of_json(error: &serde_json::Error) -> String {
+    let said = error.to_string();
+    let at = said.rfind(" at line ").filter(|_| error.line() > 0).unwrap_or(said.len());
+    let said = &said[..at];
+    for (prefix, length) in [("invalid type: ", false), ("invalid value: ", false), ("invalid length ", true)] {
+        if let Some((found, wanted)) = said.strip_prefix(prefix).and_then(|rest| rest.rsplit_once(", expected ")) {
+            let found = if length { format!("{found} values") } else { kind_of(found) };
+            return format!("expected {}, found {found}", wanted_of(wanted));
+        }
+    }
+    said.to_owned()
+}
+
+/// `sequence` is serde's word for a list.
+fn kind_of(found: &str) -> String {
+    match found {
+        "sequence" => "a list".into(),
+        "map" => "an object".into(),
+        _ => match found.split_once(' ') {
+            Some(("string", text)) => format!("the text {text}"),
+            Some(("integer", number)) => format!("the number {}", number.trim_matches('`')),
+            Some(("floating", number)) => format!("the number {}", number.trim_start_matches("point ").trim_matches('`')),
+            Some(("boolean", value)) => value.trim_matches('`').to_owned(),
+            _ => found.to_owned(),
+        },
+    }
+}
+
+/// Rust's names of types are nobody's words.
+fn wanted_of(wanted: &str) -> String {
+    match wanted {
+        "a sequence" => "a list".into(),
+        "a map" => "an object".into(),
+        "f64" | "f32" => "a number".into(),
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0".into(),
+        "i32" | "i64" | "isize" => "a whole number".into(),
+        _ => wanted.strip_prefix("an array of length ").map_or_else(|| wanted.to_owned(), |n| format!("a list of {n} values")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_echo_is_short_and_steers_no_terminal() {
+        let cases =
+            ["", "mars", &"x".repeat(200), &"x".repeat(201), &"é".repeat(5000), "a\u{1b}[2Jb\r\n\t", "\u{202e}sram", &"\u{7}".repeat(150)];
+        for given in cases {
+            for most in [20, ECHO_AT_MOST] {
+                let shown = echo_of(given, most);
+                assert!(shown.chars().count() <= most, "{given:?}: {} characters", shown.chars().count());
+                assert!(!shown.chars().any(steers), "{shown:?}");
+                // What fits is shown as it is.
+                if given.chars().count() <= most && !given.chars().any(steers) {
+                    assert_eq!(shown, given);
+                }
+            }
+        }
+        assert!(echo(&"x".repeat(201)).ends_with("x…") && echo("a\u{1b}[2J") == "a\\u{1b}[2J");
+        assert_eq!(harmless("a\u{1b}b\nc"), "a\\u{1b}b\nc");
+    }
+
+    #[test]
+    fn near_words_are_suggested_and_far_ones_are_not() {
+        let known = ["Mars", "Saturn", "Titan", "Triton", "Titania", "Moon"];
+        assert_eq!(nearest("marz", known), ["Mars"]);
+        assert_eq!(nearest("SATRUN", known), ["Saturn"]);
+        assert_eq!(nearest("tita", known), ["Titan", "Titania"]);
+        assert!(nearest("nibiru", known).is_empty() && nearest("", known).is_empty());
+        assert!(nearest(&"mars".repeat(100_000), known).is_empty());
+        assert_eq!(did_you_mean("moo", known).as_deref(), Some("did you mean `Moon`?"));
+    }
+
+    #[test]
+    fn json_is_faulted_in_plain_words() {
+        let said = |text: &str| of_json(&serde_json::from_str::<Vec<f64>>(text).expect_err(text));
+        assert_eq!(said("{}"), "expected a list, found an object");
+        assert_eq!(said("[\"a\"]"), "expected a number, found the text \"a\"");
+        assert_eq!(said("[1,"), "EOF while parsing a value");
+    }
+}
