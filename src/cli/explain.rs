@@ -1,6 +1,7 @@
 //! `orrery explain`: every body of a view, what its draw got and did not get, and why.
 use super::view_words::ViewWords;
 use super::{CliError, Common};
+use crate::scene::request::Purpose;
 use crate::scene::{BodyInView, Scene};
 use crate::session::Session;
 use crate::shader::key::ShaderKey;
@@ -18,6 +19,9 @@ pub struct ExplainArgs {
     /// Print the passes of the frame and their draws instead
     #[arg(long, conflicts_with = "json")]
     passes: bool,
+    /// As an EXR file or a question about a pixel has it: linear light, not a display at this exposure
+    #[arg(long)]
+    linear: bool,
     /// Bodies that are not in the picture too
     #[arg(long)]
     all: bool,
@@ -27,6 +31,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality.of_request();
+    request.purpose = Purpose::of_file(args.linear);
     if args.passes {
         return super::output::put(&session.passes(&request, common.quality.fineness())?);
     }
@@ -36,6 +41,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
         let value = json!({
             "time": scene.time.to_utc_iso(),
             "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
+            "purpose": scene.purpose.to_string(),
             "bodies": bodies.iter().map(|b| as_json(b)).collect::<Vec<_>>(),
         });
         format!("{value:#}\n")
@@ -60,7 +66,13 @@ fn as_json(b: &BodyInView) -> Value {
 }
 
 fn as_text(scene: &Scene, bodies: &[&BodyInView]) -> String {
-    let mut text = format!("{}  exposure {:+.2} stops ({})\n", scene.time.to_utc_iso(), scene.exposure.stops, scene.exposure.reason);
+    let mut text = format!(
+        "{}  exposure {:+.2} stops ({})\nfor {}\n",
+        scene.time.to_utc_iso(),
+        scene.exposure.stops,
+        scene.exposure.reason,
+        scene.purpose
+    );
     for b in bodies {
         let magnitude = b.magnitude.map_or("-".to_owned(), |m| format!("{m:.2}"));
         text.push_str(&format!(

@@ -3,7 +3,7 @@ use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
 use crate::scene::legend::legend;
-use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
+use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -138,6 +138,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         let request = ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), ..request.clone() };
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
+        let request = ViewRequest { purpose: Purpose::of_file(keep_hdr), ..request };
         let drawn = session.draw(&request, fineness, keep_hdr)?;
         first_frame.get_or_insert_with(|| begun.elapsed());
         drawn_frames += 1;

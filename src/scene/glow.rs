@@ -7,9 +7,9 @@
 //! [`LEAST_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
 //! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
 
+use super::Placed;
 use super::camera::{Camera, ClipRect, Placement, narrow, narrow_scalar};
-use super::effects::VISIBLE_CHANGE;
-use super::{Placed, of_white};
+use super::purpose::Bound;
 use crate::catalog::NaifId;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -60,23 +60,64 @@ fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
     (angle, outwards.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
 }
 
+/// What a body leaves of a disc of an angular radius (radians) around a unit vector that lies behind it.
+pub(super) fn left_behind(body: &Placement, towards: DVec3, radius: f64) -> f64 {
+    let separation = crate::ephemeris::angle_rad(body.centre_km, towards);
+    let (limb, slant) = limb_towards(body, towards);
+    left_by(limb + (separation - limb) * slant, limb, radius)
+}
+
 /// The part of the Sun's disc that no body hides from the camera.
-pub(super) fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
+fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
     let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0).asin();
     let towards = sun.placement.centre_km / sun.distance_km;
     let nearer = placed.iter().filter(|p| p.body.id != sun.body.id && p.distance_km > 0.0 && p.distance_km < sun.distance_km);
-    nearer.fold(1.0, |left, p| {
-        let separation = crate::ephemeris::angle_rad(p.placement.centre_km, towards);
-        let (limb, slant) = limb_towards(&p.placement, towards);
-        left * left_by(limb + (separation - limb) * slant, limb, radius)
-    })
+    nearer.map(|p| left_behind(&p.placement, towards, radius)).product()
 }
 
-/// Whether the disc is in the frame. The outline's rectangle will not do: it is wide for a body at a right angle to the view.
-fn meets_frame(camera: &Camera, towards: DVec3, radius: f64) -> bool {
+/// About what part of a disc is in the frame: as a square's. The outline's rectangle will not do: it is wide for a body at a right angle to the view.
+fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     let ahead = towards.dot(camera.forward);
-    let within = |across: f64, half: f64| (across / ahead).abs() < half + radius * (1.0 + half * half);
-    ahead > 0.0 && within(towards.dot(camera.right), camera.tan_half_fov.x) && within(towards.dot(camera.up), camera.tan_half_fov.y)
+    if ahead <= 0.0 {
+        return 0.0;
+    }
+    let within = |across: f64, half: f64| {
+        let reach = radius * (1.0 + half * half);
+        (0.5 + 0.5 * (half - (across / ahead).abs()) / reach).clamp(0.0, 1.0)
+    };
+    within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
+}
+
+/// The veil around the Sun: its radiance at an angle theta is `strength` / theta squared, flat within `least_sq`.
+pub(super) struct Veil {
+    /// Unit vector, ICRF.
+    pub towards: DVec3,
+    pub strength: f64,
+    pub least_sq: f64,
+    /// Part of the Sun's disc that is in the frame and that no body hides.
+    pub seen: f64,
+}
+
+impl Veil {
+    /// Of a Sun that is in the frame, if partly: as much of its light goes astray as enters there.
+    pub fn of(camera: &Camera, placed: &[Placed<'_>]) -> Option<Self> {
+        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
+        let towards = sun.placement.centre_km / sun.distance_km;
+        let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
+        let entering = part_in_frame(camera, towards, radius);
+        if entering <= 0.0 {
+            return None;
+        }
+        let seen = entering * part_seen(placed, sun);
+        let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
+        let least = radius.max(camera.pixel_tangent());
+        Some(Self { towards, strength: VEIL * irradiance * seen, least_sq: least * least, seen })
+    }
+
+    /// Radiance in a direction (a unit vector).
+    pub fn radiance(&self, direction: DVec3) -> f64 {
+        self.strength / (direction - self.towards).length_squared().max(self.least_sq)
+    }
 }
 
 /// The rectangle around all directions whose chord to `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
@@ -97,26 +138,18 @@ fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
 }
 
 /// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `tint`: what the air leaves of its light.
-pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], white: f64, tint: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
-    let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
-    let towards = sun.placement.centre_km / sun.distance_km;
-    let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
-    if !meets_frame(camera, towards, radius) {
-        return None;
-    }
-    let seen = part_seen(placed, sun);
-    let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
-    let strength = tint(sun.placement.centre_km) * (VEIL * irradiance * seen);
-    let least = (sun.body.radii_km.x / sun.distance_km).max(camera.pixel_tangent());
-    let beside = strength.max_element() / (least * least) / white;
-    let on = beside > VISIBLE_CHANGE;
-    let reason = if seen > 0.0 { format!("beside its limb the veil is {}", of_white(beside)) } else { "other bodies hide it".into() };
+pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], bound: Bound, tint: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
+    let Veil { towards, strength, least_sq, seen } = Veil::of(camera, placed)?;
+    let strength = tint(towards) * strength;
+    let beside = strength.max_element() / least_sq;
+    let on = bound.counts(beside);
+    let reason = if seen > 0.0 { format!("beside its limb the veil is {}", bound.said(beside)) } else { "other bodies hide it".into() };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    let rect = reach(camera, in_camera, (strength.max_element() / (LEAST_SHOWN * white)).sqrt());
+    let rect = reach(camera, in_camera, (strength.max_element() / bound.least_shown(LEAST_SHOWN).max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
         sun_direction: narrow(in_camera),
-        least_sq: narrow_scalar(least * least),
+        least_sq: narrow_scalar(least_sq),
         strength: narrow(strength),
         tan_half_fov: camera.tan_half_fov.as_vec2(),
     };
@@ -140,7 +173,7 @@ mod tests {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
         let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
         for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
-            assert_eq!(meets_frame(&camera, at(deg), 0.0047), shows, "{deg} degrees");
+            assert_eq!(part_in_frame(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
         }
     }
 

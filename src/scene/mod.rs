@@ -16,15 +16,18 @@ mod exposure;
 mod features;
 pub mod glow;
 mod kept;
+pub mod lamps;
 pub mod legend;
 mod lights;
 pub mod marks;
 mod meshes;
+mod meter;
 mod needs;
 pub mod orbits;
 pub mod overlays;
 mod phase_laws;
 pub mod photometry;
+pub mod purpose;
 pub mod request;
 pub mod ring_shine;
 mod ring_table;
@@ -38,8 +41,8 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use camera::{Camera, Placement};
 use draw::{Draw, Part, PixelView, Point};
-use effects::{Decision, VISIBLE_CHANGE};
-pub use exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, MOST_BESIDE};
+use effects::Decision;
+pub use exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE, DARKEST_EV, darkest_white};
 pub use features::disc_share;
 use features::{Frame, Seen};
 use glam::{DMat3, DVec3};
@@ -67,10 +70,15 @@ pub enum SceneError {
 pub struct Exposure {
     /// 2^stops is the factor on radiance.
     pub stops: f64,
+    /// What the light meter says, where it was asked; else the same.
+    pub metered_stops: f64,
     pub reason: String,
 }
 
 impl Exposure {
+    pub fn of(stops: f64, reason: impl Into<String>) -> Self {
+        Self { stops, metered_stops: stops, reason: reason.into() }
+    }
     pub fn factor(&self) -> f64 {
         self.stops.exp2()
     }
@@ -160,6 +168,10 @@ pub struct Scene {
     pub labels: Option<marks::Labels>,
     /// Bodies whose shape model is wanted and was not in the request: drawn as ellipsoids.
     pub unread_meshes: Vec<NaifId>,
+    /// Bodies whose lamps the exposure wants to know and that were not in the request.
+    pub unread_lamps: Vec<NaifId>,
+    /// What the picture is for.
+    pub purpose: request::Purpose,
 }
 
 /// A body where the viewer sees it, before anything is decided.
@@ -202,10 +214,11 @@ impl Scene {
             }
         }
         let air = placed.iter().find_map(|p| air::Around::of(p.body, &p.placement));
-        let exposure = exposure::exposure(request, camera, &placed, air.as_ref(), ephemeris);
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
-        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air: air.as_ref() };
+        let exposure = exposure::exposure(request, camera, &placed, &reflectors, air.as_ref(), ephemeris);
+        let bound = purpose::Bound::of(request.purpose, exposure.white());
+        let frame = Frame { request, camera, bound, reflectors: &reflectors, ephemeris, air: air.as_ref() };
         let mut draws: Vec<(f64, Draw)> = Vec::new();
         let mut points = Vec::new();
         let mut lines = Vec::new();
@@ -227,9 +240,10 @@ impl Scene {
             points.extend(point);
         }
         let unread_meshes = meshes::unread(request, camera, &placed);
+        let unread_lamps = exposure::unread_lamps(request, camera, &placed, &exposure);
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
-        let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
+        let glow = shines(request, glow::glow(camera, &placed, bound, tint), &mut bodies);
         draws.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.part.cmp(&b.1.part)));
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
         let outlined = draws.iter().map(|(_, d)| d).find(|d| d.body == selected && d.part == Part::Globe);
@@ -255,6 +269,8 @@ impl Scene {
             bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,
             labels,
             unread_meshes,
+            unread_lamps,
+            purpose: request.purpose,
         })
     }
 
@@ -375,9 +391,4 @@ fn unplaced(body: &Body, reason: String) -> BodyInView {
         decisions: vec![Decision { feature: "visible", on: false, reason, tier: None }],
         needs: Vec::new(),
     }
-}
-
-/// The bound of [`VISIBLE_CHANGE`] in words.
-fn of_white(part: f64) -> String {
-    format!("{part:.2e} of white against {VISIBLE_CHANGE:.2e}")
 }

@@ -58,7 +58,7 @@ pub struct Lit<'a> {
 }
 
 /// Part of the Sun's disc over one side of the plane, and the mean sine of that part; then those of the other side.
-fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
+pub(super) fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
     }
@@ -71,7 +71,7 @@ fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
 }
 
 /// Light of particles per unit of phase function over four, towards a path of slope `x`, lit along one of slope `y` from the same side or from beyond.
-fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
+pub(super) fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
     if same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }

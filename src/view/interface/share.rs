@@ -3,7 +3,7 @@
 use super::{Interface, named};
 use crate::render::plan::Fineness;
 use crate::scene::legend::legend;
-use crate::scene::request::ViewRequest;
+use crate::scene::request::{Purpose, ViewRequest};
 use crate::session::{Readers, Session, is_exr, write_picture, write_whole};
 use crate::view::kept::{SCHEME, restored};
 use crate::view::settings::{Bookmark, ZOOMS};
@@ -213,6 +213,7 @@ fn save(session: &Session, sight: &Sight, [width, height]: [u32; 2], names: bool
     }
     let mut request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
     request.layers.labels = names;
+    request.purpose = Purpose::of_file(is_exr(path));
     let drawn = session.draw_aside(&request, Fineness::of(request.quality), is_exr(path)).map_err(|e| e.to_string())?;
     let text = vec![
         ("Title", session.catalog().body(sight.target).map_or("Orrery".into(), |b| b.name.clone())),
