@@ -123,11 +123,16 @@ fn no_view_is_all_white_or_all_black() {
 #[test]
 fn a_far_planet_is_a_point_in_a_dark_sky() {
     for (target, radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e7)] {
-        let request = view(target, "2024-04-08T18:17:16Z", over(radii), None);
+        let towards = Some(if target == JUPITER { NaifId::EARTH } else { JUPITER });
+        let request = view(target, "2024-10-08T18:17:16Z", Position::Over { towards, distance_radii: Some(radii) }, None);
         let (found, exposure) = (shown(&request), scene(&request).exposure);
         assert!(found.seen < 0.1, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
         assert!(found.brightest > 100 || target == PHOBOS, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
     }
+    // With the Sun in the picture its glare whitens a tenth at the most.
+    let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(60_000.0), None);
+    let (found, exposure) = (shown(&beside_sun), scene(&beside_sun).exposure);
+    assert!(found.white < 0.13 && exposure.reason.contains("glare"), "{found:?}, {}", exposure.reason);
 }
 
 /// In totality the inner corona is what is metered: between 1.05 and 1.6 solar radii it is neither black nor white.

@@ -15,12 +15,14 @@ use super::lamps::{self, Lamps};
 use super::lights::{self, LightOn, Reflector};
 use super::purpose::{Bound, Purpose};
 use super::request::ViewRequest;
+use super::ring_shine::RingShine;
 use super::silhouette::Outline;
 use super::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, Placed, air, corona, disc_share, photometry, ring_shine, ring_table, rings};
 use crate::catalog::{Body, NaifId, Photometry, Ring};
 use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
 
 /// What is looked at weighs so much more than as much of the frame beside it.
 const TARGET_WEIGHS: f64 = 64.0;
@@ -29,8 +31,8 @@ const TARGET_WEIGHS: f64 = 64.0;
 const BRIGHTNESS_WEIGHS: f64 = 2.0 / 3.0;
 /// Radiance from which on more of it weighs no more: a white plane in full sunlight. Else a Sun of a few pixels outweighed a planet.
 const WEIGHS_MOST: f64 = 1.0;
-/// Share of the frame below which the Sun's disc is no longer what a picture is made for, but a light in it.
-const SUN_SHARE: f64 = 1e-3;
+/// Shares of the frame below which the Sun's disc is no longer what a picture is made for, but a light in it: where it is the target, and where it is not.
+const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// What the dark sky weighs: a point of light that weighs less is one in a picture of the sky.
 const DARK_WEIGHS: f64 = 1e-6;
 /// Part of the daylight that the sky keeps in totality, scattered from outside of the umbra: the zenith is four orders of magnitude darker than by day
@@ -44,6 +46,8 @@ const FAR_RADII: [f64; 2] = [3.0, 8.0];
 const RAYS: u32 = 20;
 const RING_RAYS: u32 = 28;
 const FRAME_RAYS: u32 = 16;
+/// Phase angles between which a ringed globe's night begins to count, radians.
+const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
 /// Where the corona is looked for, solar radii.
 const CORONA: [f64; 2] = [1.0, 4.0];
 
@@ -213,6 +217,8 @@ struct Ground<'g> {
     shine: Vec<(DVec3, f64)>,
     /// The air's light on it, where the camera is in it.
     sky: f64,
+    /// Its rings' light, and the radiance that the ground makes of a unit of it.
+    ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 
 impl Ground<'_> {
@@ -229,7 +235,8 @@ impl Ground<'_> {
         let besides: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
         let lit = lamps::lit(normal.dot(self.sun)) * self.lamps_weigh;
         let lamps = self.lamps.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
-        self.tone * (reflected(self.sun, self.sun_irradiance * left) + besides) + body.geometric_albedo * self.sky + lamps
+        let rings = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
+        self.tone * (reflected(self.sun, self.sun_irradiance * left) + besides) + body.geometric_albedo * self.sky + lamps + rings
     }
 }
 
@@ -308,6 +315,7 @@ impl Frame<'_, '_> {
             body: p.body,
             lamps: self.meter.request.lamps.get(&p.body.id).filter(|_| self.meter.lamps > 0.0).map(AsRef::as_ref),
             lamps_weigh: self.meter.lamps,
+            ring_shine: self.ring_shine_on(p, diameter_px),
             tone: features::tone(p).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
             sun: in_body(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
@@ -332,6 +340,32 @@ impl Frame<'_, '_> {
         let found = shaded(self.meter.request, self.meter.ephemeris, p, diameter_px, |shade, _| sum(Some(shade)));
         let near_share = found.unwrap_or_else(|| sum(None));
         (tally, share * far + near_share)
+    }
+
+    /// What the rings give the globe, where its night is seen: by day a hundredth of the light.
+    fn ring_shine_on(&self, p: &Placed<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
+        let weighs = smooth((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
+        let asked = self.meter.request.effects.asked(Effect::RingShine);
+        let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
+        if weighs <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
+            return None;
+        }
+        let shine = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true)).1?;
+        let unit = photometry::normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
+        Some((shine, weighs * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
+    }
+
+    fn ring_view<'v>(&'v self, p: &'v Placed<'_>) -> rings::View<'v> {
+        rings::View {
+            body: p.body,
+            camera: self.meter.camera,
+            placement: &p.placement,
+            sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
+            sun_km: p.sun_from_body_km.length(),
+            alpha: p.alpha,
+            irradiance: 1.0,
+            bound: Bound::of(Purpose::LINEAR, 1.0),
+        }
     }
 
     /// A disc seen from afar, as parts of its area with their radiance: its lit ground and its night by luminance longitude and latitude, so that the
@@ -399,16 +433,7 @@ impl Frame<'_, '_> {
         let unit_km = p.body.radii_km.x;
         let steps = ring_table::steps(p.body.rings.iter(), unit_km);
         let (Some(outer), sun) = (steps.last().map(|s| s.to), (p.body_from_icrf * p.sun_from_body_km).normalize()) else { return tally };
-        let view = rings::View {
-            body: p.body,
-            camera,
-            placement: &p.placement,
-            sun,
-            sun_km: p.sun_from_body_km.length(),
-            alpha: p.alpha,
-            irradiance: 1.0,
-            bound: Bound::of(Purpose::LINEAR, 1.0),
-        };
+        let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return tally };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // Rings of a point are a point's.
@@ -478,10 +503,15 @@ impl Frame<'_, '_> {
         let share = area / self.meter.frame_px() * in_frame * self.seen(sun, None);
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
         let passes = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
+        let is_target = self.meter.request.target == Some(NaifId::SUN);
         let mut tally = Tally::default();
         // Its own veil does not hide it.
-        tally.add(share * share / (share + SUN_SHARE), photometry::sun_disc_radiance() * spread * passes, self.sky);
-        let weighs = if self.meter.request.target == Some(NaifId::SUN) { TARGET_WEIGHS } else { 1.0 };
+        tally.add(
+            share * share / (share + SUN_SHARES[usize::from(!is_target)]),
+            photometry::sun_disc_radiance() * spread * passes,
+            self.sky,
+        );
+        let weighs = if is_target { TARGET_WEIGHS } else { 1.0 };
         let found = tally.metered(&*sun.body.name, AUTO_EXPOSED_SUN)?;
         Some(Metered { weight: found.weight * weighs, ..found })
     }

@@ -13,7 +13,7 @@ use super::kept::Kept;
 use super::ring_table::{self, Step, steps};
 use super::rings::{LEAST_COSINE, phase_with_peak};
 use crate::catalog::Ring;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -40,6 +40,33 @@ pub struct RingShine {
     pub reach: f64,
     /// The greatest irradiance of any place, the brightest channel.
     pub brightest: f64,
+}
+
+impl RingShine {
+    /// Irradiance of level ground per unit of sunlight, the brightest channel, as shaders/lib/ring/shine.wgsl reads it. `point`: unit-sphere frame;
+    /// `sun`: unit vector, body axes.
+    pub fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
+        let height = point.z.abs();
+        let level = sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let hour = point.truncate().perp_dot(level).abs().atan2(point.truncate().dot(level)) / PI;
+        let place = |part: f64, count: usize| {
+            let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
+            let low = (at as usize).min(count - 2);
+            (low, at - low as f64)
+        };
+        let (column, right) = place(hour, COLUMNS);
+        let (row, up) = place((height / self.reach).min(1.0).sqrt(), ROWS);
+        let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
+        let texel = |row: usize, column: usize| {
+            let at = 4 * ((first + row) * COLUMNS + column);
+            self.texels.get(at..at + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
+        };
+        let mixed = |row: usize| -> f64 {
+            let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
+            a + right * (b - a)
+        };
+        (mixed(row) + up * (mixed(row + 1) - mixed(row))) * height
+    }
 }
 
 /// What a table is made from. Lengths are equatorial radii.
