@@ -1,8 +1,8 @@
 //! How bright the picture is: the exposure that is asked for, or one that is made for what fills the frame.
 //!
 //! In: the request, the camera and the bodies where they are seen. Out: [`Exposure`] with its reason. The light meter (`meter`) weighs what is in the
-//! frame; what weighs most decides, sharply, so that no picture is a compromise between two that differ by twenty stops. Always: no more than a tenth of
-//! the frame is whitened by the Sun's glare, the exposure opens no further than a photograph of the night sky, and it changes continuously with place,
+//! frame; what weighs most decides, sharply, so that no picture is a compromise between two that differ by twenty stops. Always: the Sun's
+//! glare whitens no more than about a tenth of the frame, the exposure opens no further than a photograph of the night sky, and it changes continuously with place,
 //! time, field of view and phase. Views that show numbers are exposed by their legend.
 
 use super::camera::Camera;
@@ -28,11 +28,13 @@ const WHITE_AT_EV_0: f64 = 1.2;
 /// The exposure opens no further: a photograph of the night sky at f/2.8, 8 s, ISO 1600 is one of EV -4. White is then 0.075 cd/m2; a star of 6 mag,
 /// the faintest that the eye sees, is a fifteenth of it in a picture of 45 degrees and 1024 pixels.
 pub const DARKEST_EV: f64 = -4.0;
-/// How sharply what weighs more decides: the power of weights. Things that weigh as 1 to 2 decide as 1 to 8.
-const DECIDES: i32 = 3;
+/// How sharply what weighs more decides: the power of weights. Things that weigh as 1 to 3 decide as 1 to 9.
+const DECIDES: i32 = 2;
 /// How sharply the greater of two whites counts: at equality it is a quarter of a stop greater than either.
 const JOINS: i32 = 4;
 
+/// The Sun's glare in half of the frame is at most this part of white: before things that are brighter than it, and before a dark sky.
+const GLARE_OF_WHITE: [f64; 2] = [0.2, 0.02];
 /// Stops by which the brightest lamps must be beyond white to count in full.
 const LAMPS_OVER_STOPS: f64 = 2.0;
 
@@ -95,7 +97,11 @@ fn chosen(reading: Reading) -> Exposure {
     let power = |m: &Metered| m.weight.powi(DECIDES);
     let whole: f64 = metered.iter().map(power).sum();
     let log_white: f64 = metered.iter().map(|m| power(m) / whole * (m.radiance / m.shown_at).ln()).sum();
-    let limits = [log_white.exp(), reading.glare, darkest_white()];
+    let key = log_white.exp();
+    // Before what is brighter than the glare, it matters little; before a dark sky it is what makes the picture grey.
+    let drowns = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
+    let [lit, dark] = GLARE_OF_WHITE.map(f64::recip);
+    let limits = [key, reading.glare * (lit + (dark - lit) * drowns), darkest_white()];
     let white = limits.iter().map(|w| w.powi(JOINS)).sum::<f64>().powf(1.0 / f64::from(JOINS));
     metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     Exposure::of(-white.log2(), reason(&metered, |m| power(m) / whole, limits))
@@ -126,7 +132,7 @@ fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, dark
         text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * part(second), second.name, candelas(second.radiance)));
     }
     if glare > key.max(darkest) {
-        text.push_str(&format!("; held by the Sun's glare, over {} on a tenth of the frame", candelas(glare)));
+        text.push_str(&format!("; held by the Sun's glare, shown as white at {}", candelas(glare)));
     } else if darkest >= 0.999 * key {
         text.push_str(&format!("; opened no further than a photograph of the night sky, EV {DARKEST_EV}"));
     }

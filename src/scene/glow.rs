@@ -17,6 +17,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// L theta^2 / E with theta in radians, where a white plane facing E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
 pub const VEIL: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
+/// The power with which the veil grows while the Sun comes into the frame.
+const ENTERS: i32 = 6;
+
 /// Light, as a part of white, of half a level of 255 on black, where the sRGB curve is steepest (12.92): what is less rounds away.
 pub const LEAST_SHOWN: f64 = 0.5 / 255.0 / 12.92;
 
@@ -75,7 +78,9 @@ fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
     nearer.map(|p| left_behind(&p.placement, towards, radius)).product()
 }
 
-/// About what part of a disc is in the frame: as a square's. The outline's rectangle will not do: it is wide for a body at a right angle to the view.
+/// How far a disc has come into the frame, from 0 where it touches to 1 where it is in by its radius or by half of the frame; by a power of it, so that the
+/// glare of the Sun, nineteen stops over the dark sky, does not come at once. The outline's rectangle will not do: it is wide for a body at a right angle to
+/// the view.
 fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     let ahead = towards.dot(camera.forward);
     if ahead <= 0.0 {
@@ -83,7 +88,7 @@ fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     }
     let within = |across: f64, half: f64| {
         let reach = radius * (1.0 + half * half);
-        (0.5 + 0.5 * (half - (across / ahead).abs()) / reach).clamp(0.0, 1.0)
+        ((half + reach - (across / ahead).abs()) / reach.min(half)).clamp(0.0, 1.0).powi(ENTERS)
     };
     within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
 }
@@ -94,7 +99,7 @@ pub(super) struct Veil {
     pub towards: DVec3,
     pub strength: f64,
     pub least_sq: f64,
-    /// Part of the Sun's disc that is in the frame and that no body hides.
+    /// Part of the Sun's disc that no body hides, less while it comes into the frame.
     pub seen: f64,
 }
 

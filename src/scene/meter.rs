@@ -26,6 +26,11 @@ use std::sync::Arc;
 
 /// What is looked at weighs so much more than as much of the frame beside it.
 const TARGET_WEIGHS: f64 = 64.0;
+/// The same of the Sun, whose daylight sky is as bright as any ground, and of its corona.
+const SUN_WEIGHS: f64 = 256.0;
+/// Things weigh less towards the edge of the frame, from half of the way out: by this power of ten where they leave it. A body that comes in does so
+/// gradually.
+const EDGE_DECADES: f64 = 5.0;
 /// Brighter ground draws the eye: a share of the frame weighs by this power of its radiance. At 2/3 the lit part of a crescent outweighs its night, and a
 /// Moon in the umbra outweighs the last two thousandths of its disc that are lit.
 const BRIGHTNESS_WEIGHS: f64 = 2.0 / 3.0;
@@ -38,8 +43,6 @@ const DARK_WEIGHS: f64 = 1e-6;
 /// Part of the daylight that the sky keeps in totality, scattered from outside of the umbra: the zenith is four orders of magnitude darker than by day
 /// (Dandekar and Turtle 1971, Applied Optics 10, 1220); until 99.8 % are covered it is sunlight attenuated (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const LEFT_IN_TOTALITY: f64 = 1e-4;
-/// The part of the frame that glare may whiten.
-const GLARE_SHARE: f64 = 0.1;
 /// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
 /// Rays over a near body, over rings and over the frame, on a side.
@@ -64,7 +67,7 @@ pub(super) struct Metered {
 
 pub(super) struct Reading {
     pub metered: Vec<Metered>,
-    /// Radiance of the Sun's veil that a tenth of the frame exceeds; 0 without the Sun.
+    /// Radiance of the Sun's veil that half of the frame exceeds; 0 without the Sun.
     pub glare: f64,
 }
 
@@ -100,6 +103,11 @@ impl Tally {
 fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
+}
+
+/// What a place weighs by how far from the middle of the frame it is: 0 there, 1 on its edge.
+fn by_place(outwards: f64) -> f64 {
+    10.0_f64.powf(-EDGE_DECADES * smooth(2.0 * outwards - 1.0))
 }
 
 /// A ray against a body in its unit-sphere frame.
@@ -193,7 +201,7 @@ fn area_px(camera: &Camera, p: &Placed<'_>) -> f64 {
     }
 }
 
-/// About what part of a body's outline is in the frame: that of its bounding box.
+/// About what part of a body's outline is in the frame: that of its bounding box, weighed by its place.
 fn in_frame_share(camera: &Camera, p: &Placed<'_>) -> f64 {
     let Outline::Ellipse { bounds, .. } = p.outline else { return 0.0 };
     let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
@@ -201,7 +209,9 @@ fn in_frame_share(camera: &Camera, p: &Placed<'_>) -> f64 {
     let size = size.max(2.0 / camera.half_size());
     let middle = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
     let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
-    (inside / size).element_product().min(1.0)
+    // By the part that reaches in farthest.
+    let outwards = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
+    (inside / size).element_product().min(1.0) * by_place(outwards)
 }
 
 /// The radiance of a body's ground by its lights.
@@ -401,7 +411,8 @@ impl Frame<'_, '_> {
         let mut taken = 0.0;
         for k in 0..RAYS * RAYS {
             let part = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
-            let direction = camera.ray(DVec2::new(rect.left, rect.bottom) + size * part);
+            let clip = DVec2::new(rect.left, rect.bottom) + size * part;
+            let direction = camera.ray(clip);
             let met = meet(&p.placement, direction);
             let covers = smooth(0.5 + met.within / spacing) * self.unhidden(p, direction, spacing);
             if covers <= 0.0 {
@@ -411,7 +422,7 @@ impl Frame<'_, '_> {
             let normal = (met.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
             let radiance = ground.radiance(met.point, normal, viewer, shade);
-            tally.add(share * covers, radiance, self.haze(direction, Some(p.body.id)));
+            tally.add(share * covers * by_place(clip.abs().max_element()), radiance, self.haze(direction, Some(p.body.id)));
         }
         taken
     }
@@ -450,7 +461,8 @@ impl Frame<'_, '_> {
         let polar = p.body.radii_km.z / unit_km;
         for k in 0..RING_RAYS * RING_RAYS {
             let part = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
-            let direction = camera.ray(DVec2::new(rect.left, rect.bottom) + size * part);
+            let clip = DVec2::new(rect.left, rect.bottom) + size * part;
+            let direction = camera.ray(clip);
             let along = (p.placement.body_from_icrf * direction).normalize();
             let reach = -origin.z / along.z;
             if !(reach > 0.0 && reach.is_finite()) {
@@ -490,7 +502,8 @@ impl Frame<'_, '_> {
             let open = if behind { 1.0 - smooth(0.5 + globe.within / spacing) } else { 1.0 };
             let phase = rings::phase_with_peak(-along.dot(sun), dust);
             let radiance = 0.25 * phase * light * irradiance * shadowed;
-            tally.add(share * open * self.unhidden(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));
+            let weighs = by_place(clip.abs().max_element());
+            tally.add(share * weighs * open * self.unhidden(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));
         }
         tally
     }
@@ -511,7 +524,7 @@ impl Frame<'_, '_> {
             photometry::sun_disc_radiance() * spread * passes,
             self.sky,
         );
-        let weighs = if is_target { TARGET_WEIGHS } else { 1.0 };
+        let weighs = if is_target { SUN_WEIGHS } else { 1.0 };
         let found = tally.metered(&*sun.body.name, AUTO_EXPOSED_SUN)?;
         Some(Metered { weight: found.weight * weighs, ..found })
     }
@@ -544,11 +557,12 @@ impl Frame<'_, '_> {
                 let inside = smooth(edge.x) * smooth(edge.y);
                 if inside > 0.0 {
                     let open = self.unhidden(sun, direction, wide);
+                    let inside = inside * by_place(clip.abs().max_element().min(1.0));
                     tally.add(share * inside * open, corona::radiance(rho) * passes, self.haze(direction, Some(NaifId::SUN)));
                 }
             }
         }
-        let weighs = if self.meter.request.target == Some(NaifId::SUN) { TARGET_WEIGHS } else { 1.0 };
+        let weighs = if self.meter.request.target == Some(NaifId::SUN) { SUN_WEIGHS } else { 1.0 };
         let found = tally.metered("the corona", AUTO_EXPOSED_MEAN)?;
         Some(Metered { weight: found.weight * weighs, ..found })
     }
@@ -566,14 +580,12 @@ impl Frame<'_, '_> {
         open.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
-    /// The veil that a part of the frame exceeds.
+    /// The veil that half of the frame exceeds.
     fn glare(&self) -> f64 {
         let Some(veil) = &self.veil else { return 0.0 };
         let mut all = self.over_frame(|ray| veil.radiance(ray.normalize()));
-        all.sort_by(|a, b| b.total_cmp(a));
-        let place = GLARE_SHARE * all.len() as f64;
-        let (k, part) = (place as usize, place.fract());
-        let at = |k: usize| all[k.min(all.len() - 1)];
-        at(k) + part * (at(k + 1) - at(k))
+        all.sort_by(f64::total_cmp);
+        let half = all.len() / 2;
+        0.5 * (all[half - 1] + all[half])
     }
 }
