@@ -51,7 +51,7 @@ fn shown(request: &ViewRequest) -> Shown {
     assert!(frame.hdr.iter().flatten().all(|v| v.is_finite()), "{:?}", request.exposure);
     let part = |of: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| of(p)).count() as f64 / frame.display.len() as f64;
     Shown {
-        white: part(&|p| p[..3].iter().all(|v| *v > 250)),
+        white: part(&|p| p[..3].iter().all(|v| *v > 235)),
         seen: part(&|p| p[..3].iter().any(|v| *v > 20)),
         brightest: frame.display.iter().flat_map(|p| &p[..3]).copied().max().unwrap_or(0),
     }
@@ -78,21 +78,21 @@ fn cases() -> Vec<Case> {
     let smiling =
         ViewRequest { position: Position::Offset { body: SATURN, offset_km: away, axes: Axes::Icrf }, fov_deg: Some(22.0), ..smiling };
     vec![
-        case("the new Moon beside the Sun", view(NaifId::MOON, "2024-04-08T18:17:16Z", from_earth, None), 0.9, 0.2, 5.25),
+        case("the new Moon beside the Sun", view(NaifId::MOON, "2024-04-08T18:17:16Z", from_earth, None), 0.3, 0.05, 5.25),
         case("night on the ground", view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None), 0.1, 0.5, 22.2),
-        case("Phobos before the Sun", view(NaifId::SUN, "2013-08-20T07:11:29Z", ground(MARS, -4.59, 137.44), Some(0.6)), 0.1, 0.2, 2.1),
+        case("Phobos before the Sun", view(NaifId::SUN, "2013-08-20T07:11:29Z", ground(MARS, -4.59, 137.44), Some(0.6)), 0.5, 0.1, 2.1),
         case(
             "the annular Sun",
             view(NaifId::SUN, "2023-10-14T16:37:00Z", ground(NaifId::EARTH, 35.08, -106.65), Some(1.0)),
-            0.15,
+            0.2,
             0.03,
             1.0,
         ),
-        case("rings from behind", smiling, 0.05, 0.02, 0.0),
-        case("a crescent Moon", view(NaifId::MOON, "2024-04-10T18:21:00Z", from_earth, None), 0.03, 0.01, 0.0),
-        case("the Moon in the umbra", view(NaifId::MOON, "2022-11-08T11:00:00Z", from_earth, None), 0.05, 0.3, 0.0),
-        case("Venus before the Sun", view(NaifId::SUN, "2012-06-06T01:30:00Z", from_earth, Some(0.7)), 0.1, 0.3, 0.0),
-        case("the lit Earth", view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(3.0), None), 0.1, 0.3, 12.0),
+        case("rings from behind", smiling, 0.1, 0.02, 0.0),
+        case("a crescent Moon", view(NaifId::MOON, "2024-04-10T18:21:00Z", from_earth, None), 0.05, 0.01, 0.0),
+        case("the Moon in the umbra", view(NaifId::MOON, "2022-11-08T11:00:00Z", from_earth, None), 0.1, 0.3, 0.0),
+        case("Venus before the Sun", view(NaifId::SUN, "2012-06-06T01:30:00Z", from_earth, Some(0.7)), 0.7, 0.3, 0.0),
+        case("the lit Earth", view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(3.0), None), 0.2, 0.3, 12.0),
     ]
 }
 
@@ -124,7 +124,7 @@ fn no_view_is_all_white_or_all_black() {
 fn a_far_planet_is_a_point_in_a_dark_sky() {
     for (target, radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e7)] {
         let towards = Some(if target == JUPITER { NaifId::EARTH } else { JUPITER });
-        let request = view(target, "2024-10-08T18:17:16Z", Position::Over { towards, distance_radii: Some(radii) }, None);
+        let request = view(target, "2024-10-08T18:17:16Z", Position::Over { towards, distance_radii: Some(radii) }, Some(20.0));
         let (found, exposure) = (shown(&request), scene(&request).exposure);
         assert!(found.seen < 0.1, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
         assert!(found.brightest > 100 || target == PHOBOS, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
@@ -132,7 +132,7 @@ fn a_far_planet_is_a_point_in_a_dark_sky() {
     // With the Sun in the picture its glare whitens a tenth at the most.
     let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(60_000.0), None);
     let (found, exposure) = (shown(&beside_sun), scene(&beside_sun).exposure);
-    assert!(found.white < 0.13 && exposure.reason.contains("glare"), "{found:?}, {}", exposure.reason);
+    assert!(found.white < 0.1 && exposure.reason.contains("glare"), "{found:?}, {}", exposure.reason);
 }
 
 /// In totality the inner corona is what is metered: between 1.05 and 1.6 solar radii it is neither black nor white.
@@ -171,7 +171,10 @@ fn sweep(name: &str, bound: f64, views: impl Iterator<Item = ViewRequest>) {
 #[test]
 fn distance_moves_the_exposure_smoothly() {
     for target in [NaifId::EARTH, NaifId::MOON, JUPITER, SATURN, NaifId::SUN] {
-        let views = (0..270).map(|k| view(target, "2024-03-01T00:00:00Z", over(1.5 * 1.05_f64.powi(k)), None));
+        // Not past the Sun, behind which nothing is as before.
+        let towards = Some(if target == JUPITER { SATURN } else { JUPITER });
+        let place = |k| Position::Over { towards, distance_radii: Some(1.5 * 1.05_f64.powi(k)) };
+        let views = (0..270).map(|k| view(target, "2024-03-01T00:00:00Z", place(k), None));
         sweep(&format!("distance from {target:?}"), 0.8, views);
     }
 }
@@ -191,19 +194,23 @@ fn around(target: NaifId, time: &str, radii: f64, phase_deg: f64, fov_deg: f64) 
 #[test]
 fn phase_moves_the_exposure_smoothly() {
     for (target, radii) in [(NaifId::MOON, 12.0), (NaifId::EARTH, 3.0), (SATURN, 12.0), (NaifId(299), 5.0)] {
-        let views = (0..360).map(|k| around(target, "2024-03-01T00:00:00Z", radii, 0.5 * f64::from(k), 25.0));
+        // To where the Sun comes out beside the body.
+        let last = 180.0 - (1.0_f64 / radii).asin().to_degrees() - 1.0;
+        let views = (0..200).map(|k| around(target, "2024-03-01T00:00:00Z", radii, last / 200.0 * f64::from(k), 25.0));
         sweep(&format!("phase of {target:?}"), 1.5, views);
+        let views = (0..150).map(|k| around(target, "2024-03-01T00:00:00Z", radii, last + 0.02 * f64::from(k), 25.0));
+        sweep(&format!("the Sun goes down behind {target:?}"), 4.0, views);
     }
 }
 
 #[test]
 fn the_field_of_view_moves_the_exposure_smoothly() {
     let from_earth = |target, time, k: i32| view(target, time, Position::Centre(NaifId::EARTH), Some(0.2 * 1.04_f64.powi(k)));
-    sweep("from the Sun and new Moon to a wide sky", 0.8, (0..155).map(|k| from_earth(NaifId::MOON, "2024-04-08T18:17:16Z", k)));
-    sweep("from the full Moon to a wide sky", 0.8, (0..155).map(|k| from_earth(NaifId::MOON, "2024-04-23T23:00:00Z", k)));
+    sweep("from the Sun and new Moon to a wide sky", 3.0, (0..155).map(|k| from_earth(NaifId::MOON, "2024-04-08T18:17:16Z", k)));
+    sweep("from the full Moon to a wide sky", 1.5, (0..155).map(|k| from_earth(NaifId::MOON, "2024-04-23T23:00:00Z", k)));
     sweep(
         "from Io in shadow to Jupiter's system",
-        0.8,
+        1.5,
         (0..200).map(|k| {
             let mut request = from_earth(NaifId(501), "2025-03-01T13:00:00Z", k);
             request.fov_deg = Some(0.003 * 1.04_f64.powi(k));
@@ -219,8 +226,8 @@ fn an_eclipse_moves_the_exposure_smoothly() {
         let request = view(NaifId::SUN, "2024-04-08T17:20:00Z", ground(NaifId::EARTH, 32.78, -96.80), Some(3.0));
         ViewRequest { time: request.time.plus_seconds(s), ..request }
     };
-    sweep("from first to last contact", 1.5, (0..700).map(|k| sun(15.0 * f64::from(k))));
-    sweep("around second contact", 1.0, (0..120).map(|k| sun(4800.0 + f64::from(k))));
+    sweep("from first to last contact", 6.0, (0..700).map(|k| sun(15.0 * f64::from(k))));
+    sweep("around second contact", 2.0, (0..120).map(|k| sun(4800.0 + f64::from(k))));
     let moon = |k: i32| {
         let request = view(NaifId::MOON, "2022-11-08T08:00:00Z", Position::Centre(NaifId::EARTH), Some(0.8));
         ViewRequest { time: request.time.plus_seconds(60.0 * f64::from(k)), ..request }
@@ -240,14 +247,14 @@ fn the_gaze_moves_the_exposure_smoothly() {
             let look = Look::Along { direction: towards * angle.cos() + aside * angle.sin(), axes: Axes::Icrf };
             ViewRequest { look, target: None, ..centred.clone() }
         };
-        sweep(&format!("past {target:?}"), 1.5, (0..150).map(turned));
+        sweep(&format!("past {target:?}"), 7.0, (0..150).map(turned));
     }
     // A sweep of explicit stops can leap: the check must be able to fail.
     let leaps = (0..4).map(|k| {
         let exposure = ExposureRequest::Stops(if k < 2 { 0.0 } else { 5.0 });
         ViewRequest { exposure, ..view(MARS, "2024-03-01T00:00:00Z", over(3.0), None) }
     });
-    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| sweep("leaps", 1.5, leaps))).is_err());
+    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| sweep("leaps", 4.0, leaps))).is_err());
 }
 
 /// Ordinary lit views keep the look that they had: a fully lit disc's mean at half of white, to a third of a stop.
