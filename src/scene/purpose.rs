@@ -101,3 +101,23 @@ impl std::fmt::Display for Purpose {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A display lets go what it cannot show at its exposure, brighter pictures more of it; linear light keeps any light, and parts down to its floor.
+    #[test]
+    fn a_bound_is_what_the_picture_is_for() {
+        let faint = 1e-5;
+        let display = |white| Bound::of(Purpose::Display, white);
+        assert!(!display(1.0).counts(faint) && display(1e-3).counts(faint));
+        assert!(display(1.0).counts_part(0.01) && !display(1.0).counts_part(1e-3));
+        for white in [1e-6, 1.0, 1e6] {
+            let linear = Bound::of(Purpose::Linear { floor: 1e-4 }, white);
+            assert!(linear.counts(faint) && !linear.counts(0.0) && linear.counts_part(1e-3) && !linear.counts_part(1e-5));
+            assert_eq!(linear.least_shown(0.01), 0.0);
+            assert!(linear.said(faint).contains("linear") && !display(white).said(faint).contains("linear"));
+        }
+    }
+}

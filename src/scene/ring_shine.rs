@@ -343,6 +343,22 @@ mod tests {
         assert!((of(2 * ARC as i32) - 2.0 / (2.0 * ARC as f64 + 1.0)).abs() > 1e-13, "one power more is not exact");
     }
 
+    /// Over all places no more than the brightest is read, nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.
+    #[test]
+    fn what_is_read_of_a_table_is_its_light() {
+        let ring = ring(1.3, 2.2, 1.0);
+        let shine = lit(&[&ring], 0.3).shine().expect("light");
+        let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
+        let of = |k: u32| {
+            let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
+            let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
+            shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
+        };
+        let most = (0..20_000).map(of).fold(0.0, f64::max);
+        assert!(most <= shine.brightest * (1.0 + 1e-6) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
+        assert_eq!(shine.irradiance(DVec3::X, sun), 0.0);
+    }
+
     #[test]
     fn halves_of_the_sun_share_its_light() {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
