@@ -121,10 +121,10 @@ fn pixel(precision: Precision, x: u32, y: u32) -> serde_json::Value {
 #[test]
 fn a_pixel_tells_how_it_came_about() {
     use orrery::render::plan::Fineness;
-    use orrery::scene::request::{CameraFile, ViewRequest};
+    use orrery::scene::request::{CameraFile, Purpose, ViewRequest};
     use orrery::time::Instant;
     let mut request = ViewRequest::of(orrery::catalog::NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
-    request.target = None;
+    (request.target, request.purpose) = (None, Purpose::LINEAR);
     CameraFile::parse("camera", CAMERA).expect("reads").resolve(SESSION.catalog(), &mut request).expect("resolves");
     (request.width, request.height) = (SIDE, SIDE);
     let drawn = SESSION.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn");

@@ -2,6 +2,7 @@
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
+use crate::scene::request::Purpose;
 use crate::scene::{BodyInView, Scene};
 use crate::session::Session;
 use crate::shader::key::ShaderKey;
@@ -21,6 +22,9 @@ pub struct ExplainArgs {
     /// Print the passes of the frame and their draws instead
     #[arg(long, conflicts_with = "json", help_heading = "Output")]
     passes: bool,
+    /// As an EXR file or a question about a pixel has it: linear light, not a display at this exposure
+    #[arg(long, help_heading = "Output")]
+    linear: bool,
     /// Bodies that are not in the picture too
     #[arg(long, help_heading = "Output")]
     all: bool,
@@ -30,6 +34,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality.of_request();
+    request.purpose = Purpose::of_file(args.linear);
     if args.passes {
         return super::output::put(&session.passes(&request, common.quality.fineness())?);
     }
@@ -40,6 +45,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
             "time": scene.time.to_utc_iso(),
             "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
             "eclipse_radii": session.catalog().eclipse_radii_in_words(),
+            "purpose": scene.purpose.to_string(),
             "bodies": bodies.iter().map(|b| as_json(b, &estimated(session.catalog(), b))).collect::<Vec<_>>(),
         });
         format!("{value:#}\n")
@@ -70,7 +76,13 @@ fn as_json(b: &BodyInView, estimated: &[String]) -> Value {
 }
 
 fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
-    let mut text = format!("{}  exposure {:+.2} stops ({})\n", scene.time.to_utc_iso(), scene.exposure.stops, scene.exposure.reason);
+    let mut text = format!(
+        "{}  exposure {:+.2} stops ({})\nfor {}\n",
+        scene.time.to_utc_iso(),
+        scene.exposure.stops,
+        scene.exposure.reason,
+        scene.purpose
+    );
     text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_in_words()));
     for b in bodies {
         let magnitude = b.magnitude.map_or("none (no sunlight reaches it)".to_owned(), |m| format!("{m:.2}"));

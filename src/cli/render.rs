@@ -4,7 +4,7 @@ use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
 use crate::scene::legend::legend_of;
-use crate::scene::request::{CAMERA_FILE_HELP, ViewRequest};
+use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, MARK_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant as Moment};
@@ -97,6 +97,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         let request = frame(number);
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
+        let request = ViewRequest { purpose: Purpose::of_file(keep_hdr), ..request };
         let drawn = session.draw(&request, fineness, keep_hdr)?;
         first_frame.get_or_insert_with(|| begun.elapsed());
         drawn_frames += 1;

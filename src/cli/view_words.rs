@@ -46,7 +46,7 @@ pub struct ViewWords {
     /// Pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", help_heading = "Picture")]
     pub size: String,
-    /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: what the target reflects
+    /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: by what fills the frame
     #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true, help_heading = "Picture")]
     pub exposure: String,
     /// Light beyond white: film (a shoulder from 0.8 on) or plain (true up to white, then cut)

@@ -1,7 +1,7 @@
 //! `pixel`: what one pixel of a view shows and how its module came to it.
 //!
 //! `view` is a camera file (`--camera-json`); beside it stand `time`, `size` ([1024, 1024]) and `effects` as on the command line, and `x`,
-//! `y` from the picture's upper left corner. `radiance` is the linear pixel of the picture that `orrery render` writes, `draws` are those that
+//! `y` from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes, `draws` are those that
 //! shade the pixel's middle, nearest first, each with every named value of its module.
 
 use super::{Kind, Prober, fields, must, or};
@@ -10,7 +10,7 @@ use crate::render::plan::{Fineness, ModuleName, Plan};
 use crate::render::software::{NamedValue, PixelValues};
 use crate::scene::draw::{Draw, Part};
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{CameraFile, ViewRequest};
+use crate::scene::request::{CameraFile, Purpose, ViewRequest};
 use crate::time::Instant;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -60,6 +60,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let mut request = ViewRequest::of(NaifId::EARTH, time);
     request.target = None;
     (request.width, request.height) = (width, height);
+    request.purpose = Purpose::LINEAR;
     f.view.resolve(prober.catalog(), &mut request).map_err(|e| format!("field \"view\": {e}"))?;
     if let Some(effects) = &f.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;

@@ -6,6 +6,7 @@
 use super::camera::{self, Placement};
 use super::draw::{Air, AirAmounts, AirTier, Amounts};
 use super::effects::VISIBLE_CHANGE;
+use super::purpose::Bound;
 use super::request::Quality;
 use crate::catalog::{Atmosphere, Body, Species};
 use glam::{DVec3, Vec2};
@@ -105,16 +106,14 @@ pub(super) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
 }
 
 /// Whether the air can change the picture, with the numbers.
-pub(super) fn bound(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64) -> (bool, String) {
+pub(super) fn bound(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Bound) -> (bool, String) {
     if inside {
         return (true, format!("the camera is in it, below {} km", air.top_km));
     }
     let rim_px = rim_px(body, air, diameter_px);
     let change = 1.0 - (-vertical_depth(air).max_element()).exp();
-    let reason = format!(
-        "its rim is {rim_px:.2} px high against {RIM_PX}, and straight down it takes {change:.2e} of the light against {VISIBLE_CHANGE:.2e}"
-    );
-    (rim_px >= RIM_PX || (change > VISIBLE_CHANGE && diameter_px >= 1.0), reason)
+    let reason = format!("its rim is {rim_px:.2} px high against {RIM_PX}, and straight down it takes {}", least.said_part(change));
+    (rim_px >= RIM_PX || (least.counts_part(change) && diameter_px >= 1.0), reason)
 }
 
 /// A thinner rim is left out: each pixel at the limb would show it as if it were a pixel wide.
@@ -206,14 +205,18 @@ impl<'a> Around<'a> {
         vertical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// What the eye settles on under this sky, as a radiance: [`SKY_LEVELS`] between the Sun's heights. `sun_km`: from the body.
-    pub fn level(&self, sun_km: DVec3) -> f64 {
-        let height_deg = (-self.placement.centre_km.normalize()).dot(sun_km.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
-        let irradiance = (crate::units::KM_PER_AU / sun_km.length()).powi(2);
+    /// What the eye settles on under this sky, as a radiance: [`SKY_LEVELS`] between the heights of a light. `towards`: from the body.
+    pub fn level(&self, towards: DVec3, irradiance: f64) -> f64 {
+        let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
         let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
         let part = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
         irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
+    }
+
+    /// What the air leaves of light from beyond, the mean of the channels.
+    pub fn passes(&self, direction: DVec3) -> f64 {
+        self.transmittance(direction).element_sum() / 3.0
     }
 
     /// What is left of light from beyond, per channel: of what is drawn after the air.

@@ -4,6 +4,7 @@
 
 use super::camera::{self, Placement};
 use super::draw::CloudAmounts;
+use super::purpose::Bound;
 use crate::catalog::{Body, Clouds};
 
 /// The lowest Sun whose cloud shadows are told from the clouds above them, degrees from the zenith.
@@ -29,11 +30,11 @@ pub(super) fn amounts(body: &Body) -> CloudAmounts {
 }
 
 /// Whether a shadow lies a pixel beside its cloud anywhere, with the numbers.
-pub(super) fn shadow_bound(body: &Body, clouds: &Clouds, diameter_px: f64) -> (bool, String) {
+pub(super) fn shadow_bound(body: &Body, clouds: &Clouds, diameter_px: f64, least: Bound) -> (bool, String) {
     let pixel_km = 2.0 * body.radii_km.max_element() / diameter_px.max(1e-9);
     let beside_km = clouds.height_km * LOW_SUN_DEG.to_radians().tan();
     (
-        beside_km > pixel_km,
+        beside_km > pixel_km || least.is_linear(),
         format!("under a Sun {LOW_SUN_DEG} degrees from the zenith it falls {beside_km:.1} km aside; a pixel spans {pixel_km:.1} km"),
     )
 }

@@ -6,12 +6,13 @@
 //! streamers and the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere, and what a camera within
 //! the corona sees: the law is that of an observer far outside. From a quarter of the sky on, where the law has become the zodiacal light, nothing bounds its error.
 
+use super::Placed;
 use super::camera::{Camera, ClipRect, narrow, narrow_scalar};
 use super::effects::{Effect, VISIBLE_CHANGE};
 use super::glow::{self, LEAST_SHOWN, VEIL};
 use super::photometry::sun_disc_radiance;
+use super::purpose::Bound;
 use super::request::ViewRequest;
-use super::{Placed, of_white};
 use crate::catalog::NaifId;
 use crate::time::Instant;
 use crate::units::KM_PER_AU;
@@ -108,7 +109,7 @@ pub(super) fn corona(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[Placed<'_>],
-    white: f64,
+    bound: Bound,
     tint: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Corona, bool, String)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
@@ -122,7 +123,7 @@ pub(super) fn corona(
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
     // Its contours run from a half to twice the mean.
-    let rect = rect(camera, towards, reach(0.5 * LEAST_SHOWN * white) * sine);
+    let rect = rect(camera, towards, reach(bound.least_shown(0.5 * LEAST_SHOWN)) * sine);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
@@ -130,13 +131,14 @@ pub(super) fn corona(
     let veiled = request.effects.asked(Effect::Glow) != Some(false);
     let irradiance = (KM_PER_AU / sun.distance_km).powi(2);
     let veil = if veiled { VEIL * irradiance * glow::part_seen(placed, sun) / sine.max(camera.pixel_tangent()).powi(2) } else { 0.0 };
-    let on = sun_px >= LEAST_SUN_PX && limb / (white + veil) > VISIBLE_CHANGE;
+    // Under a veil it is told from it by the same part as from white.
+    let on = sun_px >= LEAST_SUN_PX && bound.counts(limb - VISIBLE_CHANGE * veil);
     let reason = if sun_px < LEAST_SUN_PX {
         format!("the Sun is {sun_px:.2} px across against {LEAST_SUN_PX}")
     } else {
         let index = flattening(request.time);
         let drowned = if veil > 0.0 { format!(", under a veil {:.1e} times as bright", veil / limb) } else { String::new() };
-        format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", of_white(limb / white))
+        format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", bound.said(limb))
     };
     let narrowed = |v: DVec3| narrow(axes(v));
     let corona = Corona {

@@ -1,188 +1,150 @@
-//! How bright the picture is: the exposure that is asked for, or one made for what is looked at.
+//! How bright the picture is: the exposure that is asked for, or one that is made for what fills the frame.
 //!
-//! In: the request, the camera and the bodies where they are seen. Out: [`Exposure`] with its reason. Always: a body in another's shadow is exposed for
-//! the light that is left there, but never so far that the light beside it, spread over the frame, exceeds [`MOST_BESIDE`] of white; and never less than
-//! without the shadow. Left out beside it: rings, air, and shadows on the other bodies.
+//! In: the request, the camera and the bodies where they are seen. Out: [`Exposure`] with its reason. The light meter (`meter`) weighs what is in the
+//! frame; what weighs most decides, sharply, so that no picture is a compromise between two that differ by twenty stops. Always: the Sun's
+//! glare whitens no more than about a tenth of the frame, the exposure opens no further than a photograph of the night sky, and it changes continuously with place,
+//! time, field of view and phase. Views that show numbers are exposed by their legend.
 
 use super::camera::Camera;
 use super::draw::PixelView;
-use super::effects::Effect;
+use super::lights::Reflector;
+use super::meter::{Meter, Metered, Reading};
 use super::request::{ExposureRequest, ViewRequest};
-use super::silhouette::Outline;
-use super::{Exposure, Placed, air, features, glow, legend, lights, photometry};
+use super::{Exposure, Placed, air, lamps, legend, lights};
 use crate::catalog::NaifId;
 use crate::ephemeris::Ephemeris;
-use crate::units::KM_PER_AU;
-use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
 
 /// Radiance of a fully lit disc in its brightest channel, as a part of white, at automatic exposure: bright features of twice the mean
 /// still differ, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
 /// The same for the Sun, whose disc is what white is: its centre meets white and the darkened limb stays below.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
-/// The faintest part of its sunlight for which the exposure of a body in a shadow opens: the Moon's light deep in the Earth's umbra.
-const DARKEST_EXPOSED: f64 = 1e-5;
-/// Light beside a body in a shadow for which the exposure opens no further: the mean of the frame without the body, as a part of white. A lit disc that takes
-/// a fiftieth of the frame is then white and no more.
-pub const MOST_BESIDE: f64 = 0.02;
-/// Bodies that take more of the frame than this are summed over their ground by [`GRID`] x [`GRID`] rays: of smaller ones the whole disc's light does.
-const WIDE_SHARE: f64 = 0.25;
-const GRID: u32 = 48;
+/// Luminance of a white plane that faces the Sun at 1 au, cd/m2: radiance 1. The illuminance is that of V = -26.76 with 2.54e-6 lux for V = 0, 128
+/// klx, over pi. An estimate to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and 134 klx.
+pub const CANDELAS_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
+/// Over 2^EV at ISO 100, cd/m2: what a camera's sensor shows as white (ISO 12232's saturation-based speed, a lens that lets 0.65 through:
+/// 78 / (100 x 0.65)). Sunlit ground, EV 15, is then exposed by 0 stops.
+const WHITE_AT_EV_0: f64 = 1.2;
+/// The exposure opens no further: a photograph of the night sky at f/2.8, 8 s, ISO 1600 is one of EV -4. White is then 0.075 cd/m2; a star of 6 mag,
+/// the faintest that the eye sees, is a fifteenth of it in a picture of 45 degrees and 1024 pixels.
+pub const DARKEST_EV: f64 = -4.0;
+/// How sharply what weighs more decides: the power of weights. Things that weigh as 1 to 3 decide as 1 to 9.
+const DECIDES: i32 = 2;
+/// How sharply the greater of two whites counts: at equality it is a quarter of a stop greater than either.
+const JOINS: i32 = 4;
 
-/// The automatic exposure shows the target's fully lit disc at [`AUTO_EXPOSED_MEAN`] of white; without a target in the frame, that of
-/// the body that takes most pixels, the Sun last.
+/// The Sun's glare in half of the frame is at most this part of white: before things that are brighter than it, and before a dark sky.
+const GLARE_OF_WHITE: [f64; 2] = [0.2, 0.02];
+/// Stops by which the brightest lamps must be beyond white to count in full.
+const LAMPS_OVER_STOPS: f64 = 2.0;
+
+/// The radiance that the longest exposure shows as white.
+pub fn darkest_white() -> f64 {
+    WHITE_AT_EV_0 * DARKEST_EV.exp2() / CANDELAS_PER_RADIANCE
+}
+
+/// The exposure of a picture: the metered one, or what was asked for of it.
 pub(super) fn exposure(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[Placed<'_>],
+    reflectors: &[Reflector<'_>],
     air: Option<&air::Around<'_>>,
     ephemeris: &Ephemeris,
 ) -> Exposure {
     if let ExposureRequest::Stops(stops) = request.exposure {
-        return Exposure { stops, reason: "asked for".into() };
+        return Exposure::of(stops, "asked for");
     }
+    let metered = metered(request, camera, placed, reflectors, air, ephemeris);
+    Exposure { stops: request.exposure.stops_of(metered.stops), ..metered }
+}
+
+fn metered(
+    request: &ViewRequest,
+    camera: &Camera,
+    placed: &[Placed<'_>],
+    reflectors: &[Reflector<'_>],
+    air: Option<&air::Around<'_>>,
+    ephemeris: &Ephemeris,
+) -> Exposure {
     match request.pixel_view {
         PixelView::Shaded => {}
         // White: a plane that faces the Sun at the target.
         PixelView::Sunlight => {
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
             let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
-            return Exposure { stops: -irradiance.log2(), reason: "a plane that faces the Sun at the target is white".into() };
+            return Exposure::of(-irradiance.log2(), "a plane that faces the Sun at the target is white");
         }
         PixelView::Cost => {
             let stops = legend::COST_STOPS;
-            return Exposure { stops, reason: format!("{:.0} instructions are white", (-stops).exp2()) };
+            return Exposure::of(stops, format!("{:.0} instructions are white", (-stops).exp2()));
         }
-        _ => return Exposure { stops: 0.0, reason: "the picture shows a number: 1 is white".into() },
+        _ => return Exposure::of(0.0, "the picture shows a number: 1 is white"),
     }
-    // Under a bright sky the eye settles on the sky, unless it is asked to look at something beyond, which the Sun is not.
-    let drawn = request.effects.asked(Effect::Atmosphere) != Some(false);
-    if let Some(air) = air.filter(|a| drawn && a.is_bright())
-        && request.target.is_none_or(|t| t == NaifId::SUN || t == air.body.id)
-        && let Some(p) = placed.iter().find(|p| p.body.id == air.body.id)
-    {
-        let level = air.level(p.sun_from_body_km);
-        let stops = (AUTO_EXPOSED_MEAN / level.max(1e-30)).log2().clamp(-60.0, 60.0);
-        return Exposure {
-            stops,
-            reason: format!("in the air of {}, a level of {level:.3e}, at {AUTO_EXPOSED_MEAN} of white", p.body.name),
-        };
-    }
-    let Some(p) = subject(request, camera, placed) else {
-        return Exposure { stops: 0.0, reason: "nothing in the frame: a white plane facing the Sun at 1 au is white".into() };
+    let drawn = request.effects.asked(super::effects::Effect::Atmosphere) != Some(false);
+    let air = air.filter(|a| drawn && a.is_bright());
+    let by = |lamps: f64| chosen(Meter { request, camera, placed, reflectors, air, ephemeris, lamps }.read(darkest_white()));
+    let without = by(0.0);
+    // Lamps count as far as the exposure would overexpose them.
+    let brightest = placed.iter().filter(|p| request.lamps.contains_key(&p.body.id)).map(|p| lamps::brightest(p.body)).fold(0.0, f64::max);
+    let beyond = (brightest / without.white()).max(1e-30).log2() / LAMPS_OVER_STOPS;
+    if beyond > 0.0 { by(beyond.min(1.0)) } else { without }
+}
+
+/// The exposure that a reading makes.
+fn chosen(reading: Reading) -> Exposure {
+    let mut metered = reading.metered;
+    let power = |m: &Metered| m.weight.powi(DECIDES);
+    let whole: f64 = metered.iter().map(power).sum();
+    let log_white: f64 = metered.iter().map(|m| power(m) / whole * (m.radiance / m.shown_at).ln()).sum();
+    let key = log_white.exp();
+    // Before what is brighter than the glare, it matters little; before a dark sky it is what makes the picture grey.
+    let drowns = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
+    let [lit, dark] = GLARE_OF_WHITE.map(f64::recip);
+    let limits = [key, reading.glare * (lit + (dark - lit) * drowns), darkest_white()];
+    let white = limits.iter().map(|w| w.powi(JOINS)).sum::<f64>().powf(1.0 / f64::from(JOINS));
+    metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    Exposure::of(-white.log2(), reason(&metered, |m| power(m) / whole, limits))
+}
+
+/// Bodies in the frame whose lamps the exposure would overexpose, and that were not read.
+pub(super) fn unread_lamps(request: &ViewRequest, camera: &Camera, placed: &[Placed<'_>], exposure: &Exposure) -> Vec<NaifId> {
+    let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Shaded;
+    let drawn = request.effects.asked(super::effects::Effect::Night) != Some(false);
+    let wanted = |p: &&Placed<'_>| {
+        let map = p.body.maps.night.as_ref().is_some_and(|m| !request.missing_maps.contains(&m.file));
+        map && !request.lamps.contains_key(&p.body.id)
+            && lamps::brightest(p.body) > (-exposure.metered_stops).exp2()
+            && p.outline.rect(camera).is_some()
     };
-    let radiance = if p.body.id == NaifId::SUN {
-        photometry::sun_disc_radiance()
-    } else {
-        let from_afar = photometry::phase_correction(p.body, p.alpha, p.distance_km / p.body.radii_km.x);
-        p.body.geometric_albedo * (KM_PER_AU / p.sun_from_body_km.length()).powi(2) * from_afar.max(0.01)
+    placed.iter().filter(|_| metered && drawn).filter(wanted).map(|p| p.body.id).collect()
+}
+
+/// One sentence: what was metered, how bright it is, what held the exposure.
+fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> String {
+    let candelas = |radiance: f64| {
+        let l = radiance * CANDELAS_PER_RADIANCE;
+        if (0.01..1e4).contains(&l) { format!("{} cd/m2", Rounded(l)) } else { format!("{l:.1e} cd/m2") }
     };
-    // In the shadow of another body it shows what light is left there.
-    let diameter_px = 2.0 * (area_px(camera, p) / PI).sqrt();
-    let (_, left) = features::dimming(request, ephemeris, p, diameter_px);
-    let left = left.max(DARKEST_EXPOSED);
-    let radiance = radiance * left;
-    // A point spreads its light over the pixels of its sprite; a disc keeps its radiance.
-    let brightest = f64::from(p.body.colour.max_element());
-    let shown = radiance * brightest * (area_px(camera, p) * features::point_peak()).min(1.0);
-    let stops_to = |mean: f64| (mean / shown.max(1e-30)).log2().clamp(-60.0, 60.0);
-    let of = |how: &str, mean: f64| Exposure {
-        stops: stops_to(mean),
-        reason: format!("{} {how}, mean radiance {radiance:.3e}, at {mean} of white", p.body.name),
-    };
-    if p.body.id == NaifId::SUN {
-        return of("shining", AUTO_EXPOSED_SUN);
+    let Some(first) = metered.first() else { return "nothing in the frame".into() };
+    let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), first.shown_at);
+    if let Some(second) = metered.get(1).filter(|m| part(m) > 0.1) {
+        text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * part(second), second.name, candelas(second.radiance)));
     }
-    if left >= 0.9 {
-        return of("lit in full", AUTO_EXPOSED_MEAN);
+    if glare > key.max(darkest) {
+        text.push_str(&format!("; held by the Sun's glare, shown as white at {}", candelas(glare)));
+    } else if darkest >= 0.999 * key {
+        text.push_str(&format!("; opened no further than a photograph of the night sky, EV {DARKEST_EV}"));
     }
-    let opened = -left.log2();
-    let beside = light_beside(camera, placed, p);
-    let held = (stops_to(AUTO_EXPOSED_MEAN) - (MOST_BESIDE / beside.max(1e-30)).log2()).clamp(0.0, opened);
-    if held == 0.0 {
-        return of("in eclipse", AUTO_EXPOSED_MEAN);
+    text
+}
+
+/// A number of three digits or so.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = (2 - self.0.abs().log10().floor() as i32).clamp(0, 4) as usize;
+        write!(f, "{:.digits$}", self.0)
     }
-    let reason = format!(
-        "{} in eclipse, mean radiance {radiance:.3e}, opened by {:.1} of {opened:.1} stops for the light beside it",
-        p.body.name,
-        opened - held
-    );
-    Exposure { stops: stops_to(AUTO_EXPOSED_MEAN) - held, reason }
-}
-
-fn in_frame(camera: &Camera, p: &Placed<'_>) -> bool {
-    p.outline.rect(camera).is_some()
-}
-
-fn frame_px(camera: &Camera) -> f64 {
-    f64::from(camera.width) * f64::from(camera.height)
-}
-
-fn area_px(camera: &Camera, p: &Placed<'_>) -> f64 {
-    match p.outline {
-        Outline::Ellipse { area_px, .. } => area_px,
-        Outline::Open => frame_px(camera),
-        Outline::Behind | Outline::Beside => 0.0,
-    }
-}
-
-/// What the exposure is made for.
-fn subject<'p, 'b>(request: &ViewRequest, camera: &Camera, placed: &'p [Placed<'b>]) -> Option<&'p Placed<'b>> {
-    let seen = || placed.iter().filter(|p| in_frame(camera, p));
-    let largest = || {
-        let not_sun = seen().filter(|p| p.body.id != NaifId::SUN).max_by(|a, b| area_px(camera, a).total_cmp(&area_px(camera, b)));
-        not_sun.filter(|p| area_px(camera, p) >= 1.0).or(seen().find(|p| p.body.id == NaifId::SUN)).or(not_sun)
-    };
-    seen().find(|p| Some(p.body.id) == request.target).or_else(largest)
-}
-
-/// Mean radiance over the frame of all that is in it but one body.
-fn light_beside(camera: &Camera, placed: &[Placed<'_>], subject: &Placed<'_>) -> f64 {
-    let seen: Vec<&Placed<'_>> = placed.iter().filter(|p| in_frame(camera, p)).collect();
-    let is_wide = |p: &Placed<'_>| p.body.id != NaifId::SUN && area_px(camera, p) > WIDE_SHARE * frame_px(camera);
-    let wide: Vec<&Placed<'_>> = seen.iter().copied().filter(|p| is_wide(p)).collect();
-    let others = seen.iter().filter(|p| p.body.id != subject.body.id && !is_wide(p));
-    let of_small: f64 = others
-        .map(|p| {
-            let share = if p.body.id == NaifId::SUN {
-                glow::part_seen(placed, p)
-            } else {
-                let middle = camera.clip(p.placement.centre_km).map(|c| nearest(camera, &wide, camera.pixel_from_clip(c)));
-                f64::from(u8::from(!matches!(middle, Some(Some((w, _))) if w.distance_km < p.distance_km)))
-            };
-            share * in_frame_share(camera, p) * p.irradiance * PI / (camera.pixel_tangent().powi(2) * frame_px(camera))
-        })
-        .sum();
-    let ground = |(p, hit): (&Placed<'_>, DVec3)| {
-        if p.body.id == subject.body.id {
-            return 0.0;
-        }
-        // A Lambert sphere is half as bright again at its middle as its geometric albedo.
-        let sun = p.body_from_icrf * p.sun_from_body_km;
-        let up = (hit / p.placement.radii_km).normalize();
-        1.5 * p.body.geometric_albedo * (KM_PER_AU / sun.length()).powi(2) * up.dot(sun.normalize()).max(0.0)
-    };
-    let pixel = |k: u32| (DVec2::new(f64::from(k % GRID), f64::from(k / GRID)) + 0.5) * 2.0 * camera.half_size() / f64::from(GRID);
-    let rays = if wide.is_empty() { 0 } else { GRID * GRID };
-    let of_wide: f64 = (0..rays).filter_map(|k| nearest(camera, &wide, pixel(k))).map(ground).sum();
-    of_small + of_wide / f64::from(GRID * GRID)
-}
-
-/// The nearest of some bodies under a pixel, and where it is met in its unit-sphere frame.
-fn nearest<'p, 'b>(camera: &Camera, bodies: &[&'p Placed<'b>], pixel: DVec2) -> Option<(&'p Placed<'b>, DVec3)> {
-    let met = bodies.iter().filter_map(|p| Some((*p, camera.surface_under_pixel(&p.placement, pixel)?)));
-    let away_km = |(p, hit): &(&Placed<'_>, DVec3)| ((*hit - p.placement.camera_in_unit_sphere()) * p.placement.radii_km).length();
-    met.min_by(|a, b| away_km(a).total_cmp(&away_km(b)))
-}
-
-/// About what part of a body's outline is in the frame: that of its bounding box.
-fn in_frame_share(camera: &Camera, p: &Placed<'_>) -> f64 {
-    let Outline::Ellipse { bounds, .. } = p.outline else { return 1.0 };
-    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
-    // A point's sprite is two pixels wide.
-    let size = size.max(2.0 / camera.half_size());
-    let middle = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
-    let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
-    (inside / size).element_product().min(1.0)
 }

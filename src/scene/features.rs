@@ -4,14 +4,15 @@ use super::camera::{self, AnchorForm, ClipRect};
 use super::draw::{AirTier, Amounts, Draw, Light, MapFiles, MapSet, Part, PixelView, Point};
 use super::draw::{EclipseAmounts, EclipseModel, RingAmounts, RingShadow, Shape};
 use super::eclipse::{self, Extent, Receiver, Wanted};
-use super::effects::{Available, Chosen, Decision, Effect, VISIBLE_CHANGE, flattening};
+use super::effects::{Available, Chosen, Decision, Effect, flattening};
 use super::lights::{self, LightOn, Reflector};
 use super::overlays;
+use super::purpose::{Bound, Purpose};
 use super::request::{Quality, ViewRequest};
 use super::rings;
 use super::silhouette::Outline;
 use super::tiers::{self, Tier};
-use super::{Appearance, Exposure, Placed, of_white, photometry};
+use super::{Appearance, Placed, photometry};
 use crate::catalog::{Body, Map, NaifId, Overlay, Photometry};
 use crate::ephemeris::Ephemeris;
 use glam::{DVec2, DVec3, Vec3};
@@ -21,7 +22,8 @@ use glam::{DVec2, DVec3, Vec3};
 pub(super) struct Frame<'a> {
     pub request: &'a ViewRequest,
     pub camera: &'a camera::Camera,
-    pub exposure: &'a Exposure,
+    /// Below which a feature is left out.
+    pub bound: Bound,
     pub reflectors: &'a [Reflector<'a>],
     pub ephemeris: &'a Ephemeris,
     /// The air that the camera stands in.
@@ -30,7 +32,7 @@ pub(super) struct Frame<'a> {
 
 /// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in
 /// VIIRS' day-night band (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860), times pi, over the 600 W/m2 of sunlight in that band.
-const NIGHT_MAP_WHITE_RADIANCE: f64 = 2.6e-5;
+pub(super) const NIGHT_MAP_WHITE_RADIANCE: f64 = 2.6e-5;
 
 /// What became of one body.
 pub(super) struct Seen {
@@ -146,17 +148,17 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     let through = frame.air.as_ref().filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
     let flux = point_flux(frame, p) * (1.0 - share) * through;
     // A point that can be seen at all goes dark in a shadow.
-    let shows = share < 1.0 && flux.max_element() / frame.exposure.white() > VISIBLE_CHANGE;
-    let flux = if shows { flux * dimming(frame.request, frame.ephemeris, p, diameter_px).0 } else { flux };
+    let shows = share < 1.0 && frame.bound.counts(flux.max_element());
+    let flux = if shows { flux * dimming(frame.request, frame.ephemeris, p, diameter_px) } else { flux };
     let mut point = None;
     let reason = format!("{diameter_px:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px");
     let flux = if frame.request.pixel_view == PixelView::Shaded { flux } else { DVec3::ZERO };
     if ledger.effect(Effect::Points, share < 1.0, reason) && share < 1.0 {
-        let part = flux.max_element() / frame.exposure.white();
-        if part > VISIBLE_CHANGE {
+        let most = flux.max_element();
+        if frame.bound.counts(most) {
             point = camera.clip(p.placement.centre_km).map(|clip| sprite(body.id, clip, flux));
         } else {
-            ledger.note("point-visible", false, of_white(part));
+            ledger.note("point-visible", false, frame.bound.said(most));
         }
     }
     if share <= 0.0 {
@@ -165,7 +167,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     }
 
     let (mut chosen, mut shine, eclipse) = choose(frame, p, &mut ledger, diameter_px);
-    let laid = laid_over(&mut ledger, body, diameter_px);
+    let laid = laid_over(&mut ledger, body, diameter_px, frame.bound);
     chosen.overlays = laid.len() as u8;
     let (ring, ring_draws) = ring_view.map(|view| ring_parts(frame, p, &view, &mut ledger, &mut chosen, share)).unwrap_or_default();
     let (sky, veil) = sky_draw(frame, p, &mut ledger, &mut chosen, diameter_px);
@@ -244,7 +246,7 @@ fn shaped(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: &m
 }
 
 /// The images that are laid over the ground.
-fn laid_over<'b>(ledger: &mut Ledger<'_>, body: &'b Body, diameter_px: f64) -> Vec<&'b Overlay> {
+fn laid_over<'b>(ledger: &mut Ledger<'_>, body: &'b Body, diameter_px: f64, least: Bound) -> Vec<&'b Overlay> {
     let name = Effect::Overlays.name();
     if body.overlays.is_empty() {
         ledger.note(name, false, "the catalog names none".into());
@@ -253,7 +255,7 @@ fn laid_over<'b>(ledger: &mut Ledger<'_>, body: &'b Body, diameter_px: f64) -> V
         if ledger.request.missing_maps.contains(&overlay.file) {
             return ledger.note(name, false, format!("{} could not be read: drawn without it", overlay.file));
         }
-        let (on, reason) = overlays::bound(body, overlay, ground_deg_per_px(diameter_px));
+        let (on, reason) = overlays::bound(body, overlay, ground_deg_per_px(diameter_px), least);
         ledger.effect(Effect::Overlays, on, reason)
     };
     body.overlays.iter().filter(counts).collect()
@@ -272,7 +274,7 @@ fn brightness(p: &Placed<'_>) -> f64 {
 }
 
 /// The same, and what makes the model's albedo the catalog's.
-fn tone(p: &Placed<'_>) -> DVec3 {
+pub(super) fn tone(p: &Placed<'_>) -> DVec3 {
     photometry::normalisation(p.body) * brightness(p)
 }
 
@@ -286,7 +288,8 @@ fn ring_view<'v>(frame: &'v Frame<'_>, p: &'v Placed<'_>) -> Option<rings::View<
         sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
         sun_km: p.sun_from_body_km.length(),
         alpha: p.alpha,
-        brightness: lights::sunlight(p.sun_from_body_km).irradiance.x / frame.exposure.white(),
+        irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
+        bound: frame.bound,
     })
 }
 
@@ -357,7 +360,7 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     let body = p.body;
     let Some((air, shell)) = body.atmosphere.as_ref().zip(super::air::shell(body, &p.placement)) else { return (None, 0.0) };
     let inside = shell.camera_is_inside();
-    let (on, reason) = super::air::bound(body, air, inside, diameter_px);
+    let (on, reason) = super::air::bound(body, air, inside, diameter_px, frame.bound);
     if !ledger.effect(Effect::Atmosphere, on, reason) {
         return (None, 0.0);
     }
@@ -420,8 +423,9 @@ fn cloud_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen
         ledger.note(Effect::Clouds.name(), false, format!("the camera is below them, {} km over the ground", clouds.height_km));
         return None;
     }
-    let part = frame.exposure.white().recip() * clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
-    if !ledger.map(Effect::Clouds, Some(&clouds.map), || (part > VISIBLE_CHANGE, format!("a closed deck is {}", of_white(part)))) {
+    let deck = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
+    let bound = || (frame.bound.counts(deck), format!("a closed deck is {}", frame.bound.said(deck)));
+    if !ledger.map(Effect::Clouds, Some(&clouds.map), bound) {
         return None;
     }
     let rect = Outline::of(frame.camera, &shell).rect(frame.camera)?;
@@ -449,11 +453,11 @@ fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
 }
 
 fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_px: f64) -> (Chosen, Vec<LightOn>, EclipseAmounts) {
-    let (body, white) = (p.body, frame.exposure.white());
+    let (body, least) = (p.body, frame.bound);
     let available = Available::of(body);
     let lean = flattening(body);
-    let bound = format!("its normals lean {lean:.2e} rad from a sphere's against {VISIBLE_CHANGE:.2e}");
-    let ellipsoid = available.ellipsoid && ledger.effect(Effect::Ellipsoid, lean > VISIBLE_CHANGE, bound);
+    let bound = format!("its normals lean {lean:.2e} rad from a sphere's against {:.2e}", least.least_part());
+    let ellipsoid = available.ellipsoid && ledger.effect(Effect::Ellipsoid, least.counts_part(lean), bound);
     if !available.ellipsoid {
         ledger.note(Effect::Ellipsoid.name(), false, "its axes are equal".into());
     }
@@ -465,24 +469,27 @@ fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_p
     }
     let ground_per_px = ground_deg_per_px(diameter_px);
     chosen.maps.normal = ledger.map(Effect::Normal, body.maps.normal.as_ref(), || {
-        (ground_per_px < RELIEF_DEG_PER_PX, format!("a pixel spans {ground_per_px:.2} degrees of ground against {RELIEF_DEG_PER_PX}"))
+        let on = ground_per_px < RELIEF_DEG_PER_PX || least.is_linear();
+        (on, format!("a pixel spans {ground_per_px:.2} degrees of ground against {RELIEF_DEG_PER_PX}"))
     });
     chosen.maps.specular = ledger.map(Effect::Specular, body.maps.specular.as_ref(), || {
-        (diameter_px > GLINT_DIAMETER_PX, format!("{diameter_px:.1} px across against {GLINT_DIAMETER_PX} for the Sun's glint"))
+        let on = diameter_px > GLINT_DIAMETER_PX || least.is_linear();
+        (on, format!("{diameter_px:.1} px across against {GLINT_DIAMETER_PX} for the Sun's glint"))
     });
     chosen.maps.night = ledger.map(Effect::Night, body.maps.night.as_ref(), || {
-        let part = body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE / white;
-        (part > VISIBLE_CHANGE, format!("brightest lamps {}", of_white(part)))
+        let most = super::lamps::brightest(body);
+        (least.counts(most), format!("brightest lamps {}", least.said(most)))
     });
     if let Some(clouds) = &body.clouds {
         chosen.maps.cloud_shadow =
-            ledger.map(Effect::CloudShadow, Some(&clouds.map), || super::clouds::shadow_bound(body, clouds, diameter_px));
+            ledger.map(Effect::CloudShadow, Some(&clouds.map), || super::clouds::shadow_bound(body, clouds, diameter_px, least));
     }
     ledger.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
     let everything = frame.request.effects.asked(Effect::PlanetShine) == Some(true);
-    let (mut shine, strongest) = lights::planet_shine(body, p.position_km, frame.reflectors, white, everything);
+    let (mut shine, strongest) =
+        lights::planet_shine(body, p.position_km, frame.reflectors, |radiance| everything || least.counts(radiance));
     let reason = match strongest {
-        Some((from, part)) => format!("the strongest, from {}, gives {}", name_of(frame, from), of_white(part)),
+        Some((from, radiance)) => format!("the strongest, from {}, gives {}", name_of(frame, from), least.said(radiance)),
         None => "no other body reflects light on it".into(),
     };
     if !ledger.effect(Effect::PlanetShine, !shine.is_empty(), reason) {
@@ -571,28 +578,46 @@ fn before_sun<'a>(
     let camera = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let mesh = super::meshes::model(request, body).map_or(1.0, |m| m.reach);
     let extent = Extent { reach: reach.unwrap_or(air.max(clouds).max(mesh)), camera: Some(camera), pixel: 2.0 / diameter_px.max(1e-9) };
-    let everything = request.effects.asked(Effect::Eclipse) == Some(true);
+    let everything = request.effects.asked(Effect::Eclipse) == Some(true) || request.purpose != Purpose::Display;
     let found = eclipse::find_among(candidates, sun, &receiver, extent, everything);
     Some(BeforeSun { receiver, sun, camera, casters: found.casters, reason: found.reason })
 }
 
-/// About what part of its sunlight eclipses leave a body: the mean of what the viewer sees, and the most.
-pub(super) fn dimming(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64) -> (f64, f64) {
+/// About what part of its sunlight eclipses leave a body: the mean of what the viewer sees.
+fn dimming(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64) -> f64 {
+    shaded(request, ephemeris, p, diameter_px, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
+}
+
+/// Answers a question about the shadows on a body; `None` where there are none. The camera: from the centre, body axes, equatorial radii.
+pub(super) fn shaded<T>(
+    request: &ViewRequest,
+    ephemeris: &Ephemeris,
+    p: &Placed<'_>,
+    diameter_px: f64,
+    question: impl FnOnce(&eclipse::Shade<'_>, DVec3) -> T,
+) -> Option<T> {
     if request.effects.asked(Effect::Eclipse) == Some(false) {
-        return (1.0, 1.0);
+        return None;
     }
-    estimated(request, ephemeris, p, diameter_px, wanted(request))
+    estimated(request, ephemeris, p, diameter_px, wanted(request), question)
 }
 
 /// The mean of [`dimming`] by the best model, whatever the picture is drawn with: what a magnitude is told of.
 pub(super) fn left_by_eclipses(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64) -> f64 {
-    estimated(request, ephemeris, p, diameter_px, Wanted::Best).0
+    estimated(request, ephemeris, p, diameter_px, Wanted::Best, |shade, camera| shade.mean(camera)).unwrap_or(1.0)
 }
 
-fn estimated(request: &ViewRequest, ephemeris: &Ephemeris, p: &Placed<'_>, diameter_px: f64, wanted: Wanted) -> (f64, f64) {
-    let Some(mut found) = before_sun(request, ephemeris, p, diameter_px, None) else { return (1.0, 1.0) };
+fn estimated<T>(
+    request: &ViewRequest,
+    ephemeris: &Ephemeris,
+    p: &Placed<'_>,
+    diameter_px: f64,
+    wanted: Wanted,
+    question: impl FnOnce(&eclipse::Shade<'_>, DVec3) -> T,
+) -> Option<T> {
+    let mut found = before_sun(request, ephemeris, p, diameter_px, None)?;
     let model = eclipse::model(&mut found.casters, wanted).model;
-    eclipse::estimate(&found.casters, model, &found.receiver, found.sun, found.camera)
+    eclipse::Shade::of(&found.casters, model, &found.receiver, found.sun).map(|shade| question(&shade, found.camera))
 }
 
 fn name_of<'a>(frame: &Frame<'a>, id: NaifId) -> &'a str {

@@ -7,9 +7,9 @@
 //! [`LEAST_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
 //! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
 
+use super::Placed;
 use super::camera::{Camera, ClipRect, narrow, narrow_scalar};
-use super::effects::VISIBLE_CHANGE;
-use super::{Placed, of_white};
+use super::purpose::Bound;
 use crate::catalog::NaifId;
 use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
@@ -17,6 +17,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// L theta^2 / E with theta in radians, where a white plane facing E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
 pub const VEIL: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
+
+/// The power with which the veil grows while the Sun comes into the frame.
+const ENTERS: i32 = 6;
 
 /// Light, as a part of white, of half a level of 255 on black, where the sRGB curve is steepest (12.92): what is less rounds away.
 pub const LEAST_SHOWN: f64 = 0.5 / 255.0 / 12.92;
@@ -39,11 +42,51 @@ pub(super) fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
     if left == DVec3::ONE { 1.0 } else { luminance(left.to_array()) }
 }
 
-/// Whether the disc is in the frame. The outline's rectangle will not do: it is wide for a body at a right angle to the view.
-fn meets_frame(camera: &Camera, towards: DVec3, radius: f64) -> bool {
+/// How far a disc has come into the frame, from 0 where it touches to 1 where it is in by its radius or by half of the frame; by a power of it, so that the
+/// glare of the Sun, nineteen stops over the dark sky, does not come at once. The outline's rectangle will not do: it is wide for a body at a right angle to
+/// the view.
+fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     let ahead = towards.dot(camera.forward);
-    let within = |across: f64, half: f64| (across / ahead).abs() < half + radius * (1.0 + half * half);
-    ahead > 0.0 && within(towards.dot(camera.right), camera.tan_half_fov.x) && within(towards.dot(camera.up), camera.tan_half_fov.y)
+    if ahead <= 0.0 {
+        return 0.0;
+    }
+    let within = |across: f64, half: f64| {
+        let reach = radius * (1.0 + half * half);
+        ((half + reach - (across / ahead).abs()) / reach.min(half)).clamp(0.0, 1.0).powi(ENTERS)
+    };
+    within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
+}
+
+/// The veil around the Sun: its radiance at an angle theta is `strength` / theta squared, flat within `least_sq`.
+pub(super) struct Veil {
+    /// Unit vector, ICRF.
+    pub towards: DVec3,
+    pub strength: f64,
+    pub least_sq: f64,
+    /// Part of the Sun's disc that no body hides, less while it comes into the frame.
+    pub seen: f64,
+}
+
+impl Veil {
+    /// Of a Sun that is in the frame, if partly: as much of its light goes astray as enters there.
+    pub fn of(camera: &Camera, placed: &[Placed<'_>]) -> Option<Self> {
+        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
+        let towards = sun.placement.centre_km / sun.distance_km;
+        let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
+        let entering = part_in_frame(camera, towards, radius);
+        if entering <= 0.0 {
+            return None;
+        }
+        let seen = entering * part_seen(placed, sun);
+        let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
+        let least = radius.max(camera.pixel_tangent());
+        Some(Self { towards, strength: VEIL * irradiance * seen, least_sq: least * least, seen })
+    }
+
+    /// Radiance in a direction (a unit vector).
+    pub fn radiance(&self, direction: DVec3) -> f64 {
+        self.strength / (direction - self.towards).length_squared().max(self.least_sq)
+    }
 }
 
 /// The rectangle around all directions whose chord to `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
@@ -64,26 +107,18 @@ pub(super) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
 }
 
 /// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `through`: what the air leaves of its light.
-pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], white: f64, through: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
-    let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
-    let towards = sun.placement.centre_km / sun.distance_km;
-    let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
-    if !meets_frame(camera, towards, radius) {
-        return None;
-    }
-    let seen = part_seen(placed, sun);
-    let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
-    let strength = through(sun.placement.centre_km) * (VEIL * irradiance * seen);
-    let least = (sun.body.radii_km.x / sun.distance_km).max(camera.pixel_tangent());
-    let beside = strength.max_element() / (least * least) / white;
-    let on = beside > VISIBLE_CHANGE;
-    let reason = if seen > 0.0 { format!("beside its limb the veil is {}", of_white(beside)) } else { "other bodies hide it".into() };
+pub(super) fn glow(camera: &Camera, placed: &[Placed<'_>], bound: Bound, through: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
+    let Veil { towards, strength, least_sq, seen } = Veil::of(camera, placed)?;
+    let strength = through(towards) * strength;
+    let beside = strength.max_element() / least_sq;
+    let on = bound.counts(beside);
+    let reason = if seen > 0.0 { format!("beside its limb the veil is {}", bound.said(beside)) } else { "other bodies hide it".into() };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    let rect = reach(camera, in_camera, (strength.max_element() / (LEAST_SHOWN * white)).sqrt());
+    let rect = reach(camera, in_camera, (strength.max_element() / bound.least_shown(LEAST_SHOWN).max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
         sun_direction: narrow(in_camera),
-        least_sq: narrow_scalar(least * least),
+        least_sq: narrow_scalar(least_sq),
         strength: narrow(strength),
         tan_half_fov: camera.tan_half_fov.as_vec2(),
     };
@@ -107,7 +142,7 @@ mod tests {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
         let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
         for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
-            assert_eq!(meets_frame(&camera, at(deg), 0.0047), shows, "{deg} degrees");
+            assert_eq!(part_in_frame(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
         }
     }
 

@@ -81,12 +81,12 @@ mod tests {
 
     #[test]
     fn each_view_says_what_it_shows_and_what_white_is() {
-        let exposure = Exposure { stops: -2.0, reason: String::new() };
+        let exposure = Exposure::of(-2.0, "");
         for view in PixelView::ALL {
             let text = legend(view, &exposure);
             assert!(text.starts_with(&format!("{}: ", view.name())) && text.contains("white") && !text.contains('\n'), "{text}");
         }
         assert!(legend(PixelView::OpticalDepth, &exposure).contains("white 4.000000"));
-        assert!(legend(PixelView::Cost, &Exposure { stops: COST_STOPS, ..exposure }).contains("white 16384"));
+        assert!(legend(PixelView::Cost, &Exposure::of(COST_STOPS, "")).contains("white 16384"));
     }
 }

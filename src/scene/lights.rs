@@ -4,7 +4,7 @@
 //! degrees across, that moves the edge of Jupiter-shine by up to 10 degrees), with the phase function of its photometric model or
 //! published law.
 
-use super::effects::{LIGHTS_AT_MOST, VISIBLE_CHANGE};
+use super::effects::LIGHTS_AT_MOST;
 use super::photometry;
 use crate::catalog::{Body, NaifId};
 use crate::units::KM_PER_AU;
@@ -47,18 +47,16 @@ fn shine(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn> {
     Some(LightOn { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * white })
 }
 
-/// The reflected lights that count on a receiver, strongest first, at most two; and the strongest of all with its part of white.
+/// The reflected lights that count on a receiver, strongest first, at most two; and the strongest of all with the radiance it gives.
 ///
-/// `white`: the radiance that the picture shows as white. A light counts when a surface of the receiver's albedo facing it is
-/// brighter than [`VISIBLE_CHANGE`] of white.
+/// `counts`: whether a radiance does, of a surface of the receiver's albedo that faces the light.
 pub fn planet_shine(
     receiver: &Body,
     receiver_km: DVec3,
     sources: &[Reflector<'_>],
-    white: f64,
-    everything: bool,
+    counts: impl Fn(f64) -> bool,
 ) -> (Vec<LightOn>, Option<(NaifId, f64)>) {
-    let strength = |light: &LightOn| light.irradiance.y * receiver.geometric_albedo.max(0.01) / white;
+    let strength = |light: &LightOn| light.irradiance.y * receiver.geometric_albedo.max(0.01);
     let mut all: Vec<LightOn> = sources
         .iter()
         .filter(|s| s.body.id != receiver.id && s.body.id != NaifId::SUN)
@@ -67,6 +65,6 @@ pub fn planet_shine(
         .collect();
     all.sort_by(|a, b| b.irradiance.y.total_cmp(&a.irradiance.y));
     let strongest = all.first().map(|l| (l.from, strength(l)));
-    let counted = all.into_iter().filter(|l| everything || strength(l) > VISIBLE_CHANGE).take(usize::from(LIGHTS_AT_MOST) - 1).collect();
+    let counted = all.into_iter().filter(|l| counts(strength(l))).take(usize::from(LIGHTS_AT_MOST) - 1).collect();
     (counted, strongest)
 }

@@ -19,16 +19,19 @@ mod features;
 pub mod glow;
 mod hidden;
 mod kept;
+pub mod lamps;
 pub mod legend;
 mod lights;
 pub mod marks;
 mod meshes;
+mod meter;
 mod needs;
 pub mod orbits;
 mod order;
 pub mod overlays;
 mod phase_laws;
 pub mod photometry;
+pub mod purpose;
 pub mod request;
 mod ring_light;
 pub mod ring_shine;
@@ -43,8 +46,8 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use camera::{Camera, Placement};
 use draw::{Draw, Part, PixelView, Point};
-use effects::{Decision, VISIBLE_CHANGE};
-pub use exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, MOST_BESIDE};
+use effects::Decision;
+pub use exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE, DARKEST_EV, darkest_white};
 pub use features::disc_share;
 use features::{Frame, Seen};
 use glam::{DMat3, DVec3};
@@ -72,10 +75,15 @@ pub enum SceneError {
 pub struct Exposure {
     /// 2^stops is the factor on radiance.
     pub stops: f64,
+    /// What the light meter says, where it was asked; else the same.
+    pub metered_stops: f64,
     pub reason: String,
 }
 
 impl Exposure {
+    pub fn of(stops: f64, reason: impl Into<String>) -> Self {
+        Self { stops, metered_stops: stops, reason: reason.into() }
+    }
     pub fn factor(&self) -> f64 {
         self.stops.exp2()
     }
@@ -169,6 +177,10 @@ pub struct Scene {
     pub labels: Option<marks::Labels>,
     /// Bodies whose shape model is wanted and was not in the request: drawn as ellipsoids.
     pub unread_meshes: Vec<NaifId>,
+    /// Bodies whose lamps the exposure wants to know and that were not in the request.
+    pub unread_lamps: Vec<NaifId>,
+    /// What the picture is for.
+    pub purpose: request::Purpose,
 }
 
 /// A body where the viewer sees it, before anything is decided.
@@ -211,10 +223,11 @@ impl Scene {
             }
         }
         let air = placed.iter().find_map(|p| air::Around::of(p.body, &p.placement));
-        let exposure = exposure::exposure(request, camera, &placed, air.as_ref(), ephemeris);
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
-        let frame = Frame { request, camera, exposure: &exposure, reflectors: &reflectors, ephemeris, air: air.as_ref() };
+        let exposure = exposure::exposure(request, camera, &placed, &reflectors, air.as_ref(), ephemeris);
+        let bound = purpose::Bound::of(request.purpose, exposure.white());
+        let frame = Frame { request, camera, bound, reflectors: &reflectors, ephemeris, air: air.as_ref() };
         let mut draws: Vec<Draw> = Vec::new();
         let mut points = Vec::new();
         let mut lines = Vec::new();
@@ -236,11 +249,12 @@ impl Scene {
             points.extend(point);
         }
         let unread_meshes = meshes::unread(request, camera, &placed);
+        let unread_lamps = exposure::unread_lamps(request, camera, &placed, &exposure);
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
         let through = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.transmittance(to));
-        let glow = decided(request, effects::Effect::Glow, glow::glow(camera, &placed, exposure.white(), through), &mut bodies);
-        let corona = corona::corona(request, camera, &placed, exposure.white(), tint);
+        let glow = decided(request, effects::Effect::Glow, glow::glow(camera, &placed, bound, through), &mut bodies);
+        let corona = corona::corona(request, camera, &placed, bound, tint);
         let corona = decided(request, effects::Effect::Corona, corona, &mut bodies);
         hidden::take(&placed, camera, &mut draws, &mut points, &mut bodies);
         let draws = order::far_to_near(&placed, draws);
@@ -270,6 +284,8 @@ impl Scene {
             bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,
             labels,
             unread_meshes,
+            unread_lamps,
+            purpose: request.purpose,
         })
     }
 
@@ -398,9 +414,4 @@ fn invented(body: &Body, parts: &[Draw]) -> Vec<(String, String)> {
     let meshed = parts.iter().any(|d| d.needs.shape == draw::Shape::Mesh);
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).collect()
-}
-
-/// The bound of [`VISIBLE_CHANGE`] in words.
-fn of_white(part: f64) -> String {
-    format!("{part:.2e} of white against {VISIBLE_CHANGE:.2e}")
 }

@@ -4,7 +4,7 @@
 //! alpha; relief, water, lamps and clouds stay as they are. Not done: an image that relief shifts, as one taken from aside would be.
 
 use super::camera;
-use super::effects::VISIBLE_CHANGE;
+use super::purpose::Bound;
 use crate::catalog::{Body, Overlay, Projection};
 use glam::{DVec3, DVec4, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -23,14 +23,14 @@ pub struct OverlayAmounts {
 }
 
 /// Whether an overlay can change a pixel. `ground_deg_per_px`: what a pixel spans of the ground.
-pub fn bound(body: &Body, overlay: &Overlay, ground_deg_per_px: f64) -> (bool, String) {
+pub fn bound(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Bound) -> (bool, String) {
     let least_deg = match overlay.projection {
         Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
         Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
     };
     let size_px = least_deg / ground_deg_per_px;
     let reason = format!("{} is {size_px:.1} px across against 0.5, opacity {}", overlay.name, overlay.opacity);
-    (size_px > 0.5 && overlay.opacity > VISIBLE_CHANGE, reason)
+    ((size_px > 0.5 || least.is_linear()) && least.counts_part(overlay.opacity), reason)
 }
 
 /// `factor`: what turns the image's colour into the albedo of the draw.

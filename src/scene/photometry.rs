@@ -36,6 +36,27 @@ fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
     (1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09))
 }
 
+/// What a facet of the model's unit multiplier reflects of a unit irradiance: the radiance that shaders/lib/photometry give. Cosines of incidence,
+/// emission and phase angle; nothing from behind either horizon.
+pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
+    let (mu0, mu) = (cos_incidence, cos_emission);
+    if mu0 <= 0.0 || mu <= 0.0 {
+        return if matches!(model, Photometry::Emissive { .. }) { 1.0 } else { 0.0 };
+    }
+    let seeliger = 2.0 * mu0 / (mu0 + mu);
+    match *model {
+        Photometry::Emissive { .. } => 1.0,
+        Photometry::Lambert => mu0,
+        Photometry::LommelSeeliger => seeliger,
+        Photometry::LunarLambert { lunar_weight } => lunar_weight * seeliger + (1.0 - lunar_weight) * mu0,
+        Photometry::OrenNayar { roughness_deg } => {
+            let (a, b) = oren_nayar_a_b(roughness_deg);
+            // sin(greater) tan(lesser) times the cosine of the azimuth between, by the phase angle.
+            mu0 * (a + b * (cos_phase - mu0 * mu).max(0.0) / mu0.max(mu))
+        }
+    }
+}
+
 /// Phase function of a Lambert sphere, 1 at zero phase (Russell 1916).
 pub fn lambert_phase(alpha: f64) -> f64 {
     (alpha.sin() + (PI - alpha) * alpha.cos()) / PI
@@ -165,22 +186,6 @@ mod tests {
         Photometry::OrenNayar { roughness_deg: 0.0 },
     ];
 
-    /// Radiance over irradiance from the textbook formula, multiplier 1.
-    fn reflect(model: &Photometry, mu0: f64, mu: f64, dphi_cos: f64) -> f64 {
-        match *model {
-            Photometry::Emissive { .. } => 1.0,
-            Photometry::Lambert => mu0,
-            Photometry::LommelSeeliger => 2.0 * mu0 / (mu0 + mu),
-            Photometry::LunarLambert { lunar_weight } => lunar_weight * 2.0 * mu0 / (mu0 + mu) + (1.0 - lunar_weight) * mu0,
-            Photometry::OrenNayar { roughness_deg } => {
-                let (ti, tr) = (mu0.acos(), mu.acos());
-                let s2 = roughness_deg.to_radians().powi(2);
-                let (a, b) = (1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09));
-                mu0 * (a + b * dphi_cos.max(0.0) * ti.max(tr).sin() * ti.min(tr).tan())
-            }
-        }
-    }
-
     /// Disc integral by brute force over the image plane.
     fn disc_mean(model: &Photometry, alpha: f64) -> f64 {
         let to_sun = DVec3::new(alpha.sin(), 0.0, alpha.cos());
@@ -196,8 +201,7 @@ mod tests {
                 let normal = DVec3::new(x, y, z2.sqrt());
                 let mu0 = normal.dot(to_sun);
                 if mu0 > 0.0 {
-                    let (s, v) = (to_sun - normal * mu0, DVec3::Z - normal * normal.z);
-                    sum += reflect(model, mu0, normal.z, s.normalize_or_zero().dot(v.normalize_or_zero()));
+                    sum += reflectance(model, mu0, normal.z, to_sun.z);
                 }
             }
         }

@@ -6,6 +6,8 @@
 use super::SceneError;
 use super::draw::PixelView;
 use super::effects::EffectOverrides;
+use super::lamps::Lamps;
+pub use super::purpose::Purpose;
 use crate::catalog::{Catalog, NaifId};
 use crate::mesh::Model;
 use crate::time::Instant;
@@ -80,11 +82,24 @@ pub enum Up {
 /// How bright the picture is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ExposureRequest {
-    /// From what the target reflects.
+    /// By what fills the frame.
     #[default]
     Auto,
     /// Stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles.
     Stops(f64),
+    /// On the way from these stops to those of `Auto`, so far as a part of 0 to 1 says.
+    Gliding { from_stops: f64, part: f64 },
+}
+
+impl ExposureRequest {
+    /// The stops of a picture whose light meter says `metered_stops`.
+    pub fn stops_of(self, metered_stops: f64) -> f64 {
+        match self {
+            Self::Auto => metered_stops,
+            Self::Stops(stops) => stops,
+            Self::Gliding { from_stops, part } => from_stops + (metered_stops - from_stops) * part.clamp(0.0, 1.0),
+        }
+    }
 }
 
 /// How light beyond white is shown.
@@ -194,6 +209,10 @@ pub struct ViewRequest {
     pub missing_maps: BTreeSet<String>,
     /// Shape models that were read, by body; [`super::Scene::unread_meshes`] says which are wanted.
     pub meshes: BTreeMap<NaifId, Arc<Model>>,
+    /// Lamps of the night that were read, by body; [`super::Scene::unread_lamps`] says which are wanted.
+    pub lamps: BTreeMap<NaifId, Arc<Lamps>>,
+    /// What the picture is for: below which bound a feature is left out.
+    pub purpose: Purpose,
 }
 
 /// Field of view when neither it nor a distance is asked for: a long lens, so that nearly a hemisphere shows.
@@ -224,6 +243,8 @@ impl ViewRequest {
             pixel_view: PixelView::Shaded,
             missing_maps: BTreeSet::new(),
             meshes: BTreeMap::new(),
+            lamps: BTreeMap::new(),
+            purpose: Purpose::Display,
         }
     }
 
@@ -267,7 +288,7 @@ impl ViewRequest {
         {
             return bad("the camera's offset must be finite".into());
         }
-        if let ExposureRequest::Stops(ev) = self.exposure
+        if let ExposureRequest::Stops(ev) | ExposureRequest::Gliding { from_stops: ev, .. } = self.exposure
             && !(-60.0..=60.0).contains(&ev)
         {
             return bad(format!("exposure {ev:?}: must be -60 to 60 stops"));

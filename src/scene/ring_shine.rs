@@ -13,7 +13,7 @@ use super::kept::Kept;
 use super::ring_table::{self, Step, steps};
 use super::rings::{LEAST_COSINE, bodies_with_peak};
 use crate::catalog::Ring;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -42,6 +42,33 @@ pub struct RingShine {
     pub brightest: f64,
 }
 
+impl RingShine {
+    /// Irradiance of level ground per unit of sunlight, the brightest channel, as shaders/lib/ring/shine.wgsl reads it. `point`: unit-sphere frame;
+    /// `sun`: unit vector, body axes.
+    pub fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
+        let height = point.z.abs();
+        let level = sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let hour = point.truncate().perp_dot(level).abs().atan2(point.truncate().dot(level)) / PI;
+        let place = |part: f64, count: usize| {
+            let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
+            let low = (at as usize).min(count - 2);
+            (low, at - low as f64)
+        };
+        let (column, right) = place(hour, COLUMNS);
+        let (row, up) = place((height / self.reach).min(1.0).sqrt(), ROWS);
+        let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
+        let texel = |row: usize, column: usize| {
+            let at = 4 * ((first + row) * COLUMNS + column);
+            self.texels.get(at..at + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
+        };
+        let mixed = |row: usize| -> f64 {
+            let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
+            a + right * (b - a)
+        };
+        (mixed(row) + up * (mixed(row + 1) - mixed(row))) * height
+    }
+}
+
 /// What a table is made from. Lengths are equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Lit<'a> {
@@ -56,7 +83,7 @@ pub struct Lit<'a> {
 }
 
 /// Part of the Sun's disc over one side of the plane, and the mean sine of that part; then those of the other side.
-fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
+pub(super) fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
     }
@@ -69,7 +96,7 @@ fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
 }
 
 /// Light of particles per unit of phase function over four, towards a path of slope `x`, lit along one of slope `y` from the same side or from beyond.
-fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
+pub(super) fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
     if same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }
@@ -312,6 +339,22 @@ mod tests {
             assert!((of(power) - exact).abs() < 1e-13, "power {power}");
         }
         assert!((of(2 * ARC as i32) - 2.0 / (2.0 * ARC as f64 + 1.0)).abs() > 1e-13, "one power more is not exact");
+    }
+
+    /// Over all places no more than the brightest is read, nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.
+    #[test]
+    fn what_is_read_of_a_table_is_its_light() {
+        let ring = ring(1.3, 2.2, 1.0);
+        let shine = lit(&[&ring], 0.3).shine().expect("light");
+        let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
+        let of = |k: u32| {
+            let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
+            let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
+            shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
+        };
+        let most = (0..20_000).map(of).fold(0.0, f64::max);
+        assert!(most <= shine.brightest * (1.0 + 1e-6) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
+        assert_eq!(shine.irradiance(DVec3::X, sun), 0.0);
     }
 
     #[test]

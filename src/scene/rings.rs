@@ -6,7 +6,7 @@
 use super::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use super::draw::Amounts;
 use super::eclipse::limb_law;
-use super::effects::VISIBLE_CHANGE;
+use super::purpose;
 use super::ring_shine::{Lit, RingShine};
 use super::ring_table::RingTable;
 use super::silhouette::Outline;
@@ -109,8 +109,10 @@ pub struct View<'a> {
     pub sun_km: f64,
     /// Phase angle, radians.
     pub alpha: f64,
-    /// Irradiance on a plane facing the Sun over the radiance of white.
-    pub brightness: f64,
+    /// On a plane facing the Sun.
+    pub irradiance: f64,
+    /// Below which a ring is left out.
+    pub bound: purpose::Bound,
 }
 
 /// A number against its bound.
@@ -136,29 +138,35 @@ impl<'a> View<'a> {
         (towards.z / towards.length()).abs().max(LEAST_COSINE)
     }
 
-    /// The part of white by which a ring changes a pixel at most: what it hides or what it adds, times the part of the pixel it fills.
-    fn change(&self, ring: &Ring) -> f64 {
+    /// By how much a ring changes a pixel at most: the part that it hides, and the radiance that it adds, each times the part of the pixel it fills.
+    fn change(&self, ring: &Ring) -> [f64; 2] {
         let deep = ring.tau_normal / self.cos_emission();
         let hides = -(-deep).exp_m1();
         let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
         // Single scattering never exceeds this: each photon stopped once on its way, none lost again.
-        let adds = albedo * 0.25 * phase_function(self.alpha, ring.dust) * deep.min(1.0) * self.brightness;
+        let adds = albedo * 0.25 * phase_function(self.alpha, ring.dust) * deep.min(1.0) * self.irradiance;
         let width_px = (ring.outer_km - ring.inner_km) / self.body.radii_km.x * self.pixels_per_radius();
-        hides.max(adds) * width_px.min(1.0)
+        [hides, adds].map(|most| most * width_px.min(1.0))
+    }
+
+    /// The same as a part of white, and whether it counts.
+    fn counts(&self, ring: &Ring) -> (f64, bool) {
+        let [hides, adds] = self.change(ring);
+        (hides.max(self.bound.of_white(adds)), self.bound.counts_part(hides) || self.bound.counts(adds))
     }
 
     /// `everything`: also rings that nobody would see.
     pub fn counted(&self, everything: bool) -> Counted<'a> {
         let rings: Vec<&Ring> = self.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
-        let strongest = rings.iter().map(|r| (self.change(r), r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
-        let outer = rings.iter().filter(|r| self.change(r) > VISIBLE_CHANGE || everything).map(|r| r.outer_km).fold(0.0, f64::max);
+        let strongest = rings.iter().map(|r| (self.counts(r).0, r.name.as_str())).max_by(|a, b| a.0.total_cmp(&b.0));
+        let outer = rings.iter().filter(|r| self.counts(r).1 || everything).map(|r| r.outer_km).fold(0.0, f64::max);
         // Gaps come along: they lie over what they are gaps in.
         let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
         let area_px = std::f64::consts::PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
             None => "it has no rings".into(),
             Some((part, name)) if seen.is_empty() => {
-                format!("the strongest, {name}, changes a pixel by {part:.2e} of white against {VISIBLE_CHANGE:.2e}")
+                format!("the strongest, {name}, changes a pixel by {part:.2e} of white against {:.2e}", self.bound.least_part())
             }
             Some((part, name)) => {
                 format!("{name} changes a pixel by {part:.2e} of white; out to {outer:.0} km, {area_px:.1} px against 0.5")
@@ -190,10 +198,11 @@ impl<'a> View<'a> {
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > WITHIN_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let reason = format!(
-            "the Sun stands {:.3} degrees over their plane and they take {darkest:.2e} of its light against {VISIBLE_CHANGE:.2e}; penumbra up to {penumbra_px:.1} px",
-            sine.asin().to_degrees()
+            "the Sun stands {:.3} degrees over their plane and they take {}; penumbra up to {penumbra_px:.1} px",
+            sine.asin().to_degrees(),
+            self.bound.said_part(darkest)
         );
-        (Bound { on: darkest > VISIBLE_CHANGE && sine > 0.0, reason }, model)
+        (Bound { on: self.bound.counts_part(darkest) && sine > 0.0, reason }, model)
     }
 
     /// Whether the globe's shadow meets the ring, and the model that it takes.
@@ -227,7 +236,7 @@ impl<'a> View<'a> {
         Amounts::of_rays(&self.camera.view_rays(&round, rect, AnchorForm::Auto))
     }
 
-    /// Whether the rings light the globe, as part of white: `brightness` is white's, and the globe's albedo turns it back.
+    /// Whether the rings light the globe: what its albedo turns back.
     /// The table is made only where the rings' bound allows that it counts, or where it is asked for.
     pub fn ring_shine(&self, rings: &[&Ring], sun_radius_km: f64, asked: Option<bool>) -> (Bound, Option<Arc<RingShine>>) {
         let lit = Lit {
@@ -237,16 +246,16 @@ impl<'a> View<'a> {
             sine: self.sun.z,
             sun_tangent: self.sun_tangent(sun_radius_km),
         };
-        let of_white = self.brightness * self.body.geometric_albedo.max(0.01);
-        let at_most = lit.at_most() * of_white;
-        if asked == Some(false) || asked.is_none() && at_most <= VISIBLE_CHANGE {
-            let reason = format!("they light it by less than {at_most:.2e} of white against {VISIBLE_CHANGE:.2e}");
+        let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
+        let at_most = lit.at_most() * radiance;
+        if asked == Some(false) || asked.is_none() && !self.bound.counts(at_most) {
+            let reason = format!("they light it by less than {}", self.bound.said(at_most));
             return (Bound { on: false, reason }, None);
         }
         let shine = lit.shine();
-        let part = shine.as_ref().map_or(0.0, |s| s.brightest) * of_white;
-        let reason = format!("they light it by up to {part:.2e} of white against {VISIBLE_CHANGE:.2e}");
-        (Bound { on: part > VISIBLE_CHANGE, reason }, shine)
+        let most = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
+        let reason = format!("they light it by up to {}", self.bound.said(most));
+        (Bound { on: self.bound.counts(most), reason }, shine)
     }
 
     /// Uniforms of the light on the globe. `undo`: what the albedo has been multiplied by for the Sun's phase, which this light does not share.

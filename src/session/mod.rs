@@ -31,14 +31,15 @@ pub use shaders::{Stamps, fragment_stamps, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
-use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
+use crate::catalog::{Body, Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{Letters, MapStore, Reading, SharedTexture};
+use crate::image::{Letters, MapStore, Reading, SharedTexture, srgb_to_linear};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_spread;
-use crate::scene::draw::AirTier;
+use crate::scene::draw::{AirTier, Shape};
+use crate::scene::lamps::Lamps;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Scene, SceneError};
@@ -106,6 +107,9 @@ pub struct Drawn {
     pub by: DrawnBy,
 }
 
+/// Texels around the equator of the lamps that the light meter reads: 20 km on the Earth.
+const LAMPS_WIDTH: u32 = 2048;
+
 pub struct Session {
     catalog: Catalog,
     ephemeris: Ephemeris,
@@ -113,6 +117,8 @@ pub struct Session {
     library: Library,
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
+    /// By body, each read once when an exposure first asks for it.
+    lamps: Mutex<BTreeMap<NaifId, Arc<Lamps>>>,
     /// Those of the last size that was asked for.
     letters: Mutex<Option<(f64, Arc<Letters>)>>,
     devices: Devices,
@@ -206,6 +212,7 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
+            lamps: Mutex::default(),
             letters: Mutex::default(),
             devices,
             missing: Mutex::default(),
@@ -307,6 +314,7 @@ impl Session {
         let mut request = request.clone();
         request.missing_maps.extend(self.missing.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());
         request.meshes = self.meshes.read();
+        request.lamps = self.lamps.lock().unwrap_or_else(PoisonError::into_inner).clone();
         Ok(self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?)
     }
 
@@ -321,6 +329,14 @@ impl Session {
                         (self.say)(&format!("{why}; {} is drawn as its ellipsoid", body.name));
                     }
                 }
+            });
+            scene = self.scene_of_what_is_read(request)?;
+        }
+        if !scene.unread_lamps.is_empty() {
+            self.measured(Stage::Maps, || {
+                let bodies = scene.unread_lamps.iter().filter_map(|id| self.catalog.body(*id));
+                let read = bodies.filter_map(|body| Some((body.id, self.read_lamps(body)?))).collect::<Vec<_>>();
+                self.lamps.lock().unwrap_or_else(PoisonError::into_inner).extend(read);
             });
             scene = self.scene_of_what_is_read(request)?;
         }
@@ -343,6 +359,16 @@ impl Session {
             }
         }
         Ok(scene)
+    }
+
+    /// The lamps of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
+    fn read_lamps(&self, body: &Body) -> Option<Arc<Lamps>> {
+        let night = body.maps.night.as_ref()?;
+        let map = self.maps.get_as(&night.file, plan::map_reading(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
+        let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
+        let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
+        let texels = level.bytes.chunks_exact(4).map(|texel| srgb_to_linear(f64::from(brightest(texel)) / 255.0));
+        Lamps::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 
     /// Scene and plan of a view. A map that cannot be read is said once, and its body is drawn without it.

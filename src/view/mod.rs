@@ -3,7 +3,8 @@
 //! In: a session, input. Out: a window, shown by the device that draws its pictures, or by the processor where none does. It computes no positions and no
 //! light of its own.
 
-pub mod answers;
+pub mod adaptation;
+mod answers;
 pub mod first;
 pub mod flight;
 pub mod interface;

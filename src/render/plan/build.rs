@@ -65,6 +65,8 @@ impl Fineness {
     }
 }
 
+/// The binding of the map of lamps.
+pub const NIGHT_MAP_BINDING: u32 = 4;
 /// The binding of the sampler of all maps.
 const MAP_SAMPLER_BINDING: u32 = 8;
 /// The binding of the ring's table.

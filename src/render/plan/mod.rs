@@ -5,8 +5,8 @@ pub mod graph;
 mod interface;
 mod shared;
 pub use build::{
-    Fineness, OVERLAY_BINDINGS, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, map_reading, modules, plan,
-    ring_profile, ring_shine, steps, uniforms_of,
+    Fineness, NIGHT_MAP_BINDING, OVERLAY_BINDINGS, PlanError, RING_PROFILE_BINDING, RING_SHINE_BINDING, Supplies, map_format, map_reading,
+    modules, plan, ring_profile, ring_shine, steps, uniforms_of,
 };
 pub use interface::{INTERFACE_MODULE, Piece, interface, interface_step, smallest_interface};
 

@@ -338,44 +338,61 @@ pub fn amounts_of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiv
     }
 }
 
-/// About what part of the Sun's light the casters leave on the lit ground that a viewer sees: the mean, and the most. For the exposure and
-/// for bodies that are points; no picture is shaded by it.
-pub fn estimate(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body, camera: DVec3) -> (f64, f64) {
-    let (Some(axis), false) = (Axis::of(receiver, sun), casters.is_empty()) else { return (1.0, 1.0) };
-    let layers =
-        casters.first().filter(|_| model == EclipseModel::Refracted).and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x));
-    let towards = camera.normalize_or(axis.along);
-    let (mut sum, mut weights, mut most) = (0.0, 0.0, 0.0_f64);
-    const POINTS: usize = 200;
-    for k in 0..POINTS {
-        // Evenly spread over the sphere.
-        let z = 1.0 - (2.0 * k as f64 + 1.0) / POINTS as f64;
-        let (sin, cos) = (k as f64 * 2.399_963).sin_cos();
-        let point = DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
-        let weight = point.dot(axis.along).max(0.0) * point.dot(towards).max(0.0);
-        if weight < 0.01 {
-            continue;
-        }
-        let (across, along) = (axis.across(point), point.dot(axis.along));
+/// About what part of the Sun's light casters leave at points of a receiver: discs without limb darkening. For the exposure and for bodies that are
+/// points; no picture is shaded by it.
+pub struct Shade<'a> {
+    casters: &'a [Caster<'a>],
+    axis: Axis,
+    /// Of the first caster's air, where it bends light.
+    layers: Option<air::Layers>,
+}
+
+impl<'a> Shade<'a> {
+    /// `None` where nothing stands before the Sun.
+    pub fn of(casters: &'a [Caster<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
+        let axis = Axis::of(receiver, sun).filter(|_| !casters.is_empty())?;
+        let first = casters.first().filter(|_| model == EclipseModel::Refracted);
+        Some(Self { casters, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x)) })
+    }
+
+    /// At a point: body axes, equatorial radii.
+    pub fn left(&self, point: DVec3) -> f64 {
+        let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
         let mut left = 1.0_f64;
-        for (index, c) in casters.iter().enumerate() {
+        for (index, c) in self.casters.iter().enumerate() {
             let depth = c.along - along;
             if depth <= 0.0 {
                 continue;
             }
-            let scale = axis.cot / depth;
+            let scale = self.axis.cot / depth;
             let (distance, size) = ((c.across - across).length() * scale, c.semi.x * scale);
             let hidden = ((1.0 + size - distance) / (1.0 + size - (1.0 - size).abs())).clamp(0.0, 1.0) * (size * size).min(1.0);
             left = left.min(1.0 - hidden);
-            if let Some(layers) = layers.as_ref().filter(|_| index == 0) {
+            if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
                 left += layers.light(distance, depth, scale);
             }
         }
-        sum += left.min(1.0) * weight;
-        weights += weight;
-        most = most.max(left.min(1.0));
+        left.min(1.0)
     }
-    if weights > 0.0 { (sum / weights, most) } else { (1.0, 1.0) }
+
+    /// The mean over the lit ground that a viewer sees. `camera`: from the centre, body axes.
+    pub fn mean(&self, camera: DVec3) -> f64 {
+        let towards = camera.normalize_or(self.axis.along);
+        const POINTS: usize = 200;
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for k in 0..POINTS {
+            // Evenly spread over the sphere.
+            let z = 1.0 - (2.0 * k as f64 + 1.0) / POINTS as f64;
+            let (sin, cos) = (k as f64 * 2.399_963).sin_cos();
+            let point = DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
+            let weight = point.dot(self.axis.along).max(0.0) * point.dot(towards).max(0.0);
+            if weight >= 0.01 {
+                sum += self.left(point) * weight;
+                weights += weight;
+            }
+        }
+        if weights > 0.0 { sum / weights } else { 1.0 }
+    }
 }
 
 /// The most casters that a body of the catalog can meet, and whether one of them has air that bends light: the others of its system, and one

@@ -35,6 +35,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
             ui.label(format!("{drawn_stops:+.2} stops"));
         }
     });
+    if let Some(drawing) = interface.sky.drawing.as_ref().filter(|_| interface.viewer.sight.exposure_stops.is_none()) {
+        ui.label(egui::RichText::new(&drawing.scene.exposure.reason).weak().small());
+    }
+    let sight = &mut interface.viewer.sight;
     ui.horizontal_wrapped(|ui| {
         ui.label("Beyond white");
         for (tone_map, hover) in [(ToneMap::Film, "True to 0.8 of white, then a shoulder"), (ToneMap::Plain, "True up to white, then cut")]

@@ -21,6 +21,7 @@ mod warning;
 
 pub use information::{Home, Unit};
 
+use super::adaptation::Adaptation;
 use super::settings::Settings;
 use super::sight::Sight;
 use super::studio::{Drawing, Order, Studio};
@@ -29,7 +30,7 @@ use super::viewer::{Action, Places, Viewer};
 use crate::catalog::NaifId;
 use crate::render::plan::{Fineness, PictureOnDevice};
 use crate::scene::marks::{Lettering, Mark, marks};
-use crate::scene::request::{Look, Position, Quality, Up, ViewRequest};
+use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererWish, Session};
 use crate::time::Instant;
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
@@ -129,6 +130,7 @@ pub struct Interface {
     performance: performance::PerformancePanel,
     share: share::SharePanel,
     sky: Sky,
+    adaptation: Adaptation,
 }
 
 /// The picture on screen and how it came there.
@@ -201,6 +203,7 @@ impl Interface {
                 made_by: None,
                 marks: Vec::new(),
             },
+            adaptation: Adaptation::default(),
         }
     }
 
@@ -355,6 +358,11 @@ impl Interface {
                     }
                 }
                 self.performance.note(&drawing, self.sky.last_s);
+                self.adaptation.drew(&drawing.scene.exposure, drawing.order.request.exposure);
+                // What is kept of the order is the view, not the way that the eye went to it.
+                if let ExposureRequest::Gliding { .. } = drawing.order.request.exposure {
+                    drawing.order.request.exposure = ExposureRequest::Auto;
+                }
                 self.sky.drawing = Some(drawing);
                 self.sky.drawings += 1;
             }
@@ -402,10 +410,11 @@ impl Interface {
         let calm = !moving && now_s - self.sky.ordered_s < interval_s;
         let stale =
             self.sky.ordered.as_ref().is_none_or(|last| last.fineness != order.fineness || differs(&last.request, &order.request, calm));
-        if stale {
+        if stale || self.adaptation.glides() {
             self.sky.ordered = Some(order.clone());
             self.sky.ordered_s = now_s;
-            studio.order(order);
+            let exposure = self.adaptation.ask(&self.viewer.sight, now_s);
+            studio.order(Order { request: ViewRequest { exposure, ..order.request }, ..order });
         }
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
         let waits = [

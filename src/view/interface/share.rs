@@ -5,7 +5,7 @@
 use super::{Interface, named};
 use crate::render::plan::Fineness;
 use crate::scene::legend::legend_of;
-use crate::scene::request::ViewRequest;
+use crate::scene::request::{Purpose, ViewRequest};
 use crate::session::{Readers, Session, is_exr, write_new, write_new_picture};
 use crate::view::kept::{SCHEME, restored};
 use crate::view::names::{Numbered, free_names, whole};
@@ -256,6 +256,7 @@ fn save(
     }
     let mut request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
     request.layers.labels = names;
+    request.purpose = Purpose::of_file(is_exr(&path));
     let drawn = session.draw_aside(&request, Fineness::of(request.quality), is_exr(&path)).map_err(|e| e.to_string())?;
     let text = vec![
         ("Title", session.catalog().body(sight.target).map_or("Orrery".into(), |b| b.name.clone())),
