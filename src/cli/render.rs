@@ -71,7 +71,10 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let request = ViewRequest { quality: common.quality.of_request(), ..args.view.request(session.catalog())? };
-    let frame = |number: u32| ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), ..request.clone() };
+    let frame = |number: u32| {
+        let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
+        ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), purpose, ..request.clone() }
+    };
     let numbers = || (first..args.frames).step_by(stride as usize);
     let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.mark(&frame(n)))));
     let clock = args.view.time.eq_ignore_ascii_case("now");
@@ -97,7 +100,6 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         let request = frame(number);
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
-        let request = ViewRequest { purpose: Purpose::of_file(keep_hdr), ..request };
         let drawn = session.draw(&request, fineness, keep_hdr)?;
         first_frame.get_or_insert_with(|| begun.elapsed());
         drawn_frames += 1;

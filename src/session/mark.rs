@@ -118,9 +118,11 @@ impl Mark {
             selected,
             quality,
             pixel_view,
+            purpose,
             // What the session found of the catalog's files, which the sources cover.
             missing_maps: _,
             meshes: _,
+            lamps: _,
         } = request;
         let usual = || "as usual".to_owned();
         let axes = |a: &Axes| match a {
@@ -167,6 +169,7 @@ impl Mark {
             of("selected", selected.map_or("the target".into(), name)),
             of("quality", format!("{quality:?}").to_lowercase()),
             of("pixels", pixel_view.name().into()),
+            of("purpose", format!("{purpose:?}").to_lowercase()),
         ]);
         Self(values)
     }
