@@ -61,6 +61,8 @@ mod viewer;
 #[cfg(feature = "view")]
 mod viewer_access;
 #[cfg(feature = "view")]
+mod viewer_hands;
+#[cfg(feature = "view")]
 mod viewer_inspect;
 #[cfg(feature = "view")]
 mod viewer_panels;

@@ -48,7 +48,7 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
 }
 
 /// Paints with the window's own painter.
-struct OwnPainter(Painter);
+pub struct OwnPainter(pub Painter);
 
 impl TestRenderer for OwnPainter {
     fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
@@ -202,7 +202,7 @@ fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
     settle(&mut harness);
     let state = harness.state();
     assert!(matches!(state.viewer.sight.eye, Eye::Ground { body: NaifId::EARTH, .. }));
-    assert!(state.message.is_empty() && state.drawing().is_some(), "{}", state.message);
+    assert!(state.said().is_empty() && state.drawing().is_some(), "{}", state.said());
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "from").click();
     harness.run_steps(2);
     harness.get_by_label("from Mars").click();

@@ -139,13 +139,13 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
     assert_eq!(harness.state().drawing().expect("the last good picture").took_ms, shown);
-    assert!(harness.state().message.contains(path), "{}", harness.state().message);
+    assert!(harness.state().said().contains(path), "{}", harness.state().said());
     let told = names(&harness, "fn broken( {");
     assert!(told.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {told:?}");
     // Mended.
     std::fs::write(&file, format!("{text}\n// mended\n")).expect("written");
     watch.look(&studio);
     harness.run_steps(8);
-    assert!(harness.state().message.is_empty(), "{}", harness.state().message);
+    assert!(harness.state().said().is_empty(), "{}", harness.state().said());
     assert!(names(&harness, "fn broken( {").is_empty());
 }

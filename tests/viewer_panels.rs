@@ -168,7 +168,7 @@ fn the_renderer_is_chosen_in_the_window() {
         harness.get_by_label(name).click();
         settle(&mut harness);
         assert_eq!(session.renderers().1, wish);
-        assert!(harness.state().drawing().is_some() && harness.state().message.is_empty(), "{}", harness.state().message);
+        assert!(harness.state().drawing().is_some() && harness.state().said().is_empty(), "{}", harness.state().said());
         // This session is never given back: were a driver still at work when the process ends, it would break off.
         while session.readiness() == Readiness::Preparing {
             std::thread::sleep(std::time::Duration::from_millis(10));

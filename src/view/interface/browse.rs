@@ -110,6 +110,7 @@ fn below(interface: &Interface, ui: &egui::Ui, field: egui::Rect, found: &[(Naif
     let area = egui::Area::new(ui.scope_id().with("completions")).fixed_pos(field.left_bottom()).order(egui::Order::Foreground);
     area.show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
             if let Some(why) = failure {
                 let line = ui.colored_label(ui.visuals().warn_fg_color, why);
                 // Read out by a screen reader while the keyboard stays in the field.
