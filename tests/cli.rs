@@ -3,11 +3,11 @@
 use serde_json::Value;
 use std::process::{Command, Output};
 
-/// Mesa's drivers say a line of their own where the system names no folder for running programs.
+/// Nothing names a folder for running programs, as in a container: the libraries of drivers must stay silent all the same.
 fn orrery(words: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
     Command::new(env!("CARGO_BIN_EXE_orrery"))
-        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
+        .env_remove("XDG_RUNTIME_DIR")
         .args(words)
         .arg("--cache")
         .arg(cache)

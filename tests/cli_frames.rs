@@ -54,8 +54,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     let bytes = std::fs::read(&path).expect("written");
 
     // The same request in other words, and what changes no picture.
-    for same in
-        [&["--threads", "1"][..], &["--effects", ""], &["--tone-map", "FILM"], &["--textures", text(&maps)], &["--exposure", "auto"]]
+    for same in [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
     {
         let out = render(&[&BASE[..], same, &["-o", text(&path)]].concat());
         assert!(out.status.success() && std::fs::read(&path).expect("there") == bytes, "{same:?}: {}", said(&out));
@@ -146,7 +145,8 @@ fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
             std::fs::write(&victim, bytes).expect("written");
             let out = run("mars", &[]);
             let line = said(&out);
-            assert!(out.status.code() == Some(1) && line.contains("m-001") && line.contains("not known"), "{kind}, {what}: {line}");
+            assert!(out.status.code() == Some(1) && line.contains("m-001") && line.contains("--overwrite"), "{kind}, {what}: {line}");
+            assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("not known")), "{kind}, {what}: {line}");
             let out = run("mars", &["--overwrite"]);
             assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", said(&out));
             assert_eq!(files(folder.path()), whole, "{kind}, {what}");

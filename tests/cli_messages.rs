@@ -97,7 +97,9 @@ fn whatever_is_given_the_answer_is_short_and_steers_nothing() {
         let line = said(&out);
         let code = out.status.code();
         assert!(code == Some(1) || code == Some(2), "{short:?}: {code:?}, {line}");
-        assert!(code == Some(2) || line.trim().lines().count() == 1, "{short:?}: {line}");
+        // The window tells of a link that it cannot read, and then that there is no screen.
+        let lines = if words[0] == "view" { 2 } else { 1 };
+        assert!(code == Some(2) || line.trim().lines().count() <= lines, "{short:?}: {line}");
         assert!(line.matches('☃').count() <= 200, "{short:?} is echoed {} times", line.matches('☃').count());
         assert!(!line.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{short:?}: {line:?}");
         assert!(!line.contains("panicked") && out.stdout.is_empty(), "{short:?}: {line}");
@@ -364,16 +366,19 @@ fn edited_fragments_are_drawn_with() {
     let folder = tempfile::tempdir().expect("a folder");
     let shaders = folder.path().join("shaders");
     assert!(orrery(&["shader", "export", text(&shaders)]).status.success());
-    let lambert = shaders.join("lib/display.wgsl");
-    let source = std::fs::read_to_string(&lambert).expect("there");
-    std::fs::write(&lambert, source.replace("0.8", "0.4")).expect("written");
+    let display = shaders.join("lib/display.wgsl");
+    let source = std::fs::read_to_string(&display).expect("there");
+    assert!(source.contains("1.055 * exp2("));
+    std::fs::write(&display, source.replace("1.055 * exp2(", "0.500 * exp2(")).expect("written");
     let draw = |name: &str, more: &[&str]| {
         let path = folder.path().join(name);
         let out = orrery(&[&["render", "--target", "venus", "--time", "2024-04-08", "--size", "16x16", "-o", text(&path)], more].concat());
         assert!(out.status.success(), "{}", said(&out));
         image::open(path).expect("a picture").into_rgb8().into_raw()
     };
-    assert_ne!(draw("a.png", &[]), draw("b.png", &["--shaders", text(&shaders)]), "the shoulder of the tone map begins at another place");
+    let brightest = |picture: Vec<u8>| picture.into_iter().max().unwrap_or(0);
+    let (plain, darker) = (brightest(draw("a.png", &[])), brightest(draw("b.png", &["--shaders", text(&shaders)])));
+    assert!(plain > 150 && darker < 140, "{plain} of 255 and {darker}");
 }
 
 /// Bodies that load must be able to be flown to: what no source has at any time is told with file, line and field.
@@ -397,9 +402,9 @@ fn a_body_that_no_source_can_follow_is_refused_at_load() {
     let cases = [
         (good.clone(), None),
         (body(2_009_999, "Testa", sun, orbit, synchronous), None),
-        (body(2_009_999, "Testa", sun, orbit, pck), Some((10, "Testa.rotation"))),
-        (body(2_009_999, "Testa", sun, planetary, fixed), Some((9, "Testa.motion"))),
-        (format!("{}{}", good, body(2_009_998, "Moonlet", "parent = \"Testa\"\n", orbit, pck)), Some((20, "Moonlet.rotation"))),
+        (body(2_009_999, "Testa", sun, orbit, pck), Some((11, "Testa.rotation"))),
+        (body(2_009_999, "Testa", sun, planetary, fixed), Some((10, "Testa.motion"))),
+        (format!("{}{}", good, body(2_009_998, "Moonlet", "parent = \"Testa\"\n", orbit, pck)), Some((22, "Moonlet.rotation"))),
         (
             format!(
                 "{}{}",
@@ -412,7 +417,7 @@ fn a_body_that_no_source_can_follow_is_refused_at_load() {
         ("[[body]]\nid = 399\nrotation = { model = \"pck\" }\n".into(), None),
         (
             "\n[[body]]\nid = 808\nrotation = { model = \"pck\" }\n[[body]]\nid = 802\nrotation = { model = \"pck\" }\n".into(),
-            Some((6, "Nereid.rotation")),
+            Some((7, "Nereid.rotation")),
         ),
     ];
     for (catalog, wrong) in cases {
@@ -455,7 +460,9 @@ fn no_line_of_a_driver_library_reaches_the_user() {
     for folder in [None, Some(""), Some("relative"), Some("/nonexistent")] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
         command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").args(["doctor", "--cache", text(&CACHE)]);
-        folder.iter().for_each(|f| drop(command.env("XDG_RUNTIME_DIR", f)));
+        if let Some(folder) = folder {
+            command.env("XDG_RUNTIME_DIR", folder);
+        }
         let out = command.output().expect("starts");
         assert!(out.status.success() && !said(&out).contains("XDG_RUNTIME_DIR"), "{folder:?}: {}", said(&out));
     }

@@ -263,9 +263,9 @@ fn the_best_source_that_covers_the_date_answers() {
         assert_eq!(answer.source, source, "{time} {body}");
     }
     let old = Instant::parse("1750-01-01T00:00:00Z").expect("a time");
-    for (body, source) in [(399, Some(Source::Kernel)), (123_456, None)] {
+    for (body, source, name) in [(399, Some(Source::Kernel), "Earth"), (123_456, None, "body 123456")] {
         let error = ephemeris.state(NaifId(body), NaifId::SUN, old, source).expect_err("no theory").to_string();
-        assert!(error.contains(&body.to_string()) && !error.contains('\n'), "{error}");
+        assert!(error.contains(name) && !error.contains('\n'), "{error}");
     }
     assert!(ephemeris.state(NaifId(399), NaifId(0), Instant::from_jd_tdb(3_000_000.0), None).is_err());
 }

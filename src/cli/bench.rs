@@ -169,7 +169,8 @@ fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
     let Some(middle) = median(differences.clone()) else { return (None, None) };
     let noise = median(differences.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
-    (Some(middle.max(0.0)), noise)
+    let to_microseconds = |ms: f64| (1e3 * ms).round() / 1e3;
+    (Some(to_microseconds(middle.max(0.0))), noise.map(to_microseconds))
 }
 
 /// What is printed of a scene; `frames` is not empty.

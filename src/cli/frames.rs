@@ -5,7 +5,7 @@
 
 use super::CliError;
 use crate::session::{Earlier, Mark};
-use crate::wording::echo;
+use crate::wording::{echo, echo_of};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -82,6 +82,9 @@ fn refusal(path: &Path, earlier: &Earlier, mark: &Mark, clock: bool) -> Option<C
             let hint = if clock && differ.contains("time ") { "; --time tells which instant is meant" } else { "" };
             format!("{path} was drawn for another request: {differ}; {instead}{hint}")
         }
+        Earlier::Damaged(why) => {
+            format!("{path} was drawn for this request ({}) but is damaged: {why}; --overwrite draws it anew", mark.short())
+        }
         Earlier::Unknown(why) => {
             format!("{path} is there, drawn for a request that is not known ({why}); this one is {}; {instead}", mark.short())
         }
@@ -101,6 +104,10 @@ pub fn kept(
 ) -> Result<BTreeSet<u32>, CliError> {
     let mut kept = BTreeSet::new();
     for (number, path, mark) in wanted {
+        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
+            let shown = |path: &Path| echo_of(&path.display().to_string(), 100);
+            return Err(CliError(format!("{}: there is no folder {}; make it first", shown(&path), shown(folder))));
+        }
         let earlier = mark.earlier(&path, size);
         if earlier == Earlier::Same {
             kept.insert(number);

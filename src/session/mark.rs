@@ -31,6 +31,8 @@ pub enum Earlier {
     Same,
     /// Of another, in words for a message: what differs, each as `name: its own, not ours`.
     Other(String),
+    /// Of this one by its mark, but not whole, and why.
+    Damaged(String),
     /// No mark can be read, and why.
     Unknown(String),
 }
@@ -240,10 +242,10 @@ impl Mark {
         // Four floats a pixel, what a line costs, and the texts: no picture of this size is larger.
         let most = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
         if about.len() > most {
-            return Earlier::Unknown("it says this one, but is larger than any picture of this size".into());
+            return Earlier::Damaged("larger than any picture of this size".into());
         }
         let whole = read(most).and_then(|b| if is_exr(path) { whole_exr(&b) } else { whole_png(&b, size) }.map_err(|e| e.to_string()));
-        whole.map_or_else(|why| Earlier::Unknown(format!("it says this one, but is {why}")), |()| Earlier::Same)
+        whole.map_or_else(Earlier::Damaged, |()| Earlier::Same)
     }
 }
 
