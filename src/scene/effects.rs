@@ -29,6 +29,8 @@ pub enum Effect {
     RingShine,
     BodyShadow,
     Atmosphere,
+    /// The Sun's image that the air at the limb bends to the camera.
+    RefractedLimb,
     PlanetShine,
     Points,
     /// The veil of light around the Sun.
@@ -36,7 +38,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Ellipsoid,
         Self::Mesh,
         Self::SelfShadow,
@@ -53,6 +55,7 @@ impl Effect {
         Self::RingShine,
         Self::BodyShadow,
         Self::Atmosphere,
+        Self::RefractedLimb,
         Self::PlanetShine,
         Self::Points,
         Self::Glow,
@@ -76,6 +79,7 @@ impl Effect {
             Self::RingShine => "ring-shine",
             Self::BodyShadow => "body-shadow",
             Self::Atmosphere => "atmosphere",
+            Self::RefractedLimb => "refracted-limb",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
             Self::Glow => "glow",

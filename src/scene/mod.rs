@@ -25,6 +25,7 @@ pub mod orbits;
 pub mod overlays;
 mod phase_laws;
 pub mod photometry;
+pub mod refracted_limb;
 pub mod request;
 pub mod ring_shine;
 mod ring_table;
@@ -150,6 +151,8 @@ pub struct Scene {
     pub points: Vec<Point>,
     /// Over the bodies, hidden by what is nearer.
     pub lines: Vec<orbits::LinePiece>,
+    /// Around bodies that stand before the Sun.
+    pub limbs: Vec<refracted_limb::RefractedLimb>,
     /// Over everything.
     pub glow: Option<glow::Glow>,
     /// The selected body as a black shape, where its outline is wanted.
@@ -229,6 +232,7 @@ impl Scene {
         let unread_meshes = meshes::unread(request, camera, &placed);
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
+        let limbs = refracted_limb::limbs(request, camera, &placed, exposure.white(), tint, &mut bodies);
         let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
         draws.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.part.cmp(&b.1.part)));
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
@@ -250,6 +254,7 @@ impl Scene {
             draws: draws.into_iter().map(|(_, d)| d).collect(),
             points,
             lines,
+            limbs,
             glow,
             outlined,
             bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,

@@ -107,7 +107,7 @@ fn kind(draw: &Draw) -> &'static str {
 }
 
 /// The steps of one frame. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
-/// neither can wait until all of the other are drawn. Then
+/// neither can wait until all of the other are drawn. A refracted limb comes with its body: what it takes away before, what it adds after. Then
 /// lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
@@ -116,9 +116,15 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
         Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(LIGHT), draws };
     let mut steps = vec![Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] }];
-    for of_kind in scene.draws.chunk_by(|a, b| kind(a) == kind(b)) {
-        let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
-        steps.push(over_light(kind(&of_kind[0]), draws));
+    for of_body in scene.draws.chunk_by(|a, b| a.body == b.body) {
+        let limb = scene.limbs.iter().find(|l| l.body == of_body[0].body);
+        let (unbent, bent) = limb.map(|l| shared::refracted_limb(scene, l, supplies)).transpose()?.unzip();
+        steps.extend(unbent.flatten().map(|draw| over_light("unbent Sun", vec![draw])));
+        for of_kind in of_body.chunk_by(|a, b| kind(a) == kind(b)) {
+            let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
+            steps.push(over_light(kind(&of_kind[0]), draws));
+        }
+        steps.extend(bent.map(|draw| over_light("refracted limb", vec![draw])));
     }
     steps.extend([
         over_light("lines", shared::lines(scene, supplies)?),

@@ -5,7 +5,7 @@
 //! and the Sun where that light left it. Both directions carry the aberration of the receiver's motion: it leaves their separation at the
 //! centre, but tilts the axis along which the shadow meets the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). Not here: how much light is left (shaders/lib/eclipse).
 
-mod air;
+pub(super) mod air;
 mod amounts;
 pub use air::LAYERS as AIR_LAYERS;
 pub use amounts::{EclipseAmounts, limb_law};
@@ -342,8 +342,10 @@ pub fn amounts_of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiv
 /// for bodies that are points; no picture is shaded by it.
 pub fn estimate(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body, camera: DVec3) -> (f64, f64) {
     let (Some(axis), false) = (Axis::of(receiver, sun), casters.is_empty()) else { return (1.0, 1.0) };
-    let layers =
-        casters.first().filter(|_| model == EclipseModel::Refracted).and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x));
+    let layers = casters
+        .first()
+        .filter(|_| model == EclipseModel::Refracted)
+        .and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, air::shown(c.along, axis.sun_distance)));
     let towards = camera.normalize_or(axis.along);
     let (mut sum, mut weights, mut most) = (0.0, 0.0, 0.0_f64);
     const POINTS: usize = 200;
