@@ -204,7 +204,7 @@ struct Draw {
   //: end
   //: if surface.cloud
   //: else
-    // 1: the ground's colours hold the air already.
+    // 1: the ground's colours hold the air already; 2: and go on beside the disc.
     air_veil: f32,
   //: end
     // Rows of lib/air/columns.wgsl's AirNode: the samples', the camera's end, the far end. As many as AIR_NODES of lib/air/rising.wgsl.

@@ -120,7 +120,8 @@ pub struct AirAmounts {
     /// Excess at the foot, the middle and the top of an absorbing layer.
     pub layer: Vec3,
     pub layer_extinction: Vec3,
-    /// 1: the ground's colours hold the air already, so that of both the brighter is seen; 0: the air lies over the ground.
+    /// 0: the air lies over the ground. 1: the ground's colours hold the air already, so that of both the brighter is seen. 2: they hold air that hides
+    /// nothing straight down, so that the disc is seen, and beside it the air goes on with the disc's light.
     pub veil: f32,
     /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
     pub many_heights: Vec2,

@@ -4,6 +4,9 @@
 //: use lib/intersection.wgsl
 //: use lib/air/along.wgsl
 //: use lib/air/of_draw.wgsl
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+//: use lib/sunlight.wgsl
+//: end
 
 // The ray ends on the ground, but a sky's never does: under the horizon it grazes.
 fn air_before(in: Varyings) -> AirLight {
@@ -45,6 +48,35 @@ fn air_before(in: Varyings) -> AirLight {
     return air_along(air_of_draw(), path, sun_in_frame, scale, cos_scattering, from_node);
 }
 
+//: if surface.sky
+  //: if view.shaded
+// Light beside a disc whose colours hold its gas, where that is opaque to a ray along the limb. What the disc's law and colour show at its limb is
+// then that gas itself, with hazes and absorption that are not modelled: the same light goes on outward and thins as the gas does, grey, so that
+// nothing shines along the limb that the disc does not show. Air too thin for that shows its own light (less than a fifth taken along the limb; all of
+// it the disc's from a half on). Left out: the map's pattern (the disc's mean colour), twilight past the terminator. `taken`: mean of what the ray
+// loses.
+fn disc_going_on(in: Varyings, scattered: vec3f, taken: f32) -> vec3f {
+    let along = normalize(in.ray);
+    let nearest = normalize(in.anchor - dot(in.anchor, along) * along);
+    let sun = draw.light_direction[0].xyz;
+    //: if shape.ellipsoid
+    let outward = normalize(nearest / draw.axis_ratios);
+    let in_radii = nearest * draw.axis_ratios;
+    //: else
+    let outward = nearest;
+    let in_radii = nearest;
+    //: end
+    let at_limb = 1.0 - dot(exp(-2.0 * depth_towards_sun(air_of_draw(), 0.0, 0.0)), vec3f(0.33333333));
+    var sunlight = draw.light_irradiance[0].rgb;
+    //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+    sunlight *= sunlight_reaching(in_radii);
+    //: end
+    let disc = draw.albedo * sunlight * (max(dot(outward, sun), 0.0) * taken / max(at_limb, 1.0e-6));
+    return mix(scattered, disc, smoothstep(0.2, 0.5, at_limb));
+}
+  //: end
+//: end
+
 // What the camera sees of light and coverage behind the air. A sky covers by what it takes, and its light is per coverage.
 fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
   //: if surface.sky
@@ -62,10 +94,15 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
 //: else
     let scattered = air.scattered * draw.light_irradiance[0].rgb;
   //: if surface.sky
+    let taken = 1.0 - dot(exp(-air.depth), vec3f(0.33333333));
+    var seen = scattered;
+    if draw.air_veil > 1.5 {
+        seen = disc_going_on(in, scattered, taken);
+    }
     // Not nothing where it shines: air too thin to dim would be lost.
-    let least = select(0.0, 1.0e-6, scattered.x + scattered.y + scattered.z > 0.0);
-    let taken = max(1.0 - dot(exp(-air.depth), vec3f(0.33333333)), least);
-    return vec4f(scattered / max(taken, 1.0e-6), taken);
+    let least = select(0.0, 1.0e-6, seen.x + seen.y + seen.z > 0.0);
+    let covers = max(taken, least);
+    return vec4f(seen / max(covers, 1.0e-6), covers);
   //: else
     //: if surface.cloud
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
@@ -76,9 +113,11 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
         // thin air, was judged by eye on Titan and Mars.
         let straight = depth_of(air_of_draw(), columns_from(air_of_draw(), air_node(AIR_NODES + 1u), 1.0));
         let masses = dot(air.depth, vec3f(1.0)) / max(dot(straight, vec3f(1.0)), 1.0e-6);
-        // Thin air, straight down, is in the map: what shines past the terminator is that of air which hides the ground.
+        // Thin air, straight down, is in the map: what shines past the terminator is that of air which hides the ground. Towards the limb every air does,
+        // so that the ground's last pixel is no darker than the air beside it.
         let hides = 1.0 - exp(dot(straight, vec3f(-0.33333333)));
-        return vec4f(mix(scattered, max(radiance, scattered * hides * hides), exp(0.25 * hides * (1.0 - max(masses, 1.0)))), coverage);
+        let along_ray = 1.0 - exp(dot(air.depth, vec3f(-0.33333333)));
+        return vec4f(mix(scattered, max(radiance, scattered * along_ray * along_ray), exp(0.25 * hides * (1.0 - max(masses, 1.0)))), coverage);
     }
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: end
