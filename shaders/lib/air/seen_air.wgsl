@@ -108,16 +108,19 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: else
     if draw.air_veil > 0.5 {
-        // Over a map that holds its air the light of that air goes on where the map's ends: past the terminator. Towards the limb it takes over, so that
-        // none shows there: through many times the air straight up nothing of the map is left. exp(-1/4) for each, less of
-        // thin air, was judged by eye on Titan and Mars.
-        let straight = depth_of(air_of_draw(), columns_from(air_of_draw(), air_node(AIR_NODES + 1u), 1.0));
-        let masses = dot(air.depth, vec3f(1.0)) / max(dot(straight, vec3f(1.0)), 1.0e-6);
-        // Thin air, straight down, is in the map: what shines past the terminator is that of air which hides the ground. Towards the limb every air does,
-        // so that the ground's last pixel is no darker than the air beside it.
-        let hides = 1.0 - exp(dot(straight, vec3f(-0.33333333)));
-        let along_ray = 1.0 - exp(dot(air.depth, vec3f(-0.33333333)));
-        return vec4f(mix(scattered, max(radiance, scattered * along_ray * along_ray), exp(0.25 * hides * (1.0 - max(masses, 1.0)))), coverage);
+        // Over a map that holds its air the light of that air goes on where the map's ends: past the terminator. Towards the limb it takes over, and at
+        // the limb it is alone, as it is beside the ground. exp(-1/4) for each time the air straight up, less of thin air, was judged by eye on
+        // Titan and Mars.
+        let ground = air_node(AIR_NODES + 1u);
+        let straight = dot(depth_of(air_of_draw(), columns_from(air_of_draw(), ground, 1.0)), vec3f(1.0));
+        let along_limb = dot(depth_of(air_of_draw(), columns_from(air_of_draw(), ground, 0.0)), vec3f(1.0));
+        // Thin air, straight down, is in the map: what shines past the terminator is that of air which hides the ground.
+        let hides = 1.0 - exp(-0.33333333 * straight);
+        let fall = 0.25 * hides / max(straight, 1.0e-6);
+        let left = exp(fall * (straight - max(dot(air.depth, vec3f(1.0)), straight)));
+        let at_limb = exp(fall * (straight - along_limb));
+        let map_part = max(left - at_limb, 0.0) / (1.0 - at_limb);
+        return vec4f(mix(scattered, max(radiance, scattered * hides * hides), map_part), coverage);
     }
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: end
