@@ -212,7 +212,7 @@ struct Draw {
   //: end
   //: if surface.cloud
   //: else
-    // 1: the ground's colours hold the air already.
+    // 1: the ground's colours hold the air already; 2: and go on beside the disc.
     air_veil: f32,
   //: end
     // Place, weight, and the place between this and the next, of the samples of lib/air/scatter.wgsl.

@@ -53,7 +53,7 @@ pub struct ViewWords {
     #[arg(long, value_name = "HOW", default_value = "film", help_heading = "Picture")]
     pub tone_map: String,
     /// Switch features by hand: ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
-    /// ring-shine, body-shadow, atmosphere, planet-shine, points, glow; of one body alone as moon:-eclipse
+    /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; of one body alone as moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Picture")]
     pub effects: Option<String>,
     /// Over the bodies: +orbits, +labels (names and markers), +outline (a line around the target); as a lens: +bloom

@@ -61,6 +61,17 @@ pub struct ClipRect {
 
 impl ClipRect {
     pub const VIEWPORT: Self = Self { left: -1.0, top: 1.0, right: 1.0, bottom: -1.0 };
+
+    /// What lies in both.
+    pub fn common(&self, other: &Self) -> Option<Self> {
+        let both = Self {
+            left: self.left.max(other.left),
+            top: self.top.min(other.top),
+            right: self.right.min(other.right),
+            bottom: self.bottom.max(other.bottom),
+        };
+        (both.left < both.right && both.bottom < both.top).then_some(both)
+    }
 }
 
 /// The f32 forms of one draw's view rays; see [`super::draw::Amounts`], which they fill.

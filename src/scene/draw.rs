@@ -123,7 +123,8 @@ pub struct AirAmounts {
     /// Excess at the foot, the middle and the top of an absorbing layer.
     pub layer: Vec3,
     pub layer_extinction: Vec3,
-    /// 1: the ground's colours hold the air already, so that of both the brighter is seen; 0: the air lies over the ground.
+    /// 0: the air lies over the ground. 1: the ground's colours hold the air already, so that of both the brighter is seen. 2: they hold air that hides
+    /// nothing straight down, so that the disc is seen, and beside it the air goes on with the disc's light.
     pub veil: f32,
     /// Radiance of the night sky: none for a sky that is seen from outside.
     pub night: f32,

@@ -30,6 +30,8 @@ pub enum Effect {
     RingShine,
     BodyShadow,
     Atmosphere,
+    /// The Sun's image that the air at the limb bends to the camera.
+    RefractedLimb,
     PlanetShine,
     Points,
     /// The veil of light around the Sun.
@@ -56,6 +58,7 @@ impl Effect {
         Self::RingShine,
         Self::BodyShadow,
         Self::Atmosphere,
+        Self::RefractedLimb,
         Self::PlanetShine,
         Self::Points,
         Self::Glow,
@@ -80,6 +83,7 @@ impl Effect {
             Self::RingShine => "ring-shine",
             Self::BodyShadow => "body-shadow",
             Self::Atmosphere => "atmosphere",
+            Self::RefractedLimb => "refracted-limb",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
             Self::Glow => "glow",

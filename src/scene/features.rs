@@ -390,7 +390,11 @@ fn sky_draw(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, chosen: 
     } else if held {
         ledger.note("air-over-ground", true, "where it is brighter than the disc, whose colours have the air in them".into());
     }
-    let veil = if held { 1.0 } else { 0.0 };
+    let veil = match (held, super::air::is_opaque(air)) {
+        (false, _) => 0.0,
+        (true, true) => 1.0,
+        (true, false) => 2.0,
+    };
     let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(frame.camera, &shell).rect(frame.camera) };
     let (Some(rect), Some(needs), false) = (rect, needs, no_rim) else { return (None, veil) };
     let mut amounts = amounts(frame, p, &p.placement, rect, MapSet::default(), &[], 1.0);
@@ -407,8 +411,10 @@ fn sky_alone(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diamete
     p.body.atmosphere.as_ref()?;
     let mut chosen = Chosen::default();
     let eclipse = darkened(frame, p, ledger, &mut chosen, diameter_px);
-    let mut sky = sky_draw(frame, p, ledger, &mut chosen, diameter_px).0?;
+    let (sky, veil) = sky_draw(frame, p, ledger, &mut chosen, diameter_px);
+    let mut sky = sky?;
     sky.amounts.eclipse = eclipse;
+    sky.amounts.air.veil = veil;
     Some(sky)
 }
 

@@ -32,6 +32,7 @@ pub mod overlays;
 mod phase_laws;
 pub mod photometry;
 pub mod purpose;
+pub mod refracted_limb;
 pub mod request;
 mod ring_light;
 pub mod ring_shine;
@@ -167,6 +168,8 @@ pub struct Scene {
     pub lines: Vec<orbits::LinePiece>,
     /// Among the draws.
     pub corona: Option<corona::Corona>,
+    /// Around bodies that stand before the Sun.
+    pub limbs: Vec<refracted_limb::RefractedLimb>,
     /// Over everything.
     pub glow: Option<glow::Glow>,
     /// The selected body as a black shape, where its outline is wanted.
@@ -252,6 +255,7 @@ impl Scene {
         let unread_lamps = exposure::unread_lamps(request, camera, &placed, &exposure);
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
+        let limbs = refracted_limb::limbs(request, camera, &placed, bound, tint, &mut bodies);
         let through = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.transmittance(to));
         let glow = decided(request, effects::Effect::Glow, glow::glow(camera, &placed, bound, through), &mut bodies);
         let corona = corona::corona(request, camera, &placed, bound, tint);
@@ -279,6 +283,7 @@ impl Scene {
             points,
             lines,
             corona,
+            limbs,
             glow,
             outlined,
             bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,

@@ -25,6 +25,7 @@ fragments![
     "entry/probe_ring_transmission.wgsl",
     "entry/probe_scatter.wgsl",
     "entry/probe_sunlight.wgsl",
+    "entry/refracted_limb.wgsl",
     "entry/shrink.wgsl",
     "entry/tone_map.wgsl",
     "entry/tone_map_bloom.wgsl",
@@ -132,8 +133,8 @@ impl Fragments {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
-pub const SIMPLE_MODULES: [&str; 11] =
-    ["blur", "corona", "glow", "interface", "label", "line", "outline", "point", "shrink", "tone_map", "tone_map_bloom"];
+pub const SIMPLE_MODULES: [&str; 12] =
+    ["blur", "corona", "glow", "interface", "label", "line", "outline", "point", "refracted_limb", "shrink", "tone_map", "tone_map_bloom"];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];

@@ -4,6 +4,9 @@
 //: use lib/intersection.wgsl
 //: use lib/air/along.wgsl
 //: use lib/air/of_draw.wgsl
+//: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+//: use lib/sunlight.wgsl
+//: end
 
 // The ray ends on the ground, but a sky's never does: under the horizon it grazes.
 fn air_before(in: Varyings) -> AirLight {
@@ -45,6 +48,35 @@ fn air_before(in: Varyings) -> AirLight {
     return air_along(air_of_draw(), path, sun_in_frame, scale, cos_scattering, from_node);
 }
 
+//: if surface.sky
+  //: if view.shaded
+// Light beside a disc whose colours hold its gas, where that is opaque to a ray along the limb. What the disc's law and colour show at its limb is
+// then that gas itself, with hazes and absorption that are not modelled: the same light goes on outward and thins as the gas does, grey, so that
+// nothing shines along the limb that the disc does not show. Air too thin for that shows its own light (less than a fifth taken along the limb; all of
+// it the disc's from a half on). Left out: the map's pattern (the disc's mean colour), twilight past the terminator. `taken`: mean of what the ray
+// loses.
+fn disc_going_on(in: Varyings, scattered: vec3f, taken: f32) -> vec3f {
+    let along = normalize(in.ray);
+    let nearest = normalize(in.anchor - dot(in.anchor, along) * along);
+    let sun = draw.light_direction[0].xyz;
+    //: if shape.ellipsoid
+    let outward = normalize(nearest / draw.axis_ratios);
+    let in_radii = nearest * draw.axis_ratios;
+    //: else
+    let outward = nearest;
+    let in_radii = nearest;
+    //: end
+    let at_limb = 1.0 - dot(exp(-2.0 * depth_towards_sun(air_of_draw(), 0.0, 0.0)), vec3f(0.33333333));
+    var sunlight = draw.light_irradiance[0].rgb;
+    //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
+    sunlight *= sunlight_reaching(in_radii);
+    //: end
+    let disc = draw.albedo * sunlight * (max(dot(outward, sun), 0.0) * taken / max(at_limb, 1.0e-6));
+    return mix(scattered, disc, smoothstep(0.2, 0.5, at_limb));
+}
+  //: end
+//: end
+
 // What the camera sees of light and coverage behind the air. A sky covers by what it takes, and its light is per coverage.
 fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
   //: if surface.sky
@@ -62,24 +94,34 @@ fn through_air(in: Varyings, radiance: vec3f, coverage: f32) -> vec4f {
 //: else
   //: if surface.sky
     let scattered = air.scattered * draw.light_irradiance[0].rgb + select(0.0, draw.air_night, air.depth.x > 0.0);
+    let taken = 1.0 - dot(exp(-air.depth), vec3f(0.33333333));
+    var seen = scattered;
+    if draw.air_veil > 1.5 {
+        seen = disc_going_on(in, scattered, taken);
+    }
     // Not nothing where it shines: air too thin to dim would be lost.
-    let least = select(0.0, 1.0e-6, scattered.x + scattered.y + scattered.z > 0.0);
-    let taken = max(1.0 - dot(exp(-air.depth), vec3f(0.33333333)), least);
-    return vec4f(scattered / max(taken, 1.0e-6), taken);
+    let least = select(0.0, 1.0e-6, seen.x + seen.y + seen.z > 0.0);
+    let covers = max(taken, least);
+    return vec4f(seen / max(covers, 1.0e-6), covers);
   //: else
     let scattered = air.scattered * draw.light_irradiance[0].rgb;
     //: if surface.cloud
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: else
     if draw.air_veil > 0.5 {
-        // Over a map that holds its air the light of that air goes on where the map's ends: past the terminator. Towards the limb it takes over, so that
-        // none shows there: through many times the air straight up nothing of the map is left. exp(-1/4) for each, less of
-        // thin air, was judged by eye on Titan and Mars.
-        let straight = depth_of(air_of_draw(), columns_from(air_of_draw(), air_node(AIR_NODES + 1u), 1.0));
-        let masses = dot(air.depth, vec3f(1.0)) / max(dot(straight, vec3f(1.0)), 1.0e-6);
+        // Over a map that holds its air the light of that air goes on where the map's ends: past the terminator. Towards the limb it takes over, and at
+        // the limb it is alone, as it is beside the ground. exp(-1/4) for each time the air straight up, less of thin air, was judged by eye on
+        // Titan and Mars.
+        let ground = air_node(AIR_NODES + 1u);
+        let straight = dot(depth_of(air_of_draw(), columns_from(air_of_draw(), ground, 1.0)), vec3f(1.0));
+        let along_limb = dot(depth_of(air_of_draw(), columns_from(air_of_draw(), ground, 0.0)), vec3f(1.0));
         // Thin air, straight down, is in the map: what shines past the terminator is that of air which hides the ground.
-        let hides = 1.0 - exp(dot(straight, vec3f(-0.33333333)));
-        return vec4f(mix(scattered, max(radiance, scattered * hides * hides), exp(0.25 * hides * (1.0 - max(masses, 1.0)))), coverage);
+        let hides = 1.0 - exp(-0.33333333 * straight);
+        let fall = 0.25 * hides / max(straight, 1.0e-6);
+        let left = exp(fall * (straight - max(dot(air.depth, vec3f(1.0)), straight)));
+        let at_limb = exp(fall * (straight - along_limb));
+        let map_part = max(left - at_limb, 0.0) / (1.0 - at_limb);
+        return vec4f(mix(scattered, max(radiance, scattered * hides * hides), map_part), coverage);
     }
     return vec4f(radiance * exp(-air.depth) + scattered, coverage);
     //: end

@@ -119,8 +119,8 @@ fn kind(draw: &Draw) -> &'static str {
 }
 
 /// The steps of one frame. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
-/// neither can wait until all of the other are drawn; the
-/// corona has its place among them. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
+/// neither can wait until all of the other are drawn; the corona has its place among them. A refracted limb comes with its body: what it takes away before, what it
+/// adds after. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let black = [0.0, 0.0, 0.0, 1.0];
@@ -128,17 +128,30 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
         Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(LIGHT), draws };
     let mut steps = vec![Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] }];
-    let (behind, before) = scene.draws.split_at(scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len())));
-    let bodies = |steps: &mut Vec<Step>, draws: &[Draw]| -> Result<(), PlanError> {
-        for of_kind in draws.chunk_by(|a, b| kind(a) == kind(b)) {
-            let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<_, _>>()?;
-            steps.push(over_light(kind(&of_kind[0]), draws));
+    let of_body = |body| move |d: &Draw| d.body == body;
+    let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
+        let mut from = first;
+        for run in draws.chunk_by(|a, b| a.body == b.body) {
+            let (body, end) = (run[0].body, from + run.len());
+            // Moons may stand between the layers of a ringed body.
+            let begins = !scene.draws[..from].iter().any(of_body(body));
+            let ends = !scene.draws[end..].iter().any(of_body(body));
+            from = end;
+            let limb = scene.limbs.iter().find(|l| l.body == body);
+            let (unbent, bent) = limb.map(|l| shared::refracted_limb(scene, l, supplies)).transpose()?.unzip();
+            steps.extend(unbent.flatten().filter(|_| begins).map(|draw| over_light("unbent Sun", vec![draw])));
+            for of_kind in run.chunk_by(|a, b| kind(a) == kind(b)) {
+                let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<Vec<_>, _>>()?;
+                steps.push(over_light(kind(&of_kind[0]), draws));
+            }
+            steps.extend(bent.filter(|_| ends).map(|draw| over_light("refracted limb", vec![draw])));
         }
         Ok(())
     };
-    bodies(&mut steps, behind)?;
+    let behind = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
+    bodies(&mut steps, 0, &scene.draws[..behind])?;
     steps.push(over_light("corona", shared::corona(scene, supplies)?));
-    bodies(&mut steps, before)?;
+    bodies(&mut steps, behind, &scene.draws[behind..])?;
     steps.extend([
         over_light("lines", shared::lines(scene, supplies)?),
         over_light("points", shared::points(scene, supplies)?),

@@ -1,4 +1,4 @@
-//! The draws that are not planets: points, lines, corona, glow, tone map, bloom, outline, names. One shared module each.
+//! The draws that are not planets: points, lines, corona, refracted limbs, glow, tone map, bloom, outline, names. One shared module each.
 //!
 //! In: the scene and the layouts of the shared modules. Out: draws and steps with their uniform bytes filled by field name. Always: a module that
 //! [`modules`] does not name is not run. Not here: what is drawn (scene decides), planets.
@@ -8,9 +8,11 @@ use super::graph::{Read, Step, Target, Write};
 use super::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, PlanDraw, TextureBinding, TextureSource, Vertices};
 use crate::image::{Cell, Letters};
 use crate::scene::Scene;
+use crate::scene::camera::ViewRays;
 use crate::scene::draw::{PixelView, Point};
 use crate::scene::marks::{FILLS, Labels, Lettering, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR, Side};
 use crate::scene::orbits::{self, LinePiece};
+use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -47,6 +49,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (!scene.points.is_empty(), "point"),
         (!scene.lines.is_empty(), "line"),
         (scene.corona.is_some(), "corona"),
+        (!scene.limbs.is_empty(), "refracted_limb"),
         (scene.glow.is_some(), "glow"),
         (scene.bloom, "shrink"),
         (scene.bloom || scene.outlined.is_some(), "blur"),
@@ -169,6 +172,40 @@ pub(super) fn glow(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDr
     })?;
     let scissor = scissor(glow.rect_in_clip, scene.camera.width, scene.camera.height);
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
+}
+
+/// The refracted limb of a body: what it adds, and what it takes away first of the Sun that was drawn unbent behind it.
+pub(super) fn refracted_limb(
+    scene: &Scene,
+    limb: &RefractedLimb,
+    supplies: &impl Supplies,
+) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
+    let over = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
+        let draw = of_module("refracted_limb", scene, supplies, |w| {
+            w.vec4("rect_in_clip", rays.rect_in_clip)?;
+            w.vec3("anchor_origin", rays.anchor_origin)?;
+            w.vec3("anchor_du", rays.anchor_du)?;
+            w.vec3("anchor_dv", rays.anchor_dv)?;
+            w.vec3("ray_origin", rays.ray_origin)?;
+            w.vec3("ray_du", rays.ray_du)?;
+            w.vec3("ray_dv", rays.ray_dv)?;
+            w.f32("anchor_is_camera", if rays.anchor_is_camera { 1.0 } else { 0.0 })?;
+            w.f32("anchor_excess", rays.anchor_excess)?;
+            w.vec3("camera_in_unit_sphere", rays.camera_in_unit_sphere)?;
+            w.vec3("axis_ratios", limb.axis_ratios)?;
+            w.f32("depth", limb.depth)?;
+            w.vec4("sun_direction", limb.sun_direction)?;
+            w.vec4_array("sun_across", &limb.sun_across)?;
+            w.vec4_array("sun_limb", &limb.sun_limb)?;
+            w.vec4_array("air_edges", &limb.air_edges)?;
+            w.vec4_array("air_passes", &limb.air_passes)?;
+            w.f32("hides", hides)
+        })?;
+        let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
+        Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: BEHIND, scissor, ..draw })
+    };
+    let unbent = limb.unbent.as_ref().map(|rays| over(rays, 1.0)).transpose()?;
+    Ok((unbent, over(&limb.rays, 0.0)?))
 }
 
 /// Bloom's resources: a quarter and a sixteenth of the picture's sides.

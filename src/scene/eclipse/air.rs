@@ -24,7 +24,7 @@ const HAZE_HEIGHT_KM: f64 = 5.0;
 /// Length over which cloud is of one piece: that of a weather front.
 const CLOUD_FIELD_KM: f64 = 300.0;
 
-pub(super) struct Layers {
+pub(in super::super) struct Layers {
     /// Thickness of the air.
     pub top: f64,
     /// Radius and bending (radians) at the lower edge, then at the upper.
@@ -47,12 +47,18 @@ impl Layers {
 }
 
 /// Whether the catalog knows how strongly the body's air bends light.
-pub(super) fn bends(body: &Body) -> bool {
+pub(in super::super) fn bends(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && gas(air).is_some())
 }
 
-/// Layers of a body's air in units of `unit_km`; `radius` is that of its outline.
-pub(super) fn layers(body: &Body, unit_km: f64, radius: f64) -> Option<Layers> {
+/// Part of a bending by which the place that it shows of the Sun moves on the sky of a point: all of it for a Sun at infinity. `depth`: of the
+/// body from the point, `sun`: of the Sun.
+pub(in super::super) fn shown(depth: f64, sun: f64) -> f64 {
+    (1.0 - depth / sun).clamp(0.0, 1.0)
+}
+
+/// Layers of a body's air in units of `unit_km`; `radius` is that of its outline, `shown` [`shown`] from where it is looked at.
+pub(in super::super) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Option<Layers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, gas) = (air.refractivity?, gas(air)?);
     let radius_km = radius * unit_km;
@@ -63,7 +69,7 @@ pub(super) fn layers(body: &Body, unit_km: f64, radius: f64) -> Option<Layers> {
         let there = refractivity * (-h / gas.scale_height_km).exp();
         let bending = there * (std::f64::consts::TAU * (radius_km + h) / gas.scale_height_km).sqrt();
         // A ray that grazes at a height comes from a little above it.
-        ((radius_km + h) * (1.0 + there) / unit_km, bending)
+        ((radius_km + h) * (1.0 + there) / unit_km, bending * shown)
     };
     let edges = (0..LAYERS).map(|k| {
         let ((r0, b0), (r1, b1)) = (at(k), at(k + 1));

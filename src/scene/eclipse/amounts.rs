@@ -49,7 +49,8 @@ pub(super) fn of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receive
     };
     let layers = match casters.first() {
         Some(first) if model == EclipseModel::Refracted => {
-            air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt())
+            let shown = air::shown(first.along, axis.sun_distance);
+            air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt(), shown)
         }
         _ => None,
     };

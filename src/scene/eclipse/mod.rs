@@ -5,7 +5,7 @@
 //! and the Sun where that light left it. Both directions carry the aberration of the receiver's motion: it leaves their separation at the
 //! centre, but tilts the axis along which the shadow meets the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). Not here: how much light is left (shaders/lib/eclipse).
 
-mod air;
+pub(super) mod air;
 mod amounts;
 pub use air::LAYERS as AIR_LAYERS;
 pub use amounts::{EclipseAmounts, limb_law};
@@ -352,7 +352,8 @@ impl<'a> Shade<'a> {
     pub fn of(casters: &'a [Caster<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !casters.is_empty())?;
         let first = casters.first().filter(|_| model == EclipseModel::Refracted);
-        Some(Self { casters, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x)) })
+        let shown = |c: &Caster<'_>| air::shown(c.along, axis.sun_distance);
+        Some(Self { casters, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, shown(c))) })
     }
 
     /// At a point: body axes, equatorial radii.
