@@ -41,7 +41,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Ellipsoid,
         Self::Mesh,
         Self::SelfShadow,

@@ -131,8 +131,8 @@ fn private() -> std::fs::OpenOptions {
 /// Which folder is missing says more than that something is.
 fn missing(e: std::io::Error, folder: &Path) -> String {
     match e.kind() {
-        std::io::ErrorKind::NotFound => format!("there is no folder {}; make it first", echo(&folder.display().to_string())),
-        std::io::ErrorKind::NotADirectory => format!("{} is no folder", echo(&folder.display().to_string())),
+        ErrorKind::NotFound => format!("there is no folder {}; make it first", echo(&folder.display().to_string())),
+        ErrorKind::NotADirectory => format!("{} is no folder", echo(&folder.display().to_string())),
         _ => e.to_string(),
     }
 }

@@ -66,7 +66,8 @@ fn disc_going_on(in: Varyings, scattered: vec3f, taken: f32) -> vec3f {
     let outward = nearest;
     let in_radii = nearest;
     //: end
-    let at_limb = 1.0 - dot(exp(-2.0 * depth_towards_sun(air_of_draw(), 0.0, 0.0)), vec3f(0.33333333));
+    let along_limb = depth_of(air_of_draw(), columns_through(air_of_draw(), 0.0));
+    let at_limb = 1.0 - dot(exp(-along_limb), vec3f(0.33333333));
     var sunlight = draw.light_irradiance[0].rgb;
     //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
     sunlight *= sunlight_reaching(in_radii);
