@@ -47,6 +47,7 @@ mod software_speed;
 mod software_tone_map;
 mod textures;
 mod toggles;
+mod umbra;
 #[cfg(feature = "view")]
 mod viewer;
 #[cfg(feature = "view")]

@@ -19,9 +19,10 @@ fn fragment_main(in: Varyings) -> @location(0) vec4f {
 //: if eclipse.linear
         blocked = ramp_hidden_by(s);
 //: else
-        let hidden = hidden_by(s);
+        let o = overlap_of(s);
         let law = vec3f(1.0 - q.b.x - q.b.y, q.b.x + 2.0 * q.b.y, -q.b.y);
-        blocked = min(dot(law, hidden) / dot(law, WHOLE_SUN), 1.0);
+        let left = part_left(o, vec3f(dot(law, o.hidden)), vec3f(dot(law, o.left)), vec3f(dot(law, WHOLE_SUN)));
+        blocked = 1.0 - left.x;
 //: end
     }
     return vec4f(blocked);

@@ -13,7 +13,6 @@ use crate::scene::viewpoint::ground_point_km;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
-use crate::units::luminance;
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -80,7 +79,8 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
     let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
     let at = point_km / body.radii_km.x;
     let left = |casters: &[Caster<'_>], law| sky.left(casters, &[at], law)?.first().copied().ok_or_else(|| "no answer".to_owned());
-    let fraction = |casters: &[Caster<'_>]| left(casters, Some(&one_law)).map(luminance);
+    // One law: every channel says the same.
+    let fraction = |casters: &[Caster<'_>]| left(casters, Some(&one_law)).map(|[_, green, _]| green);
     let mut by = Map::new();
     for caster in &sky.casters {
         let taken = 1.0 - fraction(std::slice::from_ref(caster))?;

@@ -35,10 +35,13 @@ fn before_sun(place: vec4f, shape: vec4f, across: vec2f, along: f32) -> Silhouet
 
 //: if eclipse.linear
 //: else
-// Part of the light that is left when these integrals over the Sun's disc are hidden.
-fn left_of(hidden: vec3f) -> vec3f {
-    let part = draw.eclipse_limb[0].xyz * hidden.x + draw.eclipse_limb[1].xyz * hidden.y + draw.eclipse_limb[2].xyz * hidden.z;
-    return clamp(1.0 - part, vec3f(0.0), vec3f(1.0));
+// Light of a part of the Sun's disc, from its integrals.
+fn light_of(part: vec3f) -> vec3f {
+    return draw.eclipse_limb[0].xyz * part.x + draw.eclipse_limb[1].xyz * part.y + draw.eclipse_limb[2].xyz * part.z;
+}
+
+fn left_of(o: Overlap) -> vec3f {
+    return part_left(o, light_of(o.hidden), light_of(o.left), light_of(WHOLE_SUN));
 }
 //: end
 
@@ -106,31 +109,39 @@ fn eclipse_light(position: vec3f) -> vec3f {
         light = vec3f(1.0 - min(hidden, 1.0));
 //: else
   //: if eclipse.2
-        var hidden = vec3f(0.0);
-        if !meet {
-            // Apart: each hides its own.
-            hidden = hidden_if_near(s0) + hidden_if_near(s1);
+        let o0 = overlap_if_near(s0);
+        let o1 = overlap_if_near(s1);
+        // Apart: each hides its own.
+        var all = both_apart(o0, o1);
+        var least = min(o0.left.x, o1.left.x);
     //: if eclipse.3
-            hidden += hidden_if_near(s2);
+        let o2 = overlap_if_near(s2);
+        all = both_apart(all, o2);
+        least = min(least, o2.left.x);
     //: end
     //: if eclipse.4
-            hidden += hidden_if_near(s3);
+        let o3 = overlap_if_near(s3);
+        all = both_apart(all, o3);
+        least = min(least, o3.left.x);
     //: end
-        }
         if meet {
     //: if eclipse.4
-            hidden = hidden_together(s0, s1, s2, s3);
+            all = hidden_together(s0, s1, s2, s3);
     //: else
       //: if eclipse.3
-            hidden = hidden_together(s0, s1, s2);
+            all = hidden_together(s0, s1, s2);
       //: else
-            hidden = hidden_together(s0, s1);
+            all = hidden_together(s0, s1);
       //: end
     //: end
+            // What one hides alone stays hidden.
+            if least <= 0.0 {
+                all = Overlap(WHOLE_SUN, vec3f(0.0));
+            }
         }
-        light = left_of(hidden);
+        light = left_of(all);
   //: else
-        light = left_of(hidden_by(s0));
+        light = left_of(overlap_of(s0));
   //: end
 //: end
     }
@@ -144,12 +155,12 @@ fn eclipse_light(position: vec3f) -> vec3f {
 //: if eclipse.2
   //: if eclipse.linear
   //: else
-fn hidden_if_near(s: Silhouette) -> vec3f {
-    var hidden = vec3f(0.0);
+fn overlap_if_near(s: Silhouette) -> Overlap {
+    var o = Overlap(vec3f(0.0), WHOLE_SUN);
     if near_sun(s) {
-        hidden = hidden_by(s);
+        o = overlap_of(s);
     }
-    return hidden;
+    return o;
 }
   //: end
 //: end

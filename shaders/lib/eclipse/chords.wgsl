@@ -5,6 +5,7 @@
 
 //: use lib/eclipse/nodes.wgsl
 //: use lib/eclipse/silhouette.wgsl
+//: use lib/eclipse/circle.wgsl
 
 // The outline in axes whose y is `up`: centre, and the terms of its chords.
 struct Sliced {
@@ -91,12 +92,12 @@ fn beyond(ends: vec2f, reached: f32, sun_squared: f32) -> vec3f {
 }
 
 //: if eclipse.4
-fn hidden_together(s0: Silhouette, s1: Silhouette, s2: Silhouette, s3: Silhouette) -> vec3f {
+fn hidden_together(s0: Silhouette, s1: Silhouette, s2: Silhouette, s3: Silhouette) -> Overlap {
 //: else
   //: if eclipse.3
-fn hidden_together(s0: Silhouette, s1: Silhouette, s2: Silhouette) -> vec3f {
+fn hidden_together(s0: Silhouette, s1: Silhouette, s2: Silhouette) -> Overlap {
   //: else
-fn hidden_together(s0: Silhouette, s1: Silhouette) -> vec3f {
+fn hidden_together(s0: Silhouette, s1: Silhouette) -> Overlap {
   //: end
 //: end
     let up = vec2f(0.0, 1.0);
@@ -129,6 +130,8 @@ fn hidden_together(s0: Silhouette, s1: Silhouette) -> vec3f {
         }
     }
     var hidden = vec3f(0.0);
+    // The longest stretch of a chord that is left, or that of a height that no caster reaches.
+    var gap = max(max(ends[0] + 1.0, 1.0 - ends[ENDS - 1]), 0.0);
     for (var step = 0; step < CIRCLE_NODES * (ENDS - 1); step++) {
         let span = step / CIRCLE_NODES;
         let node = step % CIRCLE_NODES;
@@ -168,16 +171,26 @@ fn hidden_together(s0: Silhouette, s1: Silhouette) -> vec3f {
     //: end
   //: end
         var sum = between(a, sun_squared) + beyond(b, a.y, sun_squared);
+        var open = max(a.x + sun_half, b.x - a.y);
+        var last = max(a.y, b.y);
   //: if eclipse.3
-        var reached = max(a.y, b.y);
-        sum += beyond(c, reached, sun_squared);
+        sum += beyond(c, last, sun_squared);
+        open = max(open, c.x - last);
+        last = max(last, c.y);
     //: if eclipse.4
-        reached = max(reached, c.y);
-        sum += beyond(d, reached, sun_squared);
+        sum += beyond(d, last, sun_squared);
+        open = max(open, d.x - last);
+        last = max(last, d.y);
     //: end
   //: end
+        // A span of no height has no chords.
+        gap = max(gap, select(0.0, max(open, sun_half - last), half_span > 0.0));
         hidden += CIRCLE_WEIGHT[node] * half_span * sum;
     }
-    return hidden;
+    // Together they may hide all where none does alone.
+    if gap <= 1.0e-6 {
+        return Overlap(WHOLE_SUN, vec3f(0.0));
+    }
+    return Overlap(hidden, max(WHOLE_SUN - hidden, vec3f(0.0)));
 }
 //: end

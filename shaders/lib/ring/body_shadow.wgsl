@@ -37,7 +37,10 @@ fn body_light(position: vec3f) -> vec3f {
     let step = draw.sun_tangent * e1 / draw.shadow_axes;
     let step_turned = cross(p, step);
     let curve = dot(step, step) - dot(step_turned, step_turned);
-    var blocked = vec3f(0.0);
+    // What is left of each chord, and the whole of it: where no chord is cut both sums are the same, where every chord is hidden nothing is left.
+    var left = vec3f(0.0);
+    var whole = vec3f(0.0);
+    var cut = false;
     // Sixteen chords along e1, Gauss-Chebyshev nodes of the second kind; on each the planet's edge is a root of a quadratic.
     for (var k = 1; k <= 16; k++) {
         let angle = f32(k) * 0.18479957;
@@ -53,12 +56,15 @@ fn body_light(position: vec3f) -> vec3f {
         let last = select(2.0, (rise + root) / max(-curve, 1.0e-20), curve < 0.0);
         let from_x = clamp(first, -half, half);
         let to_x = clamp(last, from_x, half);
-        let cut = select(vec3f(0.0), chord_light(to_x, half) - chord_light(from_x, half), square > 0.0);
-        blocked += half * cut;
+        let of_chord = half * 2.0 * chord_light(half, half);
+        let crosses = square > 0.0 && to_x > from_x;
+        let beside = select(vec3f(0.0), chord_light(from_x, half) + chord_light(half, half), from_x > -half)
+            + select(vec3f(0.0), chord_light(half, half) - chord_light(to_x, half), to_x < half);
+        left += select(of_chord, half * max(beside, vec3f(0.0)), crosses);
+        whole += of_chord;
+        cut = cut || crosses;
     }
-    // Interval of the nodes' angle, and the light of the whole disc.
-    let whole = 3.14159265 * (1.0 - draw.sun_limb_u1 / 3.0 - draw.sun_limb_u2 / 6.0);
-    return clamp(1.0 - blocked * 0.18479957 / whole, vec3f(0.0), vec3f(1.0));
+    return select(vec3f(1.0), clamp(left / whole, vec3f(0.0), vec3f(1.0)), cut);
 //: end
 }
 

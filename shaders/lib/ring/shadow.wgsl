@@ -34,7 +34,8 @@ fn ring_light(position: vec3f, blur: f32) -> f32 {
     // the chords of an evenly bright disc. Each strip is as wide in radius as the disc there and as the pixel.
     let level = vec3f(sun.xy, 0.0);
     let up = normalize(vec3f(0.0, 0.0, 1.0) - sun * sun.z + vec3f(sun.xy, 0.0) * 1.0e-6);
-    var part = 0.0;
+    // What is taken is summed: where the ring takes nothing all of the light is left, to the last digit.
+    var taken = 0.0;
     for (var k = 1; k <= 7; k++) {
         let angle = f32(k) * 0.39269908;
         let height = cos(angle);
@@ -49,9 +50,9 @@ fn ring_light(position: vec3f, blur: f32) -> f32 {
         let radial = abs(dot(outwards, along));
         let across = sqrt(max(1.0 - radial * radial, 0.0));
         let spread = path * draw.sun_tangent * (0.2 * radial / steep + 0.5 * chord * across);
-        part += chord * chord * 0.25 * ring_passes(position, towards, blur + min(spread, 1.0));
+        taken += chord * chord * 0.25 * (1.0 - ring_passes(position, towards, blur + min(spread, 1.0)));
     }
-    return part;
+    return max(1.0 - taken, 0.0);
 //: else
     return ring_passes(position, sun, blur);
 //: end
