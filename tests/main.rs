@@ -19,6 +19,7 @@ mod horizon;
 mod layering;
 mod layers;
 mod library;
+mod limbs;
 mod mesh;
 mod moments;
 mod orientation;

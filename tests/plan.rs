@@ -43,6 +43,7 @@ fn amounts(lights: u8) -> Amounts {
         clip_from_unit_sphere: glam::Mat4::from_cols_array(&[31.0; 16]),
         mesh_anchor: Vec3::splat(46.0),
         mesh: None,
+        hiders: Default::default(),
         overlays: Vec::new(),
         clouds: CloudAmounts { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
         eclipse: Default::default(),

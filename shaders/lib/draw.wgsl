@@ -98,9 +98,12 @@ struct Draw {
     photometric_parameter: f32,
 //: end
 //: if surface.emissive
-    // Limb darkening, linear and quadratic term per channel.
+    // Limb darkening, linear and quadratic term per channel. Limbs of nearer bodies, by rows of lib/uncovered.wgsl.
     limb_u1: vec3f,
     limb_u2: vec3f,
+  //: if shape.sphere|shape.ellipsoid
+    hider: array<vec4f, 6>,
+  //: end
 //: end
 //: if maps.cloud-shadow|surface.cloud
     // Texels of the cloud map at which the sky is clear, and closed.

@@ -5,6 +5,9 @@
 
 //: use lib/draw.wgsl
 //: use lib/view_ray.wgsl
+//: if surface.emissive
+//: use lib/uncovered.wgsl
+//: end
 
 struct Seen {
     // Unit-sphere frame, length 1.
@@ -73,6 +76,10 @@ fn seen_surface(in: Varyings) -> Seen {
     seen.cos_emission = min(emission, 1.0);
 //: end
     seen.coverage = select(0.0, filled, in_front);
+//: if surface.emissive
+    // The limb's outward normal on the screen is the way in which q grows.
+    seen.coverage = uncovered(seen.coverage, vec2f(change_x, change_y) / q_change, in.position.xy);
+//: end
     seen.depth = clamp(1.0 / max(dot(draw.depth_row.xyz, hit) + draw.depth_row.w, 1.0e-20), 0.0, 1.0);
     return seen;
 }

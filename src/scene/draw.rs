@@ -2,6 +2,7 @@
 
 use super::camera::ViewRays;
 pub use super::eclipse::EclipseAmounts;
+pub use super::hidden::HiderAmounts;
 pub use super::needs::*;
 pub use super::overlays::OverlayAmounts;
 pub use super::ring_table::RingTable;
@@ -76,6 +77,8 @@ pub struct Amounts {
     /// Near the ground the camera, farther out 0; unit-sphere frame.
     pub mesh_anchor: Vec3,
     pub mesh: Option<MeshAmounts>,
+    /// Of a body that glows.
+    pub hiders: HiderAmounts,
 }
 
 /// The triangles of a draw whose shape is a mesh.

@@ -1,6 +1,6 @@
 //! What one body's draw gets and does not get, each by a number against a bound.
 
-use super::camera::{self, AnchorForm, ClipRect, NEAR_DEPTH_KM};
+use super::camera::{self, AnchorForm, ClipRect};
 use super::draw::{AirTier, Amounts, Draw, Light, MapFiles, MapSet, Part, PixelView, Point};
 use super::draw::{EclipseAmounts, EclipseModel, RingAmounts, RingShadow, Shape};
 use super::eclipse::{self, Extent, Receiver, Wanted};
@@ -144,8 +144,7 @@ pub(super) fn decide(frame: &Frame<'_>, p: &Placed<'_>, inside: bool) -> (Seen, 
     if ledger.effect(Effect::Points, share < 1.0, reason) && share < 1.0 {
         let part = flux.max_element() / frame.exposure.white();
         if part > VISIBLE_CHANGE {
-            let reach = model.map_or(1.0, |m| m.reach.max(1.0));
-            point = camera.clip(p.placement.centre_km).map(|clip| sprite(camera, p, reach, clip, flux));
+            point = camera.clip(p.placement.centre_km).map(|clip| sprite(body.id, clip, flux));
         } else {
             ledger.note("point-visible", false, of_white(part));
         }
@@ -422,16 +421,9 @@ fn point_flux(frame: &Frame<'_>, p: &Placed<'_>) -> DVec3 {
     p.body.colour.as_dvec3() * (p.irradiance * std::f64::consts::PI / pixel_sr)
 }
 
-fn sprite(camera: &camera::Camera, p: &Placed<'_>, reach: f64, clip: DVec2, flux: DVec3) -> Point {
-    // Just before the body's near side: its own disc, which carries the other part of the light, must not hide it.
-    let near_km = p.placement.centre_km.dot(camera.forward) - p.body.radii_km.max_element() * reach;
-    let depth = NEAR_DEPTH_KM / near_km * (1.0 + 4.0 * f64::from(f32::EPSILON));
-    Point {
-        body: p.body.id,
-        centre: camera::narrow(clip.extend(depth.min(1.0))),
-        radius_px: camera::narrow_scalar(POINT_RADIUS_PX),
-        flux: camera::narrow(flux),
-    }
+/// Drawn over all bodies: what nearer ones hide of it is taken from its flux (`super::hidden`).
+fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
+    Point { body, centre: camera::narrow(clip.extend(1.0)), radius_px: camera::narrow_scalar(POINT_RADIUS_PX), flux: camera::narrow(flux) }
 }
 
 fn choose(frame: &Frame<'_>, p: &Placed<'_>, ledger: &mut Ledger<'_>, diameter_px: f64) -> (Chosen, Vec<LightOn>, EclipseAmounts) {

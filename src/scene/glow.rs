@@ -7,10 +7,11 @@
 //! [`LEAST_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
 //! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
 
-use super::camera::{Camera, ClipRect, Placement, narrow, narrow_scalar};
+use super::camera::{Camera, ClipRect, narrow, narrow_scalar};
 use super::effects::VISIBLE_CHANGE;
 use super::{Placed, of_white};
 use crate::catalog::NaifId;
+use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -31,45 +32,11 @@ pub struct Glow {
     pub tan_half_fov: Vec2,
 }
 
-/// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
-/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15.
-fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
-    if body < sun {
-        let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
-        return 1.0 - covered * (body / sun).powi(2);
-    }
-    let edge = ((separation - body) / sun).clamp(-1.0, 1.0);
-    1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
-}
-
-/// Angle from the middle of a body to its limb on the side of a unit vector, and the cosine by which the limb slants there. Outside the body.
-fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
-    let distance_km = body.centre_km.length();
-    let middle = body.centre_km / distance_km;
-    let aside = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
-    // In the unit-sphere frame the ray a + u b, u the angle's tangent, grazes where its squared distance from the centre is 1.
-    let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(aside));
-    let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
-    let radii = distance_km / body.radii_km.x;
-    let q = radii * radii * a.cross(b).length_squared() - bb;
-    let angle = (ab + (ab * ab + q * aa).max(0.0).sqrt()).atan2(q);
-    // Across the limb the squared distance grows fastest.
-    let (sin, cos) = angle.sin_cos();
-    let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + aside * sin));
-    let outwards = body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
-    (angle, outwards.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
-}
-
 /// The part of the Sun's disc that no body hides from the camera.
 pub(super) fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
-    let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0).asin();
-    let towards = sun.placement.centre_km / sun.distance_km;
-    let nearer = placed.iter().filter(|p| p.body.id != sun.body.id && p.distance_km > 0.0 && p.distance_km < sun.distance_km);
-    nearer.fold(1.0, |left, p| {
-        let separation = crate::ephemeris::angle_rad(p.placement.centre_km, towards);
-        let (limb, slant) = limb_towards(&p.placement, towards);
-        left * left_by(limb + (separation - limb) * slant, limb, radius)
-    })
+    let left = super::hidden::part_left(placed, sun);
+    // Exact ends: the weights' sum is rounded.
+    if left == DVec3::ONE { 1.0 } else { luminance(left.to_array()) }
 }
 
 /// Whether the disc is in the frame. The outline's rectangle will not do: it is wide for a body at a right angle to the view.
@@ -165,41 +132,5 @@ mod tests {
             assert!(inside > 100 && nearest < 0.03, "{direction:?}, {chord}: the rectangle is wider than it must be by {nearest}");
             assert_eq!(outside > 0, chord < 0.7 || direction == [0.5, 0.5, 0.8], "{direction:?}, {chord}");
         }
-    }
-
-    /// A long body from near, as Phobos: rays just inside of the limb meet it, rays just outside do not; a sphere's limb is known.
-    #[test]
-    fn the_limb_is_where_rays_begin_to_miss() {
-        let radii_km = DVec3::new(13.0, 11.4, 9.1);
-        for (k, distance_km) in [(0, 14.0), (1, 20.0), (2, 99.0), (3, 1e6)] {
-            let turned = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.3 + f64::from(k), 1.1, 0.7 * f64::from(k));
-            let body = Placement { centre_km: DVec3::X * distance_km, body_from_icrf: turned, radii_km };
-            let meets = |towards: DVec3| {
-                let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(towards).normalize());
-                c.dot(d) < 0.0 && c.cross(d).length() < 1.0
-            };
-            let mut angles = Vec::new();
-            for n in 0..12 {
-                let aside = DVec3::new(0.0, f64::from(n).cos(), f64::from(n).sin());
-                let (limb, slant) = limb_towards(&body, (DVec3::X + 0.3 * aside).normalize());
-                assert!((0.5..=1.0).contains(&slant), "{slant}");
-                let at = |angle: f64| DVec3::X * angle.cos() + aside * angle.sin();
-                assert!(meets(at(limb * 0.9999)) && !meets(at(limb * 1.0001)), "{distance_km} km, {n}: {limb}");
-                angles.push(limb);
-            }
-            let (least, most) = (angles.iter().copied().fold(f64::MAX, f64::min), angles.iter().copied().fold(0.0, f64::max));
-            assert!(most > 1.05 * least, "its outline is long: {least} to {most}");
-            let round = Placement { radii_km: DVec3::splat(9.1), ..body };
-            let (limb, slant) = limb_towards(&round, DVec3::new(0.8, 0.6, 0.0));
-            assert!((limb / (9.1 / distance_km).asin() - 1.0).abs() < 1e-9 && (slant - 1.0).abs() < 1e-6, "{limb} {slant}");
-        }
-    }
-
-    #[test]
-    fn a_body_before_the_sun_hides_what_it_covers() {
-        assert_eq!(left_by(3.0, 1.5, 1.0), 1.0);
-        assert!(left_by(0.2, 1.5, 1.0) < 1e-12 && left_by(50.0, 51.0, 1.0) < 1e-12);
-        assert!((left_by(50.0, 50.0, 1.0) - 0.5).abs() < 1e-12, "a straight horizon through the middle");
-        assert!((left_by(0.0, 0.1, 1.0) - 0.99).abs() < 1e-12);
     }
 }

@@ -15,6 +15,7 @@ pub mod effects;
 mod exposure;
 mod features;
 pub mod glow;
+mod hidden;
 mod kept;
 pub mod legend;
 mod lights;
@@ -231,6 +232,7 @@ impl Scene {
         let mut bodies: Vec<BodyInView> = bodies.into_iter().flatten().collect();
         let tint = |to: DVec3| frame.air.as_ref().map_or(DVec3::ONE, |a| a.tint(to));
         let glow = shines(request, glow::glow(camera, &placed, exposure.white(), tint), &mut bodies);
+        hidden::take(&placed, camera, &mut draws, &mut points, &mut bodies);
         let draws = order::far_to_near(&placed, draws);
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
         let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);

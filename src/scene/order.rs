@@ -39,6 +39,11 @@ impl Ball {
     }
 }
 
+/// Whether a body stands before another wherever both are seen.
+pub(super) fn stands_before(a: &Placed<'_>, b: &Placed<'_>) -> bool {
+    Ball::of(a).tangent_squared_km2() < Ball::of(b).tangent_squared_km2()
+}
+
 /// Where a draw goes: after those of farther groups; in a group by step, then by the body's own distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Place {

@@ -74,6 +74,7 @@ fragments![
     "lib/ring/surface.wgsl",
     "lib/screen.wgsl",
     "lib/sunlight.wgsl",
+    "lib/uncovered.wgsl",
     "lib/view_ray.wgsl",
 ];
 

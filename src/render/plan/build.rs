@@ -225,6 +225,7 @@ fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], 
         "shadow_axes" => w.vec3(name, a.ring.shadow_axes),
         "sun_limb_u1" => w.vec3(name, a.ring.sun_limb_u1),
         "sun_limb_u2" => w.vec3(name, a.ring.sun_limb_u2),
+        "hider" => w.vec4_array(name, &a.hiders.rows),
         "pixel_size" => w.vec2(name, a.pixel_size),
         _ => Err(LayoutError::Unknown(name.to_owned())),
     }

@@ -116,7 +116,7 @@ pub(super) fn points(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<Plan
         &[(3, |p| p.centre.to_array().to_vec()), (1, |p| vec![p.radius_px]), (3, |p| p.flux.to_array().to_vec())],
     );
     let draw = of_module("point", scene, supplies, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
-    Ok(vec![PlanDraw { label: "points".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw }])
+    Ok(vec![PlanDraw { label: "points".into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
 
 pub(super) fn lines(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
