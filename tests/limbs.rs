@@ -30,7 +30,7 @@ const HIDERS: [(i32, &str); 4] = [(301, "Moon"), (501, "Io"), (499, "Mars"), (29
 /// A camera behind a body that sees its disc `k` times the Sun's, `d` solar radii beside the Sun's middle. The Sun is in the middle of the picture, its radius
 /// `radius_px`.
 fn behind(body: i32, k: f64, d: f64, turn: f64, radius_px: f64, size: u32) -> ViewRequest {
-    let time = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
+    let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");
     let id = NaifId(body);
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, id, time, None).expect("the Sun").state.pos_km;
     let [radius_km, sun_km] = [id, NaifId::SUN].map(|id| SESSION.catalog().body(id).expect("a body").radii_km.x);

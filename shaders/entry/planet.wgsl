@@ -27,9 +27,6 @@
 //: end
 //: if surface.emissive
 //: use lib/limb_darkening.wgsl
-  //: if shape.sphere|shape.ellipsoid
-//: use lib/uncovered.wgsl
-  //: end
 //: end
 //: if lights.1
   //: if surface.sky
@@ -105,11 +102,6 @@ fn fragment_main(in: Varyings) -> Pixel {
     if coverage <= 0.0 {
         discard;
     }
-//: end
-//: if surface.emissive
-  //: if shape.sphere|shape.ellipsoid
-    coverage = uncovered(coverage, seen.outwards, in.position.xy);
-  //: end
 //: end
 //: if maps.albedo
     let albedo_texel = filtered_map(albedo_map, map_sampler, place.uv, place.dx, place.dy, draw.map_taps);

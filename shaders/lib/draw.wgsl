@@ -98,12 +98,10 @@ struct Draw {
     photometric_parameter: f32,
 //: end
 //: if surface.emissive
-    // Limb darkening, linear and quadratic term per channel.
+    // Limb darkening, linear and quadratic term per channel. Limbs of nearer bodies, by rows of lib/uncovered.wgsl.
     limb_u1: vec3f,
     limb_u2: vec3f,
   //: if shape.sphere|shape.ellipsoid
-    // Limbs of nearer bodies: lib/uncovered.wgsl says what each row is.
-    hider_from: vec2f,
     hider: array<vec4f, 6>,
   //: end
 //: end

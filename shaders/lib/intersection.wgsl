@@ -5,6 +5,9 @@
 
 //: use lib/draw.wgsl
 //: use lib/view_ray.wgsl
+//: if surface.emissive
+//: use lib/uncovered.wgsl
+//: end
 
 struct Seen {
     // Unit-sphere frame, length 1.
@@ -19,10 +22,6 @@ struct Seen {
     coverage: f32,
     // Reversed depth: 1 near, 0 infinitely far.
     depth: f32,
-//: if surface.emissive
-    // On the screen, at the limb: unit vector away from the body.
-    outwards: vec2f,
-//: end
 }
 
 fn seen_surface(in: Varyings) -> Seen {
@@ -78,7 +77,8 @@ fn seen_surface(in: Varyings) -> Seen {
 //: end
     seen.coverage = select(0.0, filled, in_front);
 //: if surface.emissive
-    seen.outwards = vec2f(change_x, change_y) / q_change;
+    // The limb's outward normal on the screen is the way in which q grows.
+    seen.coverage = uncovered(seen.coverage, vec2f(change_x, change_y) / q_change, in.position.xy);
 //: end
     seen.depth = clamp(1.0 / max(dot(draw.depth_row.xyz, hit) + draw.depth_row.w, 1.0e-20), 0.0, 1.0);
     return seen;

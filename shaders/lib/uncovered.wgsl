@@ -7,7 +7,7 @@
 //
 // The nearer limb is where L = sqrt(M), L linear and M quadratic in the pixel's place: the ray's nearness to the body's middle, and the tangent cone's. Rows per
 // body: the quadratic form F = L^2 - M as 1, x, y and the kind (0 none, 1 drawn over, 2 too small to be drawn, 3 hides all); F as x^2, xy, y^2 and
-// a factor on its coverage; L as 1, x, y. Pixels from draw.hider_from.
+// a factor on its coverage; L as 1, x, y and, of the first body x, of the second y of the pixel from which places count.
 
 //: use lib/draw.wgsl
 
@@ -56,7 +56,7 @@ fn uncovered(coverage: f32, outwards: vec2f, place: vec2f) -> f32 {
     for (var row = 0; row < 6; row += 3) {
         let kind = draw.hider[row].w;
         if kind > 0.5 {
-            let limb = hider_limb(row, place - draw.hider_from);
+            let limb = hider_limb(row, place - vec2f(draw.hider[2].w, draw.hider[5].w));
             let covers = clamp(0.5 + limb.x, 0.0, 1.0) * draw.hider[row + 1].w;
             let part = inside_and_outside(coverage, covers, dot(outwards, limb.yz)) / max(coverage, 1.0e-9);
             // The later draw leaves 1 - covers of what is given; a point takes nothing, so that here the light is taken.

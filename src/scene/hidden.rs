@@ -14,14 +14,12 @@ use super::effects::Decision;
 use super::order::stands_before;
 use super::{BodyInView, Placed};
 use crate::catalog::NaifId;
-use glam::{DVec2, DVec3, Vec2, Vec4};
+use glam::{DVec2, DVec3, Vec4};
 
 /// Uniforms of shaders/lib/uncovered.wgsl.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HiderAmounts {
-    /// The pixel from which places count.
-    pub from_px: Vec2,
-    /// Three rows for each of two bodies.
+    /// Three rows for each of two bodies; the last of each has x, then y of the pixel from which places count.
     pub rows: [Vec4; 6],
 }
 
@@ -158,7 +156,7 @@ fn of_small(radius_px: f64) -> f64 {
 }
 
 /// Takes from points what nearer bodies hide of them, gives the discs that glow their hiders' limbs, and notes both.
-pub(super) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], points: &mut Vec<Point>, bodies: &mut [BodyInView]) {
+pub(super) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
     let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let mut note = |of: &Placed<'_>, left: DVec3| {
         if left != DVec3::ONE {
@@ -174,7 +172,6 @@ pub(super) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
         note(p, left);
         point.flux *= left.as_vec3();
     }
-    points.retain(|p| p.flux != glam::Vec3::ZERO);
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.needs.shape)).collect();
     for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.needs.surface == Surface::Emissive) {
         let Some(of) = found(draw.body) else { continue };
@@ -193,7 +190,6 @@ pub(super) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
         let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));
         let at = ray(from_px.as_dvec2());
         let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - at, ray(from_px.as_dvec2() + DVec2::Y) - at);
-        draw.amounts.hiders.from_px = from_px;
         for (p, rows) in counted.iter().zip(draw.amounts.hiders.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, at, dx, dy);
             let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
@@ -206,6 +202,8 @@ pub(super) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
             let [c, gx, gy, xx, xy, yy] = limb.form;
             *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, factor]), row([limb.near[0], limb.near[1], limb.near[2], 0.0])];
         }
+        let rows = &mut draw.amounts.hiders.rows;
+        (rows[2].w, rows[5].w) = (from_px.x, from_px.y);
     }
 }
 

@@ -5,6 +5,7 @@
 
 //: use lib/eclipse/nodes.wgsl
 //: use lib/eclipse/silhouette.wgsl
+//: use lib/eclipse/circle.wgsl
 
 // The outline in axes whose y is `up`: centre, and the terms of its chords.
 struct Sliced {

@@ -15,6 +15,12 @@ const WHOLE_SUN = vec3f(3.14159265359, 0.0, 0.0);
 const WHOLE_SUN = vec3f(3.14159265359, 2.09439510239, 1.57079632679);
 //: end
 
+// Integrals of 1, mu, mu^2; together WHOLE_SUN. Exact ends: nothing hidden is 0, nothing left is 0.
+struct Overlap {
+    hidden: vec3f,
+    left: vec3f,
+}
+
 fn hidden_by_circle(radius: f32, distance: f32) -> vec3f {
     let d = max(distance, 1.0e-9);
     // From the far limb of the Sun to the near limb of the caster; the form keeps its digits for two like discs.

@@ -4,12 +4,6 @@
 //: use lib/eclipse/circle.wgsl
 //: use lib/eclipse/chords.wgsl
 
-// Integrals of 1, mu, mu^2; together WHOLE_SUN. Exact ends: nothing hidden is 0, nothing left is 0.
-struct Overlap {
-    hidden: vec3f,
-    left: vec3f,
-}
-
 // Whether the Sun's disc lies inside the outline.
 fn hides_all(s: Silhouette) -> bool {
     let limb = circle_at_limb(s);
