@@ -6,14 +6,15 @@ use super::{CliError, Common};
 const KEYS: &str = "`view` is what the program does without a verb: `orrery --target saturn` is `orrery view --target saturn`.
 With --shaders DIR the fragments are read again when a file changes. The window explains its keys and mouse under `?`.
 
-What a link or a file leaves out is as the window begins: the Earth, now, the lit side from 3.5 radii. `target` and `eye.body` are NAIF
-codes, `time` is ISO 8601 UTC. One that cannot be read is told in the window, which opens all the same.
+What a link or a file leaves out is as the window begins: the Earth, now, the lit side from 3.5 radii. `target` and `eye.body` are names
+or NAIF codes, `time` is ISO 8601 UTC, `paused` is true or false. All faults of one that cannot be read are told in the window, which
+opens all the same.
 
 Examples:
   orrery
   orrery view --target saturn --time 2017-05-17T00:00:00Z
   orrery view eclipse.json
-  orrery view 'orrery://view?target=599&time=2015-01-24T06:45:00Z'";
+  orrery view 'orrery://view?target=jupiter&time=2015-01-24T06:45:00Z'";
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = KEYS, next_help_heading = "First view")]
