@@ -110,24 +110,24 @@ fn average(texels: &mut [[f32; 4]], sigma: f64) {
     let whole = full as usize;
     let weight = 1.0 / length;
     // sums[i]: of `i` texels from `whole + 1` before the first on.
-    let mut sums = vec![0.0_f64; count + 2 * whole + 3];
-    // A channel that does not change needs no mean: the alpha of nearly every map.
-    for c in 0..4 {
-        if texels.iter().all(|t| t[c] == texels[0][c]) {
-            continue;
-        }
-        for _ in 0..3 {
-            let around = texels[count - whole - 1..].iter().chain(texels.iter()).chain(&texels[..whole + 1]);
-            let mut sum = 0.0;
-            for (to, t) in sums[1..].iter_mut().zip(around) {
-                sum += f64::from(t[c]);
+    let mut sums = vec![[0.0_f64; 4]; count + 2 * whole + 3];
+    for _ in 0..3 {
+        let mut sum = [0.0_f64; 4];
+        let mut next = 1;
+        for part in [&texels[count - whole - 1..], &*texels, &texels[..=whole]] {
+            for (to, t) in sums[next..].iter_mut().zip(part) {
+                for c in 0..4 {
+                    sum[c] += f64::from(t[c]);
+                }
                 *to = sum;
             }
-            let reaches = sums.windows(2 * whole + 4);
-            for (t, s) in texels.iter_mut().zip(reaches) {
-                let inner = s[2 * whole + 2] - s[1];
-                let ends = s[1] - s[0] + s[2 * whole + 3] - s[2 * whole + 2];
-                t[c] = ((inner + part * ends) * weight) as f32;
+            next += part.len();
+        }
+        let ends = sums.iter().zip(&sums[1..]).zip(sums[2 * whole + 2..].iter().zip(&sums[2 * whole + 3..]));
+        for (t, ((before, first), (last, after))) in texels.iter_mut().zip(ends) {
+            for c in 0..4 {
+                let inner = last[c] - first[c];
+                t[c] = ((inner + part * (after[c] - before[c] - inner)) * weight) as f32;
             }
         }
     }
