@@ -182,7 +182,7 @@ fn the_ring_brings_the_light_that_arrives() {
         let integral = past_the_limb(earth.length(), sun.length(), apart).map(|part| part * full);
         // The eclipse's own sum over its layers is coarse in green and blue where nearly all of them is gone: measured here against the integral.
         let of_eclipse = if penumbra { [if expected[0] > 0.1 { 0.01 } else { 0.05 }; 3] } else { [0.09, 0.20, f64::INFINITY] };
-        let of_integral = if penumbra { [f64::INFINITY; 3] } else { [0.04, 0.07, if seen[2] > 1e-5 { 0.09 } else { f64::INFINITY }] };
+        let of_integral = if penumbra { [f64::INFINITY; 3] } else { [0.03, 0.05, if seen[2] > 5e-6 { 0.07 } else { f64::INFINITY }] };
         for c in 0..3 {
             let (by_eclipse, by_integral) = (seen[c] / expected[c] - 1.0, seen[c] / integral[c] - 1.0);
             println!(
@@ -221,8 +221,11 @@ fn the_light_is_the_same_at_every_size() {
         for (k, sum) in sums.iter().enumerate() {
             for c in 0..3 {
                 println!("{radii} {k} {c}: {:.4}", sum[c] / last[c]);
-                // Measured 1.1 %.
-                assert!((sum[c] / last[c] - 1.0).abs() < 0.02, "{radii} radii, size {k}, channel {c}: {sum:?} for {last:?}");
+                // Measured 1.1 % for whole rings, 4.7 % for an arc around a disc of 15 pixels.
+                assert!(
+                    (sum[c] / last[c] - 1.0).abs() < if radii > 50.0 { 0.02 } else { [0.08, 0.05, 0.03, 0.03, 0.03][k] },
+                    "{radii} radii, size {k}, channel {c}: {sum:?} for {last:?}"
+                );
             }
         }
     }
@@ -236,7 +239,7 @@ fn the_light_falls_without_a_step_as_the_sun_sets() {
     let limb = (1.0 / radii).asin();
     let mut before: Option<f64> = None;
     let mut reddest: f64 = 0.0;
-    for step in 0..76 {
+    for step in 0..57 {
         // The Sun's centre from the limb, solar radii, outward.
         let height = 2.0 - 0.125 * f64::from(step);
         let angle = limb + height * 0.00466;
