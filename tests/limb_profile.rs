@@ -98,7 +98,7 @@ fn no_line_shines_along_the_limb_of_a_giant() {
     for id in [299, 599, 699, 799, 899] {
         for (effects, at_most) in [(EVEN, 0.01), (MAPPED, 0.05)] {
             for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 160.0] {
-                for size in [100, 300, 1000, 3000] {
+                for size in [100, 500, 3000] {
                     let (dip, line) = faults_of(id, phase, size, effects);
                     assert!(dip < at_most, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
                     // Past half phase a disc grows brighter up to its limb, which the bare one's last pixel cuts.
