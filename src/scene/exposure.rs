@@ -127,7 +127,7 @@ fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, dark
         if (0.01..1e4).contains(&l) { format!("{} cd/m2", Rounded(l)) } else { format!("{l:.1e} cd/m2") }
     };
     let Some(first) = metered.first() else { return "nothing in the frame".into() };
-    let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), first.shown_at);
+    let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), Rounded(first.shown_at));
     if let Some(second) = metered.get(1).filter(|m| part(m) > 0.1) {
         text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * part(second), second.name, candelas(second.radiance)));
     }
@@ -145,6 +145,8 @@ struct Rounded(f64);
 impl std::fmt::Display for Rounded {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let digits = (2 - self.0.abs().log10().floor() as i32).clamp(0, 4) as usize;
-        write!(f, "{:.digits$}", self.0)
+        let text = format!("{:.digits$}", self.0);
+        let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        f.write_str(short)
     }
 }

@@ -10,6 +10,7 @@ use super::camera::{Camera, Placement};
 use super::eclipse::Shade;
 use super::effects::Effect;
 use super::features::{self, point_peak, shaded};
+use super::exposure::CANDELAS_PER_RADIANCE;
 use super::glow::Veil;
 use super::lamps::{self, Lamps};
 use super::lights::{self, LightOn, Reflector};
@@ -24,6 +25,11 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
+/// Luminance below which sky and ground begin to look dusky: that of the sky around sunset, cd/m2. This and the two below are judged by eye: photographers set one stop
+/// less for civil twilight, two to three for the night.
+const DAY_CD_M2: f64 = 300.0;
+const DUSK_STOPS_A_DECADE: f64 = 0.6;
+const DUSK_STOPS_AT_MOST: f64 = 3.0;
 /// What is looked at weighs so much more than as much of the frame beside it.
 const TARGET_WEIGHS: f64 = 64.0;
 /// The same of the Sun, whose daylight sky is as bright as any ground, and of its corona.
@@ -139,6 +145,13 @@ pub(super) struct Meter<'m, 'a> {
     pub lamps: f64,
 }
 
+/// What is left of the brightness of day where sky and ground around the camera have a radiance: a photograph of dusk that is as bright as one of noon shows a blue day.
+/// 1 above [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] less for each tenth of the luminance, at most [`DUSK_STOPS_AT_MOST`].
+fn of_daylight(radiance: f64) -> f64 {
+    let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
+    (-(DUSK_STOPS_A_DECADE * decades).min(DUSK_STOPS_AT_MOST)).exp2()
+}
+
 /// What every part of a reading needs.
 struct Frame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
@@ -186,6 +199,9 @@ impl Meter<'_, '_> {
             let mut sky = Tally::default();
             sky.add((frame.open_sky() - covered).max(0.0), frame.sky, 0.0);
             metered.extend(sky.metered(format!("the sky of {}", air.body.name), AUTO_EXPOSED_MEAN));
+            // Who stands in dusk sees dusk.
+            let surrounds = |m: &&mut Metered| m.name.ends_with(&air.body.name);
+            metered.iter_mut().filter(surrounds).for_each(|m| m.shown_at *= of_daylight(m.radiance));
         }
         let dark = night * AUTO_EXPOSED_MEAN;
         metered.push(Metered { name: "the dark sky".into(), radiance: dark, shown_at: AUTO_EXPOSED_MEAN, weight: DARK_WEIGHS });
