@@ -1,6 +1,7 @@
 //! One test binary: one link. Each module below is one area; unit tests live beside the code.
 
 mod air;
+mod air_bounds;
 mod air_shadows;
 mod apparent;
 mod bench;

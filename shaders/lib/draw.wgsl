@@ -207,6 +207,22 @@ struct Draw {
     // 1: the ground's colours hold the air already.
     air_veil: f32,
   //: end
+    // Place, weight, and the place between this and the next, of the samples of lib/air/scatter.wgsl.
+  //: if air.vertex
+    air_samples: array<vec4f, 5>,
+  //: end
+  //: if air.pixel-8
+    air_samples: array<vec4f, 8>,
+  //: end
+  //: if air.pixel-16|air.table
+    air_samples: array<vec4f, 16>,
+  //: end
+  //: if air.pixel-32
+    air_samples: array<vec4f, 32>,
+  //: end
+  //: if air.table
+    air_many_samples: array<vec4f, 8>,
+  //: end
     // Rows of lib/air/columns.wgsl's AirNode: the samples', the camera's end, the far end. As many as AIR_NODES of lib/air/rising.wgsl.
   //: if surface.cloud
     //: if air.pixel-32

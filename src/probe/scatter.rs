@@ -3,12 +3,14 @@
 use super::lanes::{Lanes, Numbers};
 use super::{Prober, fields};
 use crate::render::plan::uniforms_of;
+use crate::scene::air_table;
 use crate::scene::draw::{Air, AirAmounts, AirTier, Amounts, Light, Needs, Surface};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::sync::Arc;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -64,6 +66,9 @@ enum Tier {
     Pixel16,
     #[serde(rename = "pixel-32")]
     Pixel32,
+    /// Of its light what is scattered once.
+    #[serde(rename = "table")]
+    Table,
 }
 
 fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
@@ -77,6 +82,7 @@ pub(super) fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String>
         Tier::Pixel8 => AirTier::Pixel8,
         Tier::Pixel16 => AirTier::Pixel16,
         Tier::Pixel32 => AirTier::Pixel32,
+        Tier::Table => AirTier::Table,
     };
     let (cam, dir, sun) = (DVec3::from_array(f.cam), unit("dir", f.dir)?, unit("sun", f.sun)?);
     let excess = (cam.length() - 1.0) * (cam.length() + 1.0);
@@ -141,6 +147,13 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64,
             }
         }
     }
+    // A species that the air lacks is given the other's height, so that the quadrature fits what there is.
+    if gases == 0 {
+        gas.0 = haze.0;
+    }
+    if hazes == 0 {
+        haze.0 = gas.0;
+    }
     if gases > 1 || hazes > 1 || layers > 1 {
         return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
     }
@@ -157,6 +170,7 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64,
         haze_asymmetry: haze.3,
         layer: layer.0,
         layer_extinction: layer.1,
+        many: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
         ..AirAmounts::default()
     };
     // The light's direction is the question's.

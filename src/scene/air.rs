@@ -123,7 +123,8 @@ pub(super) fn amounts(body: &Body, floor: f64) -> AirAmounts {
     let Some(air) = &body.atmosphere else { return AirAmounts::default() };
     let radius_km = body.radii_km.x * floor;
     let floor_km = radius_km - body.radii_km.x;
-    let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(1.0, |s| s.scale_height_km) / radius_km);
+    // A species that the air lacks is given the other's height, so that the quadrature fits what there is.
+    let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
     let of = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
         // A tent keeps its peak; an exponential begins with what it has at the floor.
         let there = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
@@ -135,11 +136,11 @@ pub(super) fn amounts(body: &Body, floor: f64) -> AirAmounts {
     AirAmounts {
         top: camera::narrow_scalar(excess_of(((air.top_km - floor_km) / radius_km).max(0.0))),
         ends: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
-        gas_height: height(gas(air)),
+        gas_height: height(gas(air).or(haze(air))),
         gas_scattering: of(gas(air), scattering),
         gas_extinction: of(gas(air), extinction),
         skylight: camera::narrow(DOWNWARDS * scattered / vertical_depth(air).max(DVec3::splat(1e-30))),
-        haze_height: height(haze(air)),
+        haze_height: height(haze(air).or(gas(air))),
         haze_asymmetry: camera::narrow_scalar(haze(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
         haze_scattering: of(haze(air), scattering),
         haze_extinction: of(haze(air), extinction),

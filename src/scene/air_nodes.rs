@@ -1,8 +1,7 @@
 //! Heights at which light is summed along rays that only rise or only fall, and what depends on the height alone.
 //!
 //! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/columns.wgsl's `AirNode`. Method: Gauss and Legendre's nodes in w
-//! from the lower end up, where the density of the air that reaches highest is 1 - w²; the absorbing layer above a height is thought to lie half and
-//! half at one standard deviation under and over its mean. Always holds: an end outside the air has nothing above it.
+//! from the lower end up, where the density of the air that reaches highest is 1 - w². Always holds: an end outside the air stands at its top.
 
 use super::draw::AirAmounts;
 use super::{air_table, camera};
@@ -13,10 +12,8 @@ use std::f64::consts::PI;
 pub const ROWS: usize = 3;
 /// After the samples: the camera's end and the far end.
 pub const ENDS: usize = 2;
-/// Steps through each half of the absorbing layer.
-const STEPS: usize = 32;
 /// Of the polynomial for erfcx in lib/air/columns.wgsl.
-const ERFCX_SLOPE: f64 = 0.56;
+const ERFCX_SLOPE: f64 = 0.46;
 
 /// Nodes in 0 to 1, ascending, and their weights, which sum to 1.
 fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
@@ -38,11 +35,15 @@ fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(one).collect()
 }
 
+/// Rows of lib/air/scatter.wgsl's samples: place, weight, the place between this and the next.
+pub fn samples(count: usize) -> Vec<Vec4> {
+    let all = gauss_legendre(count);
+    let next = |k: usize| all.get(k + 1).map_or(1.0, |n| n.0);
+    all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, 0.5 * (x + next(k)))).extend(0.0)).collect()
+}
+
 fn excess_of(height: f64) -> f64 {
     height * (2.0 + height)
-}
-fn height_of(excess: f64) -> f64 {
-    excess / (1.0 + (1.0 + excess).sqrt())
 }
 
 struct Shells {
@@ -55,49 +56,22 @@ struct Shells {
 }
 
 impl Shells {
-    /// Column of the layer above a height, with the mean height there and its standard deviation.
-    fn layer_above(&self, height: f64) -> (f64, f64, f64) {
-        let knots = [self.layer.x, self.layer.y, self.layer.z].map(height_of);
-        let (mut column, mut first, mut second) = (0.0, 0.0, 0.0);
-        for (from, to) in [(knots[0], knots[1]), (knots[1], knots[2])] {
-            let from = from.max(height);
-            let step = (to - from) / STEPS as f64;
-            for k in 0..if step > 0.0 { STEPS } else { 0 } {
-                let at = from + (k as f64 + 0.5) * step;
-                let e = excess_of(at);
-                let density = ((e - self.layer.x) / (self.layer.y - self.layer.x)).min((self.layer.z - e) / (self.layer.z - self.layer.y));
-                column += density * step;
-                first += density * step * at;
-                second += density * step * at * at;
-            }
-        }
-        if column <= 0.0 {
-            return (0.0, height, 0.0);
-        }
-        let mean = first / column;
-        (column, mean, (second / column - mean * mean).max(0.0).sqrt())
-    }
-
     /// `weight`: of the quadrature, in height.
     fn rows(&self, height: f64, weight: f64, between: f64) -> [Vec4; ROWS] {
         let radius = 1.0 + height;
         let (gas, haze) = ((-height / self.gas).exp(), (-height / self.haze).exp());
         let slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
         let factor = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
-        let (column, mean, deviation) = self.layer_above(height);
-        let over = |at: f64| (at - height) * (2.0 + at + height);
+        let knots = self.layer - excess_of(height);
         let per_gas = ((1.0 / self.gas - 1.0 / self.haze) * height).exp();
         let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
         [
-            row(excess_of(height), weight * radius * gas, per_gas, 1.0 / (radius * radius)),
+            row(excess_of(height), weight * radius * gas, per_gas, 1.0 / radius),
             row(slope(self.gas), factor(gas, self.gas), slope(self.haze), factor(haze, self.haze)),
-            row(0.5 * column, over(mean - deviation).max(1e-9), over(mean + deviation).max(1e-9), excess_of(between)),
+            row(knots.x, knots.y, knots.z, excess_of(between)),
         ]
     }
 }
-
-/// What an end outside the air has above it.
-const NOTHING: [Vec4; ROWS] = [Vec4::new(0.0, 0.0, 0.0, 1.0), Vec4::ZERO, Vec4::new(0.0, 1.0, 1.0, 0.0)];
 
 /// The ends of a ray and the samples between, from the lower end up.
 struct Grid {
@@ -138,10 +112,9 @@ pub fn nodes(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
         let slope = 2.0 * w * grid.shells.highest / (1.0 - w * w);
         rows.extend(grid.shells.rows(grid.height(*x), weight * grid.whole * slope, grid.height(0.5 * (x + next))));
     }
-    let top = height_of(f64::from(air.top));
+    // An end at the top has the air that would go on above it: the difference of two ends is what lies between.
     for end in [grid.camera, grid.far] {
-        // Up to rounding of f32.
-        rows.extend(if end < top * (1.0 - 1e-6) { grid.shells.rows(end, 0.0, end) } else { NOTHING });
+        rows.extend(grid.shells.rows(end, 0.0, end));
     }
     rows
 }
@@ -199,7 +172,7 @@ mod tests {
 
     #[test]
     fn the_quadrature_is_exact_for_its_degree_and_not_beyond() {
-        for count in [1, 4, 6, 8, 16] {
+        for count in [1, 4, 6, 8, 16, 32] {
             let grid = gauss_legendre(count);
             let power = |p: i32| grid.iter().map(|(x, w)| w * x.powi(p)).sum::<f64>();
             let degree = 2 * count as i32 - 1;
@@ -207,6 +180,7 @@ mod tests {
                 assert!((power(p) - 1.0 / f64::from(p + 1)).abs() < 1e-12, "{count} nodes, power {p}");
             }
             assert!((power(degree + 1) - 1.0 / f64::from(degree + 2)).abs() > 1e-12 || count > 8);
+            assert_eq!(samples(count).len(), count);
             assert!(grid.windows(2).all(|w| w[0].0 < w[1].0));
         }
     }
@@ -233,6 +207,10 @@ mod tests {
                 }
             }
         }
+    }
+
+    fn height_of(excess: f64) -> f64 {
+        excess / (1.0 + (1.0 + excess).sqrt())
     }
 
     fn air(camera: f32, far: f32) -> AirAmounts {
@@ -264,10 +242,10 @@ mod tests {
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
             assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));
         }
-        // A tent's column is half of its width.
-        let ground = nodes(&air(0.0159, 0.0), 8);
-        let tent = 0.5 * (height_of(0.0125) - height_of(0.003));
-        assert!((f64::from(2.0 * ground[ROWS * 9 + 2].x) / tent - 1.0).abs() < 0.01);
-        assert_eq!(ground[ROWS * 8 + 1], Vec4::ZERO, "the camera is outside");
+        // The layer's knots over the ground, and over a place in its middle.
+        let ends = nodes(&air(height_of(0.008) as f32, 0.0), 8);
+        let knots = |row: usize| ends[ROWS * row + 2].truncate().as_dvec3();
+        assert!((knots(9) - DVec3::new(0.003, 0.008, 0.0125)).abs().max_element() < 1e-8);
+        assert!((knots(8) - DVec3::new(-0.005, 0.0, 0.0045)).abs().max_element() < 1e-8);
     }
 }

@@ -31,20 +31,24 @@ impl fmt::Display for Tier {
     }
 }
 
-/// Of one ray's light, against adaptive quadrature (tests/air.rs).
+/// Of one ray's light in each channel, against adaptive quadrature on new random rays in each run, through every air of the catalog (tests/air_bounds.rs).
 const RAY: &str = "each ray's light scattered once";
+/// Where a ray's light is less than this part of the brightest channel of the zenith under a Sun at 45 degrees, the error is told of that.
+pub const LEAST_OF_ZENITH: f64 = 1e-3;
+/// Of the transmittance of any ray, in every tier.
+pub const AIR_TRANSMITTANCE: f64 = 3e-4;
 
 /// `None` without air.
 pub fn of_air(tier: AirTier) -> Option<Tier> {
     let of = |name, mostly, at_most, of| Some(Tier { name, mostly: Some(mostly), at_most, of });
     match tier {
         AirTier::None => None,
-        AirTier::Vertex => of("vertex", 0.25, 0.6, RAY),
-        AirTier::Pixel8 => of("pixel-8", 0.07, 0.25, RAY),
-        AirTier::Pixel16 => of("pixel-16", 0.02, 0.05, RAY),
-        AirTier::Pixel32 => of("pixel-32", 0.005, 0.02, RAY),
+        AirTier::Vertex => of("vertex", 0.1, 1.2, RAY),
+        AirTier::Pixel8 => of("pixel-8", 0.02, 0.5, RAY),
+        AirTier::Pixel16 => of("pixel-16", 0.003, 0.06, RAY),
+        AirTier::Pixel32 => of("pixel-32", 0.002, 0.02, RAY),
         // Further scattering against photons.
-        AirTier::Table => of("table", 0.02, 0.05, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
+        AirTier::Table => of("table", 0.003, 0.06, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
     }
 }
 
@@ -111,6 +115,6 @@ mod tests {
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].at_most <= w[0].at_most));
         let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
         assert_eq!(names, [Effect::Atmosphere.ways(), Effect::Eclipse.ways()].concat());
-        assert_eq!(air[2].to_string(), "pixel-16: off by at most 5 %, mostly 2 %, of each ray's light scattered once");
+        assert_eq!(air[2].to_string(), "pixel-16: off by at most 6 %, mostly 0.3 %, of each ray's light scattered once");
     }
 }

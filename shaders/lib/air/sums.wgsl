@@ -5,6 +5,4 @@ struct AirSums {
     gas: vec3f,
     haze: vec3f,
     many: vec3f,
-    // Optical depth of the path.
-    depth: vec3f,
 }

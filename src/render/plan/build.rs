@@ -153,6 +153,7 @@ pub fn uniforms_of(layout: &Layout, amounts: &Amounts, map_taps: u8) -> Result<V
                 let samples = (rows / air_nodes::ROWS).saturating_sub(air_nodes::ENDS);
                 w.vec4_array(name, &air_nodes::nodes(&amounts.air, samples))?;
             }
+            name @ ("air_samples" | "air_many_samples") => w.vec4_array(name, &air_nodes::samples(rows))?,
             name @ "air_many_nodes" => w.vec4_array(name, &air_nodes::many(&amounts.air, rows / air_nodes::POWERS))?,
             name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
             name => put(&mut w, name, amounts, &directions, &irradiances)?,

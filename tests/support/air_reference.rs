@@ -1,0 +1,258 @@
+//! Sunlight scattered once into a ray through spherical shells of air: what tests/air.rs holds the shaders against.
+//!
+//! In: an air, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
+//! pieces cut where the integrand or a derivative of it jumps: the tent's knots on the ray and on the tangent points of the Sun's light, the ray's perigee, the
+//! edges of the planet's shadow. Columns: 12 points of Gauss-Legendre on shells of 2.5 scale heights, the tent in closed form. Nothing is shared with the
+//! program. Held against the table of tests/data/rayleigh_reference_public.json by tests/air_bounds.rs. Lengths: planet radii.
+
+use glam::DVec3;
+
+pub enum Profile {
+    Exponential {
+        height: f64,
+    },
+    /// Heights of foot, middle and top; linear between.
+    Tent {
+        knots: [f64; 3],
+    },
+}
+
+pub enum Phase {
+    Rayleigh,
+    HenyeyGreenstein(f64),
+}
+
+/// Per radius, at the ground or in the middle of the tent.
+pub struct Species {
+    pub profile: Profile,
+    pub scattering: DVec3,
+    pub extinction: DVec3,
+    pub phase: Phase,
+}
+
+pub struct Air {
+    pub top: f64,
+    pub species: Vec<Species>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    pub camera: DVec3,
+    pub along: DVec3,
+    pub sun: DVec3,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    pub radiance: DVec3,
+    pub transmittance: DVec3,
+    pub hits_ground: bool,
+    /// Whether any of the ray lies in the air.
+    pub in_air: bool,
+}
+
+/// Gauss-Legendre of 12 points: positive nodes and weights, as published (Abramowitz & Stegun 25.4).
+const GAUSS: [(f64, f64); 6] = [
+    (0.125_233_408_511_468_92, 0.249_147_045_813_402_78),
+    (0.367_831_498_998_180_2, 0.233_492_536_538_354_82),
+    (0.587_317_954_286_617_4, 0.203_167_426_723_065_92),
+    (0.769_902_674_194_304_7, 0.160_078_328_543_346_23),
+    (0.904_117_256_370_474_9, 0.106_939_325_995_318_43),
+    (0.981_560_634_246_719_3, 0.047_175_336_386_511_83),
+];
+/// Kronrod's 15 points (QUADPACK's qk15): node, weight, and the weight of the 7 Gauss points among them.
+const KRONROD: [(f64, f64, f64); 8] = [
+    (0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0),
+    (0.949_107_912_342_758_5, 0.063_092_092_629_978_55, 0.129_484_966_168_869_7),
+    (0.864_864_423_359_769_1, 0.104_790_010_322_250_18, 0.0),
+    (0.741_531_185_599_394_4, 0.140_653_259_715_525_92, 0.279_705_391_489_276_64),
+    (0.586_087_235_467_691_1, 0.169_004_726_639_267_9, 0.0),
+    (0.405_845_151_377_397_2, 0.190_350_578_064_785_4, 0.381_830_050_505_118_93),
+    (0.207_784_955_007_898_47, 0.204_432_940_075_298_9, 0.0),
+    (0.0, 0.209_482_141_084_727_83, 0.417_959_183_673_469_4),
+];
+
+/// Of the whole integral, by the difference of the two rules, which is far above the error.
+const WITHIN: f64 = 1e-9;
+const MOST_PIECES: usize = 600;
+
+fn excess_of(height: f64) -> f64 {
+    height * (2.0 + height)
+}
+
+fn height_of(excess: f64) -> f64 {
+    excess / (1.0 + (1.0 + excess).sqrt())
+}
+
+fn exp(v: DVec3) -> DVec3 {
+    DVec3::new(v.x.exp(), v.y.exp(), v.z.exp())
+}
+
+impl Profile {
+    fn density(&self, height: f64) -> f64 {
+        match self {
+            Self::Exponential { height: scale } => (-height / scale).exp(),
+            Self::Tent { knots: [foot, middle, top] } => ((height - foot) / (middle - foot)).min((top - height) / (top - middle)).max(0.0),
+        }
+    }
+
+    /// Along a line whose point nearest the centre has the excess `low` (|p|^2 - 1), from the distance `from` to `to` of that point, both at least 0.
+    fn column(&self, low: f64, from: f64, to: f64) -> f64 {
+        if to <= from {
+            return 0.0;
+        }
+        match self {
+            Self::Exponential { height: scale } => {
+                let (first, last) = (height_of(low + from * from), height_of(low + to * to));
+                let (mut sum, mut start, mut height) = (0.0, from, first);
+                // Beyond forty scale heights nothing is left in f64.
+                while start < to && height < first + 40.0 * scale {
+                    height += 2.5 * scale;
+                    let end = if height < last { (excess_of(height) - low).max(0.0).sqrt().min(to) } else { to };
+                    let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
+                    let at = |s: f64| (-height_of(low + s * s) / scale).exp();
+                    sum += half * GAUSS.iter().map(|(x, w)| w * (at(middle - half * x) + at(middle + half * x))).sum::<f64>();
+                    start = end;
+                }
+                sum
+            }
+            Self::Tent { knots } => {
+                let reach = knots.map(|h| (excess_of(h) - low).max(0.0).sqrt());
+                // Of r - 1 over s, r^2 = 1 + low + s^2.
+                let heights = |s: f64| {
+                    let r = (1.0 + low + s * s).sqrt();
+                    // Through the centre the second part is 0.
+                    let near_sq = (1.0 + low).max(1e-200);
+                    0.5 * (s * r + near_sq * ((s + r).ln() - 0.5 * near_sq.ln())) - s
+                };
+                let piece = |a: f64, b: f64, foot: f64, width: f64| {
+                    let (a, b) = (a.max(from), b.min(to));
+                    if b > a { (heights(b) - heights(a) - foot * (b - a)) / width } else { 0.0 }
+                };
+                let [foot, middle, top] = *knots;
+                piece(reach[0], reach[1], foot, middle - foot) + piece(reach[1], reach[2], top, middle - top)
+            }
+        }
+    }
+}
+
+impl Air {
+    fn depth(&self, low: f64, from: f64, to: f64) -> DVec3 {
+        let of = |from: f64, to: f64| self.species.iter().map(|s| s.extinction * s.profile.column(low, from, to)).sum::<DVec3>();
+        if from >= 0.0 {
+            of(from, to)
+        } else if to <= 0.0 {
+            of(-to, -from)
+        } else {
+            of(0.0, -from) + of(0.0, to)
+        }
+    }
+
+    /// Towards the Sun from a place of this excess; `rise`: dot(p, sun).
+    fn depth_to_sun(&self, excess: f64, rise: f64) -> DVec3 {
+        let low = excess - rise * rise;
+        self.depth(low, rise, (excess_of(self.top) - low).max(0.0).sqrt())
+    }
+
+    fn scattered(&self, height: f64, cosine: f64) -> DVec3 {
+        use std::f64::consts::PI;
+        let phase = |p: &Phase| match p {
+            Phase::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
+            Phase::HenyeyGreenstein(g) => (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5)),
+        };
+        self.species.iter().map(|s| s.scattering * (s.profile.density(height) * phase(&s.phase))).sum()
+    }
+
+    pub fn seen(&self, ray: &Ray) -> Seen {
+        let (along, sun) = (ray.along.normalize(), ray.sun.normalize());
+        let camera = ray.camera.dot(along);
+        let nearest = ray.camera - along * camera;
+        let outside = (ray.camera.length() - 1.0) * (ray.camera.length() + 1.0);
+        let low = outside - camera * camera;
+        let top = excess_of(self.top);
+        let edge = (top - low).max(0.0).sqrt();
+        let hits_ground = low < 0.0 && camera < 0.0;
+        let from = camera.max(-edge);
+        let to = if hits_ground { -(-low).sqrt() } else { edge };
+        if low >= top || to <= from {
+            return Seen { radiance: DVec3::ZERO, transmittance: DVec3::ONE, hits_ground, in_air: false };
+        }
+        let (a, b) = (nearest.dot(sun), along.dot(sun));
+        let mut cuts = vec![from, to, 0.0, -a / b];
+        for species in &self.species {
+            match species.profile {
+                Profile::Tent { knots } => {
+                    for knot in knots.map(excess_of) {
+                        cuts.extend([(knot - low).sqrt(), -(knot - low).sqrt()]);
+                        cuts.extend(tangents(low - knot, a, b));
+                    }
+                }
+                // Not for jumps, but so that a narrow peak is met.
+                Profile::Exponential { height } => {
+                    for k in [1.0, 3.0, 6.0, 12.0, 20.0] {
+                        let at = (excess_of(k * height) - low).sqrt();
+                        cuts.extend([at, -at]);
+                    }
+                }
+            }
+        }
+        cuts.extend(tangents(low, a, b));
+        cuts.retain(|s| s.is_finite() && *s >= from && *s <= to);
+        cuts.sort_by(f64::total_cmp);
+        let light = |s: f64| {
+            let (excess, rise) = (low + s * s, a + b * s);
+            if rise < 0.0 && excess - rise * rise < 0.0 {
+                return DVec3::ZERO;
+            }
+            let depth = self.depth(low, from, s) + self.depth_to_sun(excess, rise);
+            self.scattered(height_of(excess), b) * exp(-depth)
+        };
+        let radiance = adaptive(&cuts, light);
+        Seen { radiance, transmittance: exp(-self.depth(low, from, to)), hits_ground, in_air: true }
+    }
+}
+
+/// Where low + s^2 - (a + b s)^2 is 0.
+fn tangents(low: f64, a: f64, b: f64) -> [f64; 2] {
+    let (square, half) = (1.0 - b * b, -a * b);
+    let root = (half * half - square * (low - a * a)).sqrt();
+    [(-half - root) / square, (-half + root) / square]
+}
+
+struct Piece {
+    from: f64,
+    to: f64,
+    sum: DVec3,
+    error: DVec3,
+}
+
+fn piece(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> Piece {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    let (mut kronrod, mut gauss) = (DVec3::ZERO, DVec3::ZERO);
+    for (x, w, g) in KRONROD {
+        let value = if x == 0.0 { f(middle) } else { f(middle - half * x) + f(middle + half * x) };
+        kronrod += value * w;
+        gauss += value * g;
+    }
+    Piece { from, to, sum: kronrod * half, error: ((kronrod - gauss) * half).abs() }
+}
+
+/// The worst piece is halved until the sum of the differences is small in each channel.
+fn adaptive(cuts: &[f64], f: impl Fn(f64) -> DVec3) -> DVec3 {
+    let mut pieces: Vec<Piece> = cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| piece(w[0], w[1], &f)).collect();
+    while pieces.len() < MOST_PIECES {
+        let sum: DVec3 = pieces.iter().map(|p| p.sum).sum();
+        let error: DVec3 = pieces.iter().map(|p| p.error).sum();
+        // A channel that has next to nothing of the others' light need not have its last digits.
+        let allowed = sum.max(DVec3::splat(1e-7 * sum.max_element())) * WITHIN;
+        if error.cmple(allowed).all() {
+            break;
+        }
+        let part = |p: &Piece| (p.error / allowed.max(DVec3::splat(1e-300))).max_element();
+        let Some(worst) = (0..pieces.len()).max_by(|i, j| part(&pieces[*i]).total_cmp(&part(&pieces[*j]))) else { break };
+        let Piece { from, to, .. } = pieces.swap_remove(worst);
+        let middle = 0.5 * (from + to);
+        pieces.extend([piece(from, middle, &f), piece(middle, to, &f)]);
+    }
+    pieces.iter().map(|p| p.sum).sum()
+}
