@@ -135,6 +135,69 @@ fn the_users_file_overrides_fields_only() {
     assert_eq!(a.bodies().len(), b.bodies().len());
 }
 
+/// A value was read where its source says so, or is marked as an estimate with its error; none is both.
+#[test]
+fn what_was_not_read_is_an_estimate() {
+    let catalog = Catalog::embedded();
+    let (mut read, mut estimated) = (0, 0);
+    for b in catalog.bodies().iter().filter(|b| b.kind != Kind::Star) {
+        for (topic, percent) in [("albedo", b.estimates.albedo_percent), ("colour", b.estimates.colour_percent)] {
+            let source = b.sources.get(topic).unwrap_or_else(|| panic!("{} names no source of its {topic}", b.name));
+            // The Earth's albedo was read, and is disputed.
+            let was_read = source.contains("read in a public copy") && percent.is_none_or(|_| (b.id, topic) == (NaifId::EARTH, "albedo"));
+            assert!(was_read || percent.is_some(), "{}, {topic}: {source}", b.name);
+            read += usize::from(percent.is_none());
+            estimated += usize::from(percent.is_some());
+        }
+        let lines = b.estimated();
+        let marks = b.atmosphere.iter().flat_map(|a| &a.species).filter(|s| s.estimate_percent.is_some()).count();
+        let of_body = [b.estimates.albedo_percent, b.estimates.colour_percent].into_iter().flatten().count();
+        assert_eq!(lines.len(), marks + of_body, "{}: {lines:?}", b.name);
+    }
+    assert!(read > 30 && estimated > 30, "{read} {estimated}");
+}
+
+/// Half of the light is 0.75 magnitudes, by Pogson's law; an own value has no estimate of another's.
+#[test]
+fn an_estimate_tells_its_error_and_belongs_to_its_value() {
+    let of = |text: &str| {
+        let catalog = Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]).expect("a catalog");
+        catalog.body(NaifId(801)).expect("Triton").clone()
+    };
+    let triton = of("[[body]]\nid = 801\ngeometric_albedo = 0.5\n[body.estimates]\nalbedo_percent = 50\n");
+    assert_eq!(triton.estimated()[0], "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
+    let measured = of("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
+    assert_eq!(measured.estimates.albedo_percent, None);
+    assert!(measured.estimates.colour_percent.is_some(), "its colour is the catalog's still");
+    assert!(of("[[body]]\nid = 801\n").estimates.albedo_percent.is_some());
+    let found = complaints("[[body]]\nid = 801\n[body.estimates]\nalbedo_percent = 120\nalbedo = 3\n");
+    assert_eq!(
+        found,
+        [
+            "mine.toml:4: Triton.estimates.albedo_percent = 120: expected percent above 0, at most 90",
+            "mine.toml:5: Triton.estimates.albedo is not a field here: allowed are albedo_percent, colour_percent",
+        ]
+    );
+}
+
+/// Rayleigh's law in the linear sRGB channels: what a thin layer takes of red and blue against green is the same for every gas, but for the slow change of
+/// refractivity and depolarisation with the wavelength.
+#[test]
+fn gases_scatter_by_the_fourth_power() {
+    let catalog = Catalog::embedded();
+    let gases = |id: NaifId| catalog.body(id).and_then(|b| b.atmosphere.as_ref()).map(|a| &a.species[0].scattering_per_km);
+    let air = gases(NaifId::EARTH).expect("air");
+    let mut checked = 0;
+    for b in catalog.bodies().iter().filter(|b| b.id != NaifId::EARTH) {
+        let Some(s) = b.atmosphere.as_ref().map(|a| &a.species[0]).filter(|s| s.asymmetry.is_none()) else { continue };
+        let [red, green, blue] = s.scattering_per_km;
+        assert!((red / green / (air[0] / air[1]) - 1.0).abs() < 0.04, "{}: red {}", b.name, red / green);
+        assert!((blue / green / (air[2] / air[1]) - 1.0).abs() < 0.04, "{}: blue {}", b.name, blue / green);
+        checked += 1;
+    }
+    assert_eq!(checked, 8);
+}
+
 /// Every radius that names the text kernel as its source is that kernel's, to the digit.
 #[test]
 fn radii_are_those_of_the_text_kernel() {

@@ -171,6 +171,15 @@ pub struct Species {
     pub absorption_per_km: [f64; 3],
     /// Henyey-Greenstein asymmetry; `None` is Rayleigh's phase function.
     pub asymmetry: Option<f64>,
+    /// By how much scattering and absorption may be off, where no published table was read.
+    pub estimate_percent: Option<f64>,
+}
+
+/// By how much a value may be off that was not read in a published table, percent of it; `None` was read there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimates {
+    pub albedo_percent: Option<f64>,
+    pub colour_percent: Option<f64>,
 }
 
 /// Images that one body may have.
@@ -251,9 +260,28 @@ pub struct Body {
     pub atmosphere: Option<Atmosphere>,
     /// Where the values come from, by topic (`radii`, `gm`, `albedo`, `colour`, ...).
     pub sources: BTreeMap<String, String>,
+    pub estimates: Estimates,
 }
 
 impl Body {
+    /// What of the body rests on estimates, and what that does to a picture; a line for each.
+    pub fn estimated(&self) -> Vec<String> {
+        // A part too little is more magnitudes than the same part too much.
+        let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
+        let albedo = self.estimates.albedo_percent.map(|p| {
+            let value = self.geometric_albedo;
+            format!("albedo {value}: an estimate, +-{p} %: changes brightness by up to {:.2} mag", magnitudes(p))
+        });
+        let colour =
+            self.estimates.colour_percent.map(|p| format!("colour: an estimate, +-{p} %: changes red or blue against green by up to that"));
+        let species = self.atmosphere.iter().flat_map(|air| &air.species);
+        let air = species.filter_map(|s| {
+            let p = s.estimate_percent?;
+            Some(format!("{} of the atmosphere: an estimate, +-{p} %: changes its optical depth by up to that", s.name))
+        });
+        albedo.into_iter().chain(colour).chain(air).collect()
+    }
+
     /// The mean linear RGB that the albedo map times its gain has over the sphere: the body's colour times its geometric albedo (the Sun: 1).
     /// The Earth's map shows its ground without cloud and air, so its target is that of a clear sky: a luminance of 0.11, not 0.434.
     pub fn map_target(&self) -> [f64; 3] {

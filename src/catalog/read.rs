@@ -6,8 +6,8 @@
 use super::overlay;
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
-    Atmosphere, Body, Catalog, CatalogError, Clouds, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry, Ring,
-    Rotation, ShapeModel, Species, moments,
+    Atmosphere, Body, Catalog, CatalogError, Clouds, Estimates, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay,
+    Photometry, Ring, Rotation, ShapeModel, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -32,6 +32,7 @@ struct Draft {
     motion: Option<Motion>,
     rotation: Option<Rotation>,
     sources: BTreeMap<String, String>,
+    estimates: Estimates,
 }
 
 fn finite(v: &f64) -> bool {
@@ -198,6 +199,19 @@ fn maps(mut s: Section, into: &mut Maps) {
     s.finish();
 }
 
+/// Below 100: of a value that may be wholly wrong nothing is known.
+const PERCENT: &str = "percent above 0, at most 90";
+
+fn percent(s: &mut Section, field: &'static str) -> Option<f64> {
+    s.take(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
+}
+
+fn estimates(mut s: Section) -> Estimates {
+    let found = Estimates { albedo_percent: percent(&mut s, "albedo_percent"), colour_percent: percent(&mut s, "colour_percent") };
+    s.finish();
+    found
+}
+
 fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
     let name = s.take("name", "a name", |n: &String| !n.trim().is_empty());
     let place = s.place.clone();
@@ -241,12 +255,19 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
         motion: s.section("motion").and_then(motion),
         rotation: s.section("rotation").and_then(rotation),
         sources: BTreeMap::new(),
+        estimates: s.section("estimates").map(estimates).unwrap_or_default(),
     };
     let Some(id) = id else {
         return s.finish();
     };
     let older = drafts.remove(&id.value);
     if let Some(older) = older {
+        // An estimate is of the value that it came with.
+        let kept = |own: Option<f64>, replaced: bool, former: Option<f64>| own.or(former.filter(|_| !replaced));
+        fresh.estimates = Estimates {
+            albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),
+            colour_percent: kept(fresh.estimates.colour_percent, fresh.colour.is_some(), older.estimates.colour_percent),
+        };
         fresh.place = older.place;
         fresh.name = fresh.name.or(older.name);
         fresh.aliases = fresh.aliases.or(older.aliases);
@@ -304,6 +325,7 @@ fn species(mut s: Section) -> Option<Species> {
     let scattering = s.take("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
     let absorption = s.take("absorption_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
     let asymmetry = s.take("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
+    let estimate_percent = percent(&mut s, "estimate_percent");
     s.finish();
     Some(Species {
         name: name?.value,
@@ -312,6 +334,7 @@ fn species(mut s: Section) -> Option<Species> {
         scattering_per_km: scattering.map_or([0.0; 3], |l| l.value),
         absorption_per_km: absorption.map_or([0.0; 3], |l| l.value),
         asymmetry: asymmetry.map(|l| l.value),
+        estimate_percent,
     })
 }
 
@@ -466,6 +489,7 @@ fn assemble(
             rings: Vec::new(),
             atmosphere: None,
             sources: d.sources,
+            estimates: d.estimates,
         });
     }
     for (of, list) in rings {

@@ -1,6 +1,7 @@
 //! `orrery explain`: every body of a view, what its draw got and did not get, and why.
 use super::view_words::ViewWords;
 use super::{CliError, Common};
+use crate::catalog::{Body, Catalog};
 use crate::scene::{BodyInView, Scene};
 use crate::session::Session;
 use crate::shader::key::ShaderKey;
@@ -36,11 +37,11 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
         let value = json!({
             "time": scene.time.to_utc_iso(),
             "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
-            "bodies": bodies.iter().map(|b| as_json(b)).collect::<Vec<_>>(),
+            "bodies": bodies.iter().map(|b| as_json(b, &estimated(session.catalog(), b))).collect::<Vec<_>>(),
         });
         format!("{value:#}\n")
     } else {
-        as_text(&scene, &bodies)
+        as_text(&scene, &bodies, session.catalog())
     };
     std::io::stdout().write_all(text.as_bytes()).map_err(|e| CliError(format!("standard output: {e}")))
 }
@@ -50,16 +51,21 @@ fn keys(body: &BodyInView) -> Vec<String> {
     body.needs.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
 }
 
-fn as_json(b: &BodyInView) -> Value {
+/// What of the body's values rests on estimates.
+fn estimated(catalog: &Catalog, b: &BodyInView) -> Vec<String> {
+    catalog.body(b.id).map(Body::estimated).unwrap_or_default()
+}
+
+fn as_json(b: &BodyInView, estimated: &[String]) -> Value {
     json!({
         "id": b.id, "name": b.name, "appearance": b.appearance, "key": keys(b).first(), "keys": keys(b),
         "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,
         "phase_angle_deg": b.phase_angle_deg, "magnitude": b.magnitude,
-        "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions,
+        "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions, "estimates": estimated,
     })
 }
 
-fn as_text(scene: &Scene, bodies: &[&BodyInView]) -> String {
+fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
     let mut text = format!("{}  exposure {:+.2} stops ({})\n", scene.time.to_utc_iso(), scene.exposure.stops, scene.exposure.reason);
     for b in bodies {
         let magnitude = b.magnitude.map_or("-".to_owned(), |m| format!("{m:.2}"));
@@ -74,6 +80,9 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView]) -> String {
         text.push_str(" (planetocentric latitude, east longitude)\n");
         for key in keys(b) {
             text.push_str(&format!("  key {key}\n"));
+        }
+        for line in estimated(catalog, b) {
+            text.push_str(&format!("  ~ {line}\n"));
         }
         for d in &b.decisions {
             text.push_str(&format!("  {} {:13} {}\n", if d.on { '+' } else { '-' }, d.feature, d.said()));

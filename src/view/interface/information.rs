@@ -155,6 +155,9 @@ fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog
         line(ui, "radius", unit.tell(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
             line(ui, "albedo", format!("{:.3} geometric", known.geometric_albedo));
+            for estimate in known.estimated() {
+                line(ui, "estimate", estimate);
+            }
             if let Some(air) = &known.atmosphere {
                 line(ui, "air", air.species.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", "));
             }
