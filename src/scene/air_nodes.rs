@@ -236,8 +236,8 @@ mod tests {
             let scale = 0.00125;
             let (low, high) = (f64::from(camera.min(far)), f64::from(camera.max(far)));
             let column = scale * ((-low / scale).exp() - (-high / scale).exp());
-            // gas * step * radius, over the distance from the centre, which is the radius.
-            let sum: f64 = (0..8).map(|k| f64::from(rows[ROWS * k].y * rows[ROWS * k].w.sqrt())).sum();
+            // gas * step * radius, times one over the radius.
+            let sum: f64 = (0..8).map(|k| f64::from(rows[ROWS * k].y * rows[ROWS * k].w)).sum();
             assert!((sum / column - 1.0).abs() < 1e-4, "{camera} {far}: {sum} for {column}");
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
             assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));

@@ -46,7 +46,7 @@ pub fn of_air(tier: AirTier) -> Option<Tier> {
         AirTier::Vertex => of("vertex", 0.1, 1.2, RAY),
         AirTier::Pixel8 => of("pixel-8", 0.02, 0.5, RAY),
         AirTier::Pixel16 => of("pixel-16", 0.003, 0.06, RAY),
-        AirTier::Pixel32 => of("pixel-32", 0.002, 0.01, RAY),
+        AirTier::Pixel32 => of("pixel-32", 0.002, 0.02, RAY),
         // Further scattering against photons.
         AirTier::Table => of("table", 0.003, 0.06, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
     }
