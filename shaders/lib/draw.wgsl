@@ -191,6 +191,7 @@ struct Draw {
   //: if lights.1
     // Part of what the air takes out of the sunlight that reaches the ground from the whole sky.
     air_skylight: vec3f,
+    air_night: f32,
   //: end
   //: if air.mie
     air_haze_height: f32,
@@ -202,11 +203,8 @@ struct Draw {
     air_layer: vec3f,
     air_layer_extinction: vec3f,
   //: end
-  //: if surface.cloud
-  //: else
     // 1: the ground's colours hold the air already.
     air_veil: f32,
-  //: end
     // Rows of lib/air/columns.wgsl's AirNode: the samples', the camera's end, the far end. As many as AIR_NODES of lib/air/rising.wgsl.
   //: if surface.cloud
     //: if air.pixel-32
@@ -229,6 +227,10 @@ struct Draw {
     //: end
   //: end
   //: if air.table
+    //: if eclipse.1
+    // lib/air/spread.wgsl: 80 rows for each of 4 casters, then one for each that says where they lie.
+    caster_spread: array<vec4f, 324>,
+    //: end
     // Height of the frame's floor over the ground, and one over that of the top; both in the frame's radii.
     air_many_heights: vec2f,
     // 8 rows of heights and one of the ground, each of 16 Suns: lib/air/many.wgsl.
@@ -241,7 +243,6 @@ struct Draw {
     //: end
   //: end
 //: end
-//: use lib/air/amounts.wgsl
 }
 
 @group(0) @binding(0) var<uniform> draw: Draw;
