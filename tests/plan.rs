@@ -90,10 +90,8 @@ fn every_possible_structure_is_filled_by_name() {
         let casters = vec![Vec4::ZERO; usize::from(needs.eclipse.casters)];
         let layers = vec![Vec4::ZERO; 32];
         let (places, air_edges) = (casters.clone(), layers.clone());
-        let spread = vec![Vec4::splat(48.0); air_spread::NODES * usize::from(needs.eclipse.casters)];
-        let spread_reach = places.clone();
-        let eclipse =
-            EclipseAmounts { places, shapes: casters, air_edges, air_passes: layers, spread, spread_reach, ..EclipseAmounts::default() };
+        let spread = vec![Vec4::splat(48.0); air_spread::TABLES];
+        let eclipse = EclipseAmounts { places, shapes: casters, air_edges, air_passes: layers, spread, ..EclipseAmounts::default() };
         match uniforms_of(layout, &Amounts { eclipse, ..amounts(needs.lights) }, 1) {
             Ok(bytes) if bytes.is_empty() => Some(format!("{key}: nothing to fill")),
             Ok(_) => None,

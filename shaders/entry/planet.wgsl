@@ -2,7 +2,8 @@
 //
 // Coming in: the uniform block `Draw` and the maps of lib/draw.wgsl, the shape's varyings.
 // Going out: linear RGB radiance, premultiplied by coverage (blend: premultiplied over), and reversed depth.
-// A white Lambert plane that faces the Sun at 1 au has radiance 1: no factor pi is written. Directions and normals: body-fixed axes; lengths: equatorial radii.
+// Unit of radiance: that of a white Lambert plane facing the Sun at 1 au is 1, so no factor pi is written anywhere.
+// Directions and normals are in body-fixed axes; lengths are equatorial radii.
 
 //: use lib/draw.wgsl
 //: if surface.ring
@@ -55,6 +56,7 @@ struct Pixel {
 fn fragment_main(in: Varyings) -> Pixel {
     let seen = seen_surface(in);
     var coverage = seen.coverage;
+
     // Everything that takes differences between neighbouring pixels comes before the first discard.
 //: if maps.albedo|maps.normal|maps.specular|maps.night|maps.cloud-shadow|surface.cloud|view.uv
   //: if shape.mesh
@@ -139,6 +141,7 @@ fn fragment_main(in: Varyings) -> Pixel {
     cos_emission = max(dot(normal, seen.towards_camera), 0.0);
   //: end
 //: end
+
 //: if lights.1
     var sunlight = draw.light_irradiance[0].rgb;
   //: if ring-shadow.point-sun|ring-shadow.penumbra
@@ -150,9 +153,6 @@ fn fragment_main(in: Varyings) -> Pixel {
   //: end
   //: if shape.mesh
     sunlight *= seen.sunlit;
-  //: end
-  //: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
-    let over_clouds = sunlight;
   //: end
   //: if maps.cloud-shadow
     sunlight *= sunlight_through_clouds(seen.position, draw.light_direction[0].xyz, place.dx, place.dy);
@@ -168,7 +168,7 @@ fn fragment_main(in: Varyings) -> Pixel {
     //: if lights.1
       //: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
     let direct = sunlight_through_air(seen.position);
-    radiance += albedo * skylight_on(seen.position, seen.normal, direct, sunlight, over_clouds);
+    radiance += albedo * skylight_on(seen.position, seen.normal, direct, sunlight);
     sunlight *= direct;
       //: end
     var facet: Facet;

@@ -197,6 +197,7 @@ struct Draw {
   //: if lights.1
     // Part of what the air takes out of the sunlight that reaches the ground from the whole sky.
     air_skylight: vec3f,
+    air_night: f32,
   //: end
   //: if air.mie
     air_haze_height: f32,
@@ -251,6 +252,10 @@ struct Draw {
     //: end
   //: end
   //: if air.table
+    //: if eclipse.1
+    // lib/air/spread.wgsl: 80 rows for each of 4 casters, then one for each that says where they lie.
+    caster_spread: array<vec4f, 324>,
+    //: end
     // Height of the frame's floor over the ground, and one over that of the top; both in the frame's radii.
     air_many_heights: vec2f,
     // 8 rows of heights and one of the ground, each of 16 Suns: lib/air/many.wgsl.
@@ -263,7 +268,6 @@ struct Draw {
     //: end
   //: end
 //: end
-//: use lib/air/amounts.wgsl
 }
 
 @group(0) @binding(0) var<uniform> draw: Draw;

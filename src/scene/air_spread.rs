@@ -11,7 +11,7 @@
 
 use super::air::{density, extinction, scattering};
 use super::camera;
-use super::draw::EclipseAmounts;
+use super::draw::{CASTERS_AT_MOST, EclipseAmounts};
 use crate::catalog::{Atmosphere, Body};
 use glam::{DVec2, DVec3, Vec4};
 use std::f64::consts::{PI, TAU};
@@ -23,6 +23,9 @@ pub const ROWS: usize = HEIGHTS + 1;
 /// Distances from the caster's limb, close together in the middle of the shadow.
 pub const COLUMNS: usize = 16;
 pub const NODES: usize = ROWS * COLUMNS;
+/// Where the rows begin that say how far each caster's columns reach, and of how many rows all is.
+pub const REACHES: usize = NODES * CASTERS_AT_MOST as usize;
+pub const TABLES: usize = REACHES + CASTERS_AT_MOST as usize;
 
 /// What it is, for a reader.
 pub(super) const SAID: &str = "scattered from the lit air and ground around, within 40 % where a thousandth is left";
@@ -248,21 +251,21 @@ fn slopes() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// The tables of all casters, each [`NODES`] roots, and for each caster where its columns begin and one over how far they reach. Without air all is 1.
-pub fn tables(body: &Body, eclipse: &EclipseAmounts) -> (Vec<Vec4>, Vec<Vec4>) {
-    let (mut all, mut reaches) = (Vec::new(), Vec::new());
-    for index in 0..eclipse.places.len() {
+/// The tables of all casters that a draw may count, each [`NODES`] roots, then for each caster where its columns begin and one over how far they reach. Without
+/// air, and for casters that are not there, all is 1.
+pub fn tables(body: &Body, eclipse: &EclipseAmounts) -> Vec<Vec4> {
+    let mut all = vec![Vec4::ONE; TABLES];
+    for index in 0..eclipse.places.len().min(usize::from(CASTERS_AT_MOST)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
-        let Some((air, shadow)) = shadow else {
-            all.extend([Vec4::ONE; NODES]);
-            reaches.push(Vec4::new(-1.0, 1.0, 0.0, 0.0));
-            continue;
-        };
+        let Some((air, shadow)) = shadow else { continue };
         let air = Air { radius_km: body.radii_km.x, air, ground: DVec3::from_array(body.map_target()) };
-        all.extend(roots(&air, &shadow).into_iter().map(|r| camera::narrow(r).extend(0.0)));
-        reaches.push(camera::narrow(DVec3::new(shadow.from, 1.0 / (shadow.to - shadow.from), 0.0)).extend(0.0));
+        for (to, root) in all[index * NODES..].iter_mut().zip(roots(&air, &shadow)) {
+            *to = camera::narrow(root).extend(0.0);
+        }
+        let reach = DVec3::new(shadow.from, 1.0 / (shadow.to - shadow.from), 0.0);
+        all[REACHES + index] = camera::narrow(reach).extend(0.0);
     }
-    (all, reaches)
+    all
 }
 
 fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {

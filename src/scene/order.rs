@@ -109,11 +109,12 @@ pub(super) fn far_to_near(placed: &[Placed<'_>], mut draws: Vec<Draw>) -> Vec<Dr
     draws
 }
 
-/// How many of the sorted draws are a body's own or lie behind it: what light around that body lies over.
+/// How many of the sorted draws are a body's own or lie behind it: what light around that body lies over. Of a body without a draw those that are farther.
 pub(super) fn draws_behind(placed: &[Placed<'_>], draws: &[Draw], body: NaifId) -> usize {
     let distance_km = |id: NaifId| placed.iter().find(|p| p.body.id == id).map_or(0.0, |p| p.distance_km);
     let own_km = distance_km(body);
-    draws.iter().rposition(|d| distance_km(d.body) >= own_km).map_or(0, |last| last + 1)
+    let last = draws.iter().rposition(|d| d.body == body).or_else(|| draws.iter().rposition(|d| distance_km(d.body) >= own_km));
+    last.map_or(0, |last| last + 1)
 }
 
 /// The greater comes first.

@@ -344,17 +344,18 @@ impl Session {
             mesh.sun_heights = self.measured(Stage::Scene, || self.meshes.heights(mesh));
         }
         // Ground and sky of a body share one.
-        let mut spread: Option<(NaifId, Vec<Vec4>, (Vec<Vec4>, Vec<Vec4>))> = None;
+        let mut spread: Option<(NaifId, Vec<Vec4>, Vec<Vec4>)> = None;
         for draw in scene.draws.iter_mut().filter(|d| d.needs.air.tier == AirTier::Table) {
             if let Some(body) = self.catalog.body(draw.body) {
                 draw.amounts.air.many = self.air_tables.get(body);
                 let eclipse = &mut draw.amounts.eclipse;
-                if spread.as_ref().is_none_or(|(id, places, _)| *id != draw.body || *places != eclipse.places) {
+                if !eclipse.places.is_empty() && spread.as_ref().is_none_or(|(id, places, _)| *id != draw.body || *places != eclipse.places)
+                {
                     let tables = self.measured(Stage::Scene, || air_spread::tables(body, eclipse));
                     spread = Some((draw.body, eclipse.places.clone(), tables));
                 }
                 if let Some((_, _, tables)) = &spread {
-                    (eclipse.spread, eclipse.spread_reach) = tables.clone();
+                    eclipse.spread.clone_from(tables);
                 }
             }
         }

@@ -13,7 +13,7 @@ use crate::render::plan::{
     uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, NODES as SPREAD_NODES};
+use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::draw::{
     AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, OverlayAmounts, RingAmounts, RingTable, Shape, Surface,
@@ -69,8 +69,7 @@ fn eclipse(key: &ShaderKey) -> EclipseAmounts {
         air_edges: edges.collect(),
         air_passes: (0..AIR_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
         // From the middle of the shadow outwards and from blue to red it lets more through.
-        spread: casters.iter().flat_map(|_| (0..SPREAD_NODES).map(spread)).collect(),
-        spread_reach: casters.iter().map(|_| Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0)).collect(),
+        spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
     }
 }
 

@@ -30,7 +30,6 @@ fragments![
     "entry/tone_map.wgsl",
     "entry/tone_map_bloom.wgsl",
     "lib/air/along.wgsl",
-    "lib/air/amounts.wgsl",
     "lib/air/columns.wgsl",
     "lib/air/many.wgsl",
     "lib/air/of_draw.wgsl",

@@ -150,8 +150,8 @@ fn sunlight_through_air(position: vec3f) -> vec3f {
 }
 
 // Irradiance by the whole sky, by day and by night. Without the table what the air takes out of the sunlight, `direct` is left, comes down in part as from a white dome.
-// `sunlight`: what other bodies and the clouds leave of the Sun's; `over_clouds`: without the clouds.
-fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f, sunlight: vec3f, over_clouds: vec3f) -> vec3f {
+// `sunlight`: what other bodies and the clouds leave of the Sun's.
+fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f, sunlight: vec3f) -> vec3f {
   //: if air.table
     //: if surface.cloud
     //: else
@@ -163,10 +163,12 @@ fn skylight_on(position: vec3f, normal: vec3f, direct: vec3f, sunlight: vec3f, o
       //: if eclipse.1
     // The sky is lit beyond the shadow, too.
         //: if shape.ellipsoid
-    let spread = draw.light_irradiance[0].rgb * spread_reaching(position * draw.axis_ratios, SPREAD_GROUND);
+    let in_radii = position * draw.axis_ratios;
         //: else
-    let spread = draw.light_irradiance[0].rgb * spread_reaching(position, SPREAD_GROUND);
+    let in_radii = position;
         //: end
+    let spread = draw.light_irradiance[0].rgb * spread_reaching(in_radii, SPREAD_GROUND);
+    let over_clouds = draw.light_irradiance[0].rgb * sunlight_reaching(in_radii);
     let past_clouds = select(vec3f(1.0), sunlight / max(over_clouds, vec3f(1.0e-30)), over_clouds > vec3f(0.0));
     return sky * max(sunlight, spread * past_clouds) + draw.air_night;
       //: else

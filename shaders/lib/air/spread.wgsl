@@ -16,7 +16,7 @@ const SPREAD_GROUND = 4.0;
 
 // Per channel. `row`: 0 to 3 at the heights of lib/air/many.wgsl's rows, 4 on the ground.
 fn spread_past(caster: u32, s: Silhouette, row: f32) -> vec3f {
-    let reach = draw.caster_spread_reach[caster];
+    let reach = draw.caster_spread[4u * SPREAD_NODES + caster];
     // From the outline, along the line to its centre.
     let turned = vec2f(dot(s.centre, s.axis), s.centre.y * s.axis.x - s.centre.x * s.axis.y) + vec2f(1.0e-6);
     let apart = length(turned);

@@ -24,7 +24,6 @@ pub struct EclipseAmounts {
     pub air_passes: Vec<Vec4>,
     /// [`crate::scene::air_spread`]; brought in where the draw asks for it.
     pub spread: Vec<Vec4>,
-    pub spread_reach: Vec<Vec4>,
 }
 
 /// Limb darkening of a body that glows, per channel; even where it does not glow.
@@ -71,6 +70,5 @@ pub(super) fn of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receive
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
         air_passes: passes.iter().map(|p| narrow4(*p, 0.0)).collect(),
         spread: Vec::new(),
-        spread_reach: Vec::new(),
     }
 }
