@@ -1,6 +1,10 @@
 // The amounts of one draw and its maps. Field names are those of scene's `Amounts`; the plan fills them by name, so a field
 // is here only where the key's code reads it.
 
+//: if air.vertex|air.pixel-8|air.pixel-16|air.pixel-32|air.table
+//: use lib/air/counts.wgsl
+//: end
+
 struct Draw {
 //: if shape.mesh
     // Of a point less the anchor; reversed depth, no far plane.
@@ -215,42 +219,12 @@ struct Draw {
     air_veil: f32,
   //: end
     // Place, weight, and the place between this and the next, of the samples of lib/air/scatter.wgsl.
-  //: if air.vertex
-    air_samples: array<vec4f, 5>,
-  //: end
-  //: if air.pixel-8
-    air_samples: array<vec4f, 8>,
-  //: end
-  //: if air.pixel-16|air.table
-    air_samples: array<vec4f, 16>,
-  //: end
-  //: if air.pixel-32
-    air_samples: array<vec4f, 32>,
-  //: end
+    air_samples: array<vec4f, AIR_SAMPLES>,
   //: if air.table
     air_many_samples: array<vec4f, 8>,
   //: end
-    // Rows of lib/air/columns.wgsl's AirNode: the samples', the camera's end, the far end. As many as AIR_NODES of lib/air/rising.wgsl.
-  //: if surface.cloud
-    //: if air.pixel-32
-    air_nodes: array<vec4f, 30>,
-    //: else
-    air_nodes: array<vec4f, 18>,
-    //: end
-  //: else
-    //: if air.vertex
-    air_nodes: array<vec4f, 18>,
-    //: end
-    //: if air.pixel-8
-    air_nodes: array<vec4f, 24>,
-    //: end
-    //: if air.pixel-16|air.table
-    air_nodes: array<vec4f, 30>,
-    //: end
-    //: if air.pixel-32
-    air_nodes: array<vec4f, 54>,
-    //: end
-  //: end
+    // Rows of lib/air/columns.wgsl's AirNode: the samples', the camera's end, the far end. lib/air/counts.wgsl.
+    air_nodes: array<vec4f, 3u * (AIR_NODES + 2u)>,
   //: if air.table
     //: if eclipse.1
     // lib/air/spread.wgsl: 80 rows for each of 4 casters, then one for each that says where they lie.

@@ -9,8 +9,8 @@
 use super::camera::{Camera, Placement};
 use super::eclipse::Shade;
 use super::effects::Effect;
-use super::features::{self, point_peak, shaded};
 use super::exposure::CANDELAS_PER_RADIANCE;
+use super::features::{self, point_peak, shaded};
 use super::glow::Veil;
 use super::lamps::{self, Lamps};
 use super::lights::{self, LightOn, Reflector};

@@ -31,6 +31,7 @@ fragments![
     "entry/tone_map_bloom.wgsl",
     "lib/air/along.wgsl",
     "lib/air/columns.wgsl",
+    "lib/air/counts.wgsl",
     "lib/air/many.wgsl",
     "lib/air/of_draw.wgsl",
     "lib/air/path.wgsl",

@@ -7,6 +7,7 @@
 // differs from ray to ray: that is left to lib/air/scatter.wgsl. Errors: tests/air_bounds.rs.
 
 //: use lib/air/columns.wgsl
+//: use lib/air/counts.wgsl
 //: use lib/air/path.wgsl
 //: use lib/air/sums.wgsl
 //: use lib/air/of_draw.wgsl
@@ -17,28 +18,6 @@
 //: use lib/air/many.wgsl
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
 //: use lib/air/spread.wgsl
-  //: end
-//: end
-
-// Rows of lib/air/columns.wgsl's nodes; after the samples' come the camera's end and the far end.
-//: if surface.cloud
-  //: if air.pixel-32
-const AIR_NODES = 8u;
-  //: else
-const AIR_NODES = 4u;
-  //: end
-//: else
-  //: if air.vertex
-const AIR_NODES = 4u;
-  //: end
-  //: if air.pixel-8
-const AIR_NODES = 6u;
-  //: end
-  //: if air.pixel-16|air.table
-const AIR_NODES = 8u;
-  //: end
-  //: if air.pixel-32
-const AIR_NODES = 16u;
   //: end
 //: end
 

@@ -8,6 +8,7 @@
 // once, refraction, the Sun's width. Errors: tests/air_bounds.rs.
 
 //: use lib/air/columns.wgsl
+//: use lib/air/counts.wgsl
 //: use lib/air/path.wgsl
 //: use lib/air/sums.wgsl
 //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
@@ -18,20 +19,6 @@
   //: if eclipse.1|ring-shadow.point-sun|ring-shadow.penumbra
 //: use lib/air/spread.wgsl
   //: end
-//: end
-
-// As many as air_samples in lib/draw.wgsl.
-//: if air.vertex
-const AIR_SAMPLES = 5u;
-//: end
-//: if air.pixel-8
-const AIR_SAMPLES = 8u;
-//: end
-//: if air.pixel-16|air.table
-const AIR_SAMPLES = 16u;
-//: end
-//: if air.pixel-32
-const AIR_SAMPLES = 32u;
 //: end
 
 // Growth of the scale height with the logarithm of the optical depth, and of the samples' density at the camera's end with its root. Of 0 to 0.8 and
