@@ -146,7 +146,8 @@ fn ground_below_the_frame_is_not_there() {
     );
     let wide = seen(120.0, None);
     assert_eq!(wide.body(NaifId::MOON).expect("the Moon").appearance, Appearance::Disc);
-    assert!(wide.exposure.reason.starts_with("Moon"), "{}", wide.exposure.reason);
+    // The ground lies in the lunar night, lit by the Earth alone, which is what is metered.
+    assert!(wide.exposure.reason.starts_with("Earth"), "{}", wide.exposure.reason);
 }
 
 #[test]
