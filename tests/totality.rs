@@ -276,7 +276,7 @@ fn twilight_stands_all_around_the_horizon_in_totality() {
         assert!(low.y > 2.0 * overhead.y, "{azimuth}: {low} against {overhead}");
         assert!(low.x / low.z > 1.5 * overhead.x / overhead.z, "{azimuth}: {low} against {overhead}");
     }
-    // The ground: a few lux (Silverman and Mullen 1971, Appl. Opt. 10, 1207: the light of a twilight with the Sun some 5 degrees down; 1 to 10 lux) on an albedo of 0.05 to 0.3.
+    // The ground: a few lux, an estimate (that of a twilight with the Sun some 5 degrees down), on an albedo of 0.05 to 0.3.
     let ground = sky(NaifId::EARTH, DALLAS, time, -60.0, 0.0, CLEAR).y * UNIT_CD_M2 * PI;
     assert!((0.05..5.0).contains(&ground), "{ground} lm/m2");
 }
@@ -527,7 +527,7 @@ fn a_planet_near_the_horizon_is_dimmed_by_the_air() {
             continue;
         }
         let bare = flux_without_air(time);
-        // Kasten and Young 1989's air mass is 1 / sine within 4 % down to 10 degrees.
+        // The air mass is 1 / sine within a few percent down to 10 degrees.
         let k = -(f64::from(aired.y) / bare).ln() * sine;
         if sine > 0.17 {
             ks.push(k);
