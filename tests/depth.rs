@@ -85,7 +85,7 @@ fn layers_of_a_body_look_the_same_from_any_distance() {
                 let picture = drawn(&view(body, left, towards, distance_km, 40.0, effects), samples, precision);
                 assert!(picture.0.draws.iter().filter(|d| d.body == body).count() > 1, "layers");
                 if let Some((at_km, before)) = &before {
-                    let perspective = (150.0 * radius_km / at_km) as f32;
+                    let perspective = (500.0 * radius_km / at_km) as f32;
                     let change = apart(body, before, &picture);
                     let radii = distance_km / radius_km;
                     assert!(change < 2e-3 + perspective, "{body:?}, {samples} samples, {precision:?}: {change} at {radii:.0} radii");
