@@ -175,7 +175,7 @@ fn an_estimate_tells_its_error_and_belongs_to_its_value() {
         found,
         [
             "mine.toml:4: Triton.estimates.albedo_percent = 120: expected percent above 0, at most 90",
-            "mine.toml:5: Triton.estimates.albedo is not a field here: allowed are albedo_percent, colour_percent",
+            "mine.toml:5: Triton.estimates.albedo is not a field here: did you mean `albedo_percent`?",
         ]
     );
 }

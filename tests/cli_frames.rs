@@ -38,7 +38,7 @@ const BASE: [&str; 6] = ["--target", "phobos", "--time", TIME, "--size", "12x10"
 /// One word of the request changed at a time: each change alone makes it another request.
 #[test]
 fn a_file_of_another_request_is_refused_whatever_differs() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::Builder::new().prefix("frames").tempdir().expect("a folder");
     let catalogs = folder.path().join("catalogs");
     let maps = folder.path().join("maps");
     let shaders = folder.path().join("shaders");

@@ -50,7 +50,7 @@ fn behind(body: i32, k: f64, d: f64, turn: f64, radius_px: f64, size: u32) -> Vi
         height: size,
         fov_deg: Some(2.0 * tangent.atan().to_degrees()),
         exposure: ExposureRequest::Stops(0.0),
-        effects: EffectOverrides::parse("-glow,-planet-shine,-atmosphere,-clouds").expect("effects"),
+        effects: EffectOverrides::parse("-glow,-corona,-planet-shine,-atmosphere,-clouds").expect("effects"),
         ..ViewRequest::of(NaifId::SUN, time)
     }
 }
@@ -132,7 +132,7 @@ fn totality_is_dark_at_any_field_of_view() {
                     width: 160,
                     height: 160,
                     exposure: ExposureRequest::Stops(0.0),
-                    effects: EffectOverrides::parse("-glow,-planet-shine,-atmosphere").expect("effects"),
+                    effects: EffectOverrides::parse("-glow,-corona,-planet-shine,-atmosphere").expect("effects"),
                     ..ViewRequest::of(NaifId::SUN, Instant::parse(time).expect("a time"))
                 };
                 let (_, hdr) = light(&SESSION, &request, samples);

@@ -2,6 +2,7 @@
 
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
+use orrery::scene::effects::EffectOverrides;
 use orrery::scene::photometry::{irradiance_at_viewer, magnitude, model_phase, phase_correction};
 use orrery::scene::request::{Position, ViewRequest};
 use orrery::scene::{BodyInView, Scene};
@@ -93,6 +94,8 @@ fn light_is_shared_between_disc_and_point_without_a_jump() {
 fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, t: Instant) -> BodyInView {
     let mut request = ViewRequest::of(NaifId(id), t);
     request.position = Position::Centre(NaifId::EARTH);
+    // The light of rings on their globe takes a table a date.
+    request.effects = EffectOverrides::parse("-ring-shine").expect("effects");
     Scene::build(catalog, ephemeris, &request).expect("a scene").body(NaifId(id)).expect("in the catalog").clone()
 }
 
@@ -109,8 +112,8 @@ const SATURN_TOLERANCE_MAG: f64 = 0.15;
 fn saturn_shines_with_its_rings_over_a_whole_orbit() {
     let (catalog, ephemeris) = sky();
     let (mut worst, mut worst_globe, mut widest) = (0.0_f64, 0.0_f64, 0.0_f64);
-    for step in 0..150 {
-        let t = Instant::from_jd_tdb(2_450_100.5 + 71.7 * f64::from(step));
+    for step in 0..100 {
+        let t = Instant::from_jd_tdb(2_450_100.5 + 107.7 * f64::from(step));
         let saturn = from_earth(&catalog, &ephemeris, 699, t);
         let sub_solar = saturn.sub_solar.expect("lit");
         let product = saturn.sub_viewer.latitude_deg * sub_solar.latitude_deg;

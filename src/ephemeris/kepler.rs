@@ -141,7 +141,8 @@ mod tests {
             for days in [0.0, 0.3, 777.7, -40_000.0] {
                 let at = |s: f64| state(&e, Instant::from_tdb_seconds_past_j2000(days * SECONDS_PER_DAY + s));
                 let slope = (at(1.0).pos_km - at(-1.0).pos_km) / 2.0;
-                assert!((slope - at(0.0).vel_km_s).length() < 1e-6, "{inclination} {days}: {slope} {}", at(0.0).vel_km_s);
+                // At 110 years an instant is rounded to 0.5 microseconds.
+                assert!((slope - at(0.0).vel_km_s).length() < 1e-5, "{inclination} {days}: {slope} {}", at(0.0).vel_km_s);
                 assert!((slope - at(900.0).vel_km_s).length() > 1e-3);
             }
         }

@@ -520,8 +520,8 @@ mod tests {
         assert_eq!(o.bodies().collect::<Vec<_>>(), ["io", "moon"]);
         assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("one way"));
         assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
-        assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("+night"));
-        assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("planet-shine"));
+        assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("`night`: write + or -"));
+        assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("did you mean `eclipse`"));
     }
 
     /// What an eclipse changes in the structure of a draw: itself, and under air the ring's shadow and the number of lights, upward.

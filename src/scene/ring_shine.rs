@@ -341,7 +341,7 @@ mod tests {
         assert!((of(2 * ARC as i32) - 2.0 / (2.0 * ARC as f64 + 1.0)).abs() > 1e-13, "one power more is not exact");
     }
 
-    /// Over all places no more than the brightest is read, nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.
+    /// Over all places no more than the brightest is read, to a thousandth (the height between two rows), nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.
     #[test]
     fn what_is_read_of_a_table_is_its_light() {
         let ring = ring(1.3, 2.2, 1.0);
@@ -353,7 +353,7 @@ mod tests {
             shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
         };
         let most = (0..20_000).map(of).fold(0.0, f64::max);
-        assert!(most <= shine.brightest * (1.0 + 1e-6) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
+        assert!(most <= shine.brightest * (1.0 + 1e-3) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
         assert_eq!(shine.irradiance(DVec3::X, sun), 0.0);
     }
 

@@ -38,8 +38,8 @@ impl KeyTextError {
 }
 
 /// Characters of the whole and of a part that messages repeat.
-const WHOLE_ECHO: usize = 120;
-const PART_ECHO: usize = 60;
+const WHOLE_ECHO: usize = 80;
+const PART_ECHO: usize = 40;
 
 fn parts() -> Vec<Part> {
     let mut parts: Vec<Part> = DIMENSIONS.iter().map(|d| d.part).collect();
