@@ -13,8 +13,8 @@ use orrery::scene::draw::AirTier;
 use orrery::scene::tiers;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_4, TAU};
+use std::hash::{BuildHasher, Hasher};
 use std::sync::LazyLock;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 const TABLE: &str = include_str!("data/rayleigh_reference_public.json");
 
@@ -196,8 +196,10 @@ struct Sweep {
 }
 
 static SWEEP: LazyLock<Sweep> = LazyLock::new(|| {
-    let clock = || SystemTime::now().duration_since(UNIX_EPOCH).expect("a time").subsec_nanos();
-    let seed = std::env::var("ORRERY_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or_else(|| u64::from(clock()));
+    let seed = std::env::var("ORRERY_SEED")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or_else(|| std::hash::RandomState::new().build_hasher().finish() >> 32);
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let airs = all();
     assert!(airs.len() >= 16, "{}", airs.len());

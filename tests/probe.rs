@@ -71,7 +71,8 @@ fn the_table_of_questions_is_what_they_take() {
         let error = (kind.ask)(&prober, strange.into()).expect_err(kind.name);
         let mut taken: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
         let mut listed: Vec<&str> = kind.fields.iter().map(|f| f.name).collect();
-        (taken.sort_unstable(), listed.sort_unstable());
+        taken.sort_unstable();
+        listed.sort_unstable();
         assert_eq!(taken, listed, "{}: {error}", kind.name);
         for field in kind.fields {
             assert!(!field.says.is_empty());

@@ -107,8 +107,8 @@ fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
                     Some(centre) => (1.0 - (h - centre).abs() / s.scale_height_km).max(0.0),
                     None => (-h / s.scale_height_km).exp(),
                 };
-                for c in 0..3 {
-                    depth[c] += (s.scattering_per_km[c] + s.absorption_per_km[c]) * density * 4.0 * half * u / STEPS as f64;
+                for (c, depth) in depth.iter_mut().enumerate() {
+                    *depth += (s.scattering_per_km[c] + s.absorption_per_km[c]) * density * 4.0 * half * u / STEPS as f64;
                 }
             }
         }
@@ -177,7 +177,7 @@ fn the_ring_brings_the_light_that_arrives() {
         let scene = SESSION.scene(&request).expect("a scene");
         let seen = irradiance(&scene, &light(&scene, &single));
         let [earth, sun] = [NaifId::EARTH, NaifId::SUN].map(|id| scene.body(id).expect("placed").placement.centre_km);
-        let apart = earth.angle_between(sun) * sun.length() / 695_700.0;
+        let apart = orrery::ephemeris::angle_rad(earth, sun) * sun.length() / 695_700.0;
         let full = (KM_PER_AU / sun.length()).powi(2);
         let integral = past_the_limb(earth.length(), sun.length(), apart).map(|part| part * full);
         // The eclipse's own sum over its layers is coarse in green and blue where nearly all of them is gone: measured here against the integral.
@@ -190,7 +190,7 @@ fn the_ring_brings_the_light_that_arrives() {
                 seen[c]
             );
             assert!(
-                by_eclipse.abs() < of_eclipse[c] && !(by_integral.abs() > of_integral[c]),
+                by_eclipse.abs() < of_eclipse[c] && (of_integral[c].is_infinite() || by_integral.abs() <= of_integral[c]),
                 "{minutes} min, channel {c}: {by_eclipse} {by_integral}"
             );
         }

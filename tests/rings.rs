@@ -332,7 +332,7 @@ fn a_dusty_ring_changes_smoothly_with_the_phase_angle() {
 fn saturns_profile_has_the_published_edges_gaps_and_depths() {
     let catalog = orrery::catalog::Catalog::embedded();
     let rings = &catalog.body(SATURN).expect("Saturn").rings;
-    let tau = |r: f64| rings.iter().filter(|x| x.inner_km <= r && r < x.outer_km).next_back().map_or(0.0, |x| x.tau_normal);
+    let tau = |r: f64| rings.iter().rfind(|x| x.inner_km <= r && r < x.outer_km).map_or(0.0, |x| x.tau_normal);
     let mean = |from: f64, to: f64| (0..4000).map(|k| tau(from + (to - from) * (f64::from(k) + 0.5) / 4000.0)).sum::<f64>() / 4000.0;
     for (name, from, to, least, most) in [
         ("C", 74_658.0, 91_975.0, 0.08, 0.2),

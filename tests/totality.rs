@@ -349,35 +349,33 @@ fn by_photons(per_km: f64, scale_km: f64, top_km: f64, radius_km: f64, ground: f
         };
         let mut along = isotropic(&mut random);
         let mut weight = 1.0;
-        'path: loop {
-            // To the next place that scatters, in air as thick as the ground's of which a part counts.
-            loop {
-                let before = at;
-                at += along * (-random().ln() / per_km);
-                let height = at.length() - radius_km;
-                let b = before.dot(along);
-                let hit = b * b - before.length_squared() + radius_km * radius_km;
-                if b < 0.0 && hit > 0.0 && (-b - hit.sqrt()) < (at - before).length() {
-                    at = before + along * (-b - hit.sqrt());
-                    let up = at.normalize();
-                    weight *= ground;
-                    let light = weight * up.z.max(0.0) * sunlight(0.0) / PI;
-                    shadowed += light * left(at.x, at.y);
-                    whole += light;
-                    let side = isotropic(&mut random);
-                    along = (up + side).normalize();
-                    at += up * 1e-6;
-                } else if height > top_km {
-                    break 'path;
-                } else if random() < (-height / scale_km).exp() {
-                    let light = weight * sunlight(height) / (4.0 * PI);
-                    shadowed += light * left(at.x, at.y);
-                    whole += light;
-                    along = isotropic(&mut random);
-                }
-                if weight < 1e-4 {
-                    break 'path;
-                }
+        // To the next place that scatters, in air as thick as the ground's of which a part counts.
+        loop {
+            let before = at;
+            at += along * (-random().ln() / per_km);
+            let height = at.length() - radius_km;
+            let b = before.dot(along);
+            let hit = b * b - before.length_squared() + radius_km * radius_km;
+            if b < 0.0 && hit > 0.0 && (-b - hit.sqrt()) < (at - before).length() {
+                at = before + along * (-b - hit.sqrt());
+                let up = at.normalize();
+                weight *= ground;
+                let light = weight * up.z.max(0.0) * sunlight(0.0) / PI;
+                shadowed += light * left(at.x, at.y);
+                whole += light;
+                let side = isotropic(&mut random);
+                along = (up + side).normalize();
+                at += up * 1e-6;
+            } else if height > top_km {
+                break;
+            } else if random() < (-height / scale_km).exp() {
+                let light = weight * sunlight(height) / (4.0 * PI);
+                shadowed += light * left(at.x, at.y);
+                whole += light;
+                along = isotropic(&mut random);
+            }
+            if weight < 1e-4 {
+                break;
             }
         }
     }

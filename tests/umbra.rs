@@ -90,7 +90,7 @@ fn ends_are_exact_and_between_them_light_falls() {
         let short = if round { long } else { long * (0.6 + 0.39 * next()) };
         let shape = Outline { centre: DVec2::ZERO, axis: DVec2::from_angle(6.0 * next()), semi: DVec2::new(long, short) };
         let direction = DVec2::from_angle(6.0 * next());
-        let aside = direction.perp() * (0.3 * next() * (long - 1.0).max(0.0).min(1.0));
+        let aside = direction.perp() * (0.3 * next() * (long - 1.0).clamp(0.0, 1.0));
         // From 1.3 solar radii outside of the bounding circle to the middle; close together where the light ends.
         let steps = 240;
         let along: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();

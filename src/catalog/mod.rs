@@ -316,13 +316,18 @@ impl Body {
     }
 }
 
+/// A body and the name of one of its fields.
+type FieldOf = (NaifId, &'static str);
+/// A file and a line of it, the first is 1.
+type FileLine = (String, usize);
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
     eclipse_radii: EclipseRadii,
     /// File and line of the fields that only the whole can check, by body and field; a field that is not here stands with its body, under "".
-    places: BTreeMap<(NaifId, &'static str), (String, usize)>,
+    places: BTreeMap<FieldOf, FileLine>,
 }
 
 /// One wrong field: where, what it says, what is allowed.

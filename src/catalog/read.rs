@@ -6,8 +6,8 @@
 use super::overlay;
 use super::table::{Located, Place, Problems, Section, Source, nearest};
 use super::{
-    Atmosphere, Body, Catalog, CatalogError, Clouds, EclipseRadii, Estimates, Kind, Map, MapLatitude, Maps, MeanElements, Motion, NaifId,
-    Overlay, Photometry, Ring, Rotation, ShapeModel, Species, moments,
+    Atmosphere, Body, Catalog, CatalogError, Clouds, EclipseRadii, Estimates, FieldOf, FileLine, Kind, Map, MapLatitude, Maps,
+    MeanElements, Motion, NaifId, Overlay, Photometry, Ring, Rotation, ShapeModel, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -402,7 +402,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
 }
 
 /// Where a body's fields stand that only the whole can check.
-fn places_of((id, d): (&i32, &Draft)) -> Vec<((NaifId, &'static str), (String, usize))> {
+fn places_of((id, d): (&i32, &Draft)) -> Vec<(FieldOf, FileLine)> {
     let fields = [
         ("", Some(&d.place)),
         ("parent", d.parent.as_ref().map(|l| &l.place)),

@@ -398,7 +398,7 @@ impl Frame<'_, '_> {
     /// thinnest crescent is found.
     fn far(&self, p: &Placed<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
-        let alpha = viewer.angle_between(ground.sun);
+        let alpha = crate::ephemeris::angle_rad(viewer, ground.sun);
         let aside = (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(aside);
         let terminator = alpha - FRAC_PI_2;
