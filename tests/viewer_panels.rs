@@ -46,6 +46,9 @@ fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
                 _ => "",
             };
             let said = said.split("view?").next().unwrap_or_default().replace('\n', " / ");
+            // Wherever the tests run.
+            let here = std::env::current_dir().map_or(String::new(), |d| d.display().to_string());
+            let said = if here.is_empty() { said } else { said.replace(&here, "(here)") };
             let line = without_measurements(&said, counts);
             let _ = writeln!(out, "{}{:?} {line}{state}", "  ".repeat(depth), n.role());
         }
