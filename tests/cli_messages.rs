@@ -170,6 +170,10 @@ fn near_names_are_suggested_everywhere() {
         (&["render", "--targte", "mars"], "'--target'"),
         (&["--targte", "mars"], "'--target'"),
     ] {
+        // Without a window the words of a view are not read.
+        if words == ["--target", "marz"] && !cfg!(feature = "view") {
+            continue;
+        }
         let out = orrery(words);
         assert!(!out.status.success() && said(&out).contains(meant), "{words:?}: {}", said(&out));
     }
@@ -347,6 +351,9 @@ fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
         &["view"],
         &["--target", "moon"],
     ] {
+        if (words == ["view"] || words == ["--target", "moon"]) && !cfg!(feature = "view") {
+            continue;
+        }
         let out = orrery(&[words, &["--shaders", text(&shaders)]].concat());
         let line = said(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");

@@ -7,6 +7,7 @@
 // up or from near the camera: w then stands for a larger scale height, and more samples lie near the camera. Left out: light scattered more than
 // once, refraction, the Sun's width. Errors: tests/air_bounds.rs.
 
+//: use lib/draw.wgsl
 //: use lib/air/columns.wgsl
 //: use lib/air/counts.wgsl
 //: use lib/air/path.wgsl
