@@ -79,6 +79,9 @@ pub enum Up {
     },
 }
 
+/// Nearer than this nobody sees a difference: half a level of 255 at mid grey is 0.02 stops.
+pub const SETTLED_STOPS: f64 = 0.02;
+
 /// How bright the picture is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ExposureRequest {
@@ -97,6 +100,8 @@ impl ExposureRequest {
         match self {
             Self::Auto => metered_stops,
             Self::Stops(stops) => stops,
+            // What nobody sees is the end of the way: the picture at rest is the metered one, wherever the way began.
+            Self::Gliding { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
             Self::Gliding { from_stops, part } => from_stops + (metered_stops - from_stops) * part.clamp(0.0, 1.0),
         }
     }

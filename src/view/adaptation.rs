@@ -14,8 +14,6 @@ use std::mem::{Discriminant, discriminant};
 /// A camera's automatic exposure follows within half a second; the eye's first, neural adaptation is as quick, its slow one of minutes nobody waits for.
 /// Chosen by eye.
 pub const TIME_CONSTANT_S: f64 = 0.4;
-/// Nearer than this nobody sees a difference: half a level of 255 at mid grey is 0.02 stops.
-const SETTLED_STOPS: f64 = 0.02;
 
 /// What a view has to share with the last one for the eye to glide.
 type Stance = (NaifId, NaifId, Discriminant<Eye>);
@@ -78,7 +76,7 @@ impl Adaptation {
 
     /// Whether another picture of the same view would be nearer to what was metered.
     pub fn glides(&self) -> bool {
-        !self.awaited && self.adapted.is_some_and(|a| (a.stops - a.metered_stops).abs() > SETTLED_STOPS)
+        !self.awaited && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
     }
 }
 
@@ -113,15 +111,15 @@ mod tests {
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;
                 let (stops, glides) = step(now_s, 10.0);
-                assert!(stops > last && stops <= 10.0 + 1e-9, "{stops} after {last}");
-                assert_eq!(glides, 10.0 - stops > 0.02);
+                assert!((stops > last || last == 10.0) && stops <= 10.0, "{stops} after {last}");
+                assert_eq!(glides, stops != 10.0);
                 if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
                     at_constant = stops;
                 }
                 last = stops;
             }
             assert!((at_constant - 10.0 * (1.0 - (-1.0_f64).exp())).abs() < 1e-6, "{at_constant} at {rate_hz} Hz");
-            assert!(10.0 - last < 0.02, "{last}");
+            assert_eq!(last, 10.0, "at rest it is the metered one");
         }
     }
 
