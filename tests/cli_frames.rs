@@ -47,7 +47,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     // A folder that holds no file of the catalog's changes nothing.
     let of = |name: &str| orrery::shader::fragments::FRAGMENTS.iter().find(|(n, _)| *n == name).expect("a fragment").1;
     std::fs::create_dir_all(shaders.join("entry")).expect("made");
-    std::fs::write(shaders.join("entry/blur.wgsl"), format!("{}\n// edited\n", of("entry/blur.wgsl"))).expect("written");
+    std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", of("entry/blur.wesl"))).expect("written");
     let path = folder.path().join("p.png");
     let first = render(&[&BASE[..], &["-o", text(&path)]].concat());
     assert!(first.status.success() && first.stderr.is_empty(), "{}", said(&first));

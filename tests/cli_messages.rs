@@ -324,21 +324,21 @@ fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
     }
     let emit = |more: &[&str]| orrery(&[&["shader", "emit", key, "--shaders", text(&shaders)], more].concat());
     assert_eq!(emit(&[]).stdout, built_in, "what is unchanged changes nothing");
-    let edited = std::fs::read_to_string(at("lib/photometry/lambert.wgsl")).expect("there") + "\n// a line of my own\n";
-    std::fs::write(at("lib/photometry/lambert.wgsl"), &edited).expect("written");
+    let edited = std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there") + "\n// a line of my own\n";
+    std::fs::write(at("lib/photometry/lambert.wesl"), &edited).expect("written");
     assert!(String::from_utf8_lossy(&emit(&[]).stdout).contains("a line of my own"));
     // An edited file is not lost by another export.
     let out = orrery(&["shader", "export", text(&shaders)]);
-    assert!(out.status.code() == Some(1) && said(&out).contains("lambert.wgsl"), "{}", said(&out));
-    assert_eq!(std::fs::read_to_string(at("lib/photometry/lambert.wgsl")).expect("there"), edited);
-    // A new file counts where a fragment uses it, and is named where none does, by every verb.
-    std::fs::write(at("lib/mine.wgsl"), "// mine\n").expect("written");
+    assert!(out.status.code() == Some(1) && said(&out).contains("lambert.wesl"), "{}", said(&out));
+    assert_eq!(std::fs::read_to_string(at("lib/photometry/lambert.wesl")).expect("there"), edited);
+    // A new file counts where a fragment imports it, and is named where none does, by every verb.
+    std::fs::write(at("lib/mine.wesl"), "const MINE = 1.0;\n").expect("written");
     let strange = emit(&[]);
-    assert!(strange.status.code() == Some(1) && said(&strange).contains("lib/mine.wgsl"), "{}", said(&strange));
-    std::fs::write(at("lib/photometry/lambert.wgsl"), format!("//: use lib/mine.wgsl\n{edited}")).expect("written");
+    assert!(strange.status.code() == Some(1) && said(&strange).contains("lib/mine.wesl"), "{}", said(&strange));
+    std::fs::write(at("lib/photometry/lambert.wesl"), format!("import package::lib::mine::MINE;\n{edited}")).expect("written");
     assert!(emit(&[]).status.success(), "{}", said(&emit(&[])));
-    std::fs::rename(at("lib/mine.wgsl"), at("lib/photometry/lambrt.wgsl")).expect("renamed");
-    std::fs::write(at("lib/photometry/lambert.wgsl"), &edited).expect("written");
+    std::fs::rename(at("lib/mine.wesl"), at("lib/photometry/lambrt.wesl")).expect("renamed");
+    std::fs::write(at("lib/photometry/lambert.wesl"), &edited).expect("written");
     for words in [
         &["explain", "--target", "moon", "--time", "2024-04-08"][..],
         &["render", "--target", "moon", "--size", "8x8", "-o", "/nowhere/x.png"],
@@ -357,11 +357,11 @@ fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
         let out = orrery(&[words, &["--shaders", text(&shaders)]].concat());
         let line = said(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");
-        assert!(line.contains("lambrt.wgsl") && line.contains("`lib/photometry/lambert.wgsl`"), "{words:?}: {line}");
+        assert!(line.contains("lambrt.wesl") && line.contains("`lib/photometry/lambert.wesl`"), "{words:?}: {line}");
     }
     let empty = folder.path().join("empty");
     std::fs::create_dir(&empty).expect("made");
-    for (folder, about) in [(empty, "no *.wgsl"), (folder.path().join("none"), "none")] {
+    for (folder, about) in [(empty, "no *.wesl"), (folder.path().join("none"), "none")] {
         let out = orrery(&["shader", "emit", key, "--shaders", text(&folder)]);
         assert!(out.status.code() == Some(1) && said(&out).contains(about), "{}", said(&out));
     }
@@ -373,7 +373,7 @@ fn edited_fragments_are_drawn_with() {
     let folder = tempfile::tempdir().expect("a folder");
     let shaders = folder.path().join("shaders");
     assert!(orrery(&["shader", "export", text(&shaders)]).status.success());
-    let display = shaders.join("lib/display.wgsl");
+    let display = shaders.join("lib/display.wesl");
     let source = std::fs::read_to_string(&display).expect("there");
     assert!(source.contains("1.055 * exp2("));
     std::fs::write(&display, source.replace("1.055 * exp2(", "0.500 * exp2(")).expect("written");

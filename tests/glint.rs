@@ -15,7 +15,7 @@ struct Fragment {
 impl Fragment {
     fn new(call: &str) -> Self {
         let main = format!("@fragment fn main(@location(0) p: vec4f) -> @location(0) vec4f {{ return vec4f({call}, 0.0, 0.0, 0.0); }}");
-        let wgsl = [include_str!("../shaders/lib/glint.wgsl"), &main].concat();
+        let wgsl = [include_str!("../shaders/lib/glint.wesl"), &main].concat();
         let module = naga::front::wgsl::parse_str(&wgsl).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&wgsl)));
         let flags = naga::valid::ValidationFlags::all();
         let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty()).validate(&module).expect("valid");

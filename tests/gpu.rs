@@ -7,7 +7,7 @@
 //! | golden views | 0.3 | 3 | 14 | a sampler has 8 bits of weight on hardware and rounds otherwise; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
 //! | covering keys | 0.3 | 3 | - | the same: measured 0.11, 1 |
 //!
-//! Both filter elongated footprints by the module's own taps (shaders/lib/filtered.wgsl), so that default quality is compared.
+//! Both filter elongated footprints by the module's own taps (shaders/lib/filtered.wesl), so that default quality is compared.
 
 use crate::golden::views;
 use crate::shared::SESSION;

@@ -99,7 +99,7 @@ fn every_possible_structure_is_filled_by_name() {
         }
     };
     // The block is declared in one fragment, which stands alone: keys with the same text of it have the same layout, and one of them stands for all.
-    let block = |key: &ShaderKey| emit_fragment("lib/draw.wgsl", "planet", &features(key.needs())).expect("emits").wgsl;
+    let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &features(key.needs())).expect("emits").wgsl;
     let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (block(key), *key)).collect();
     let alone = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
     let failures: Vec<String> = blocks.par_iter().filter_map(|(text, key)| filled(&alone(text), key)).collect();

@@ -1,4 +1,4 @@
-//! shaders/lib/filtered.wgsl on the tape, tap by tap, against the one operation that the software renderer makes of it, on random footprints.
+//! shaders/lib/filtered.wesl on the tape, tap by tap, against the one operation that the software renderer makes of it, on random footprints.
 //!
 //! The fragment is lowered twice: as it is, and with its function under another name, which the lowering does not know.
 
@@ -14,7 +14,7 @@ use orrery::render::software::sample::{Bound, Textures};
 use orrery::render::software::tape::{Instr, TextureOp};
 use std::sync::Arc;
 
-const FRAGMENT: &str = include_str!("../shaders/lib/filtered.wgsl");
+const FRAGMENT: &str = include_str!("../shaders/lib/filtered.wesl");
 
 const ENTRY: &str = "
 struct Draw { most: f32 }

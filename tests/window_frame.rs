@@ -225,7 +225,7 @@ fn the_gpu_forgets_modules_that_changed() {
         gpu.render(&plan, &library, true).expect("drawn").0.hdr
     };
     let before = drawn();
-    let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/photometry/lambert.wgsl").expect("a fragment");
+    let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/photometry/lambert.wesl").expect("a fragment");
     let darker = text.replacen("return ", "return 0.5 * ", 1);
     assert_ne!(*text, darker);
     library.make_of(Fragments::with_files([((*path).to_owned(), darker)]));

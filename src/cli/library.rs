@@ -3,7 +3,7 @@
 use super::shader::reachable_keys;
 use super::{CliError, Common};
 use crate::session::open_library;
-use crate::shader::fragments::SIMPLE_MODULES;
+use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::{Library, Lowering, ModuleId};
 use std::path::PathBuf;
 

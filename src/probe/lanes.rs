@@ -1,6 +1,6 @@
 //! Many questions through one module: each is a column of a small target, drawn by the software renderer.
 //!
-//! In: a module with the lanes of lib/lane.wgsl, its uniform bytes and textures, twelve numbers a question. Out: for each question its rows of
+//! In: a module with the lanes of lib/lane.wesl, its uniform bytes and textures, twelve numbers a question. Out: for each question its rows of
 //! four numbers. The numbers go in as pairs of f32 that sum to the f64, and come out as f32 (6e-8 of their size).
 
 use crate::render::plan::{

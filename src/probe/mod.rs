@@ -1,7 +1,7 @@
 //! Questions that the emitted shaders themselves answer, run on the software renderer.
 //!
 //! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the question. A kind of question
-//! is a file: it lists its fields in a [`Kind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wgsl with the features of a key) and turns rows of numbers
+//! is a file: it lists its fields in a [`Kind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and turns rows of numbers
 //! into named answers. Always holds: no formula of a shader is written a second time here.
 
 pub mod lanes;

@@ -1,6 +1,6 @@
 //! Heights at which light is summed along rays that only rise or only fall, and what depends on the height alone.
 //!
-//! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/columns.wgsl's `AirNode`. Method: Gauss and Legendre's nodes in w
+//! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/columns.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
 //! from the lower end up, where the density of the air that reaches highest is 1 - w². Always holds: an end outside the air stands at its top.
 
 use super::draw::AirAmounts;
@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 pub const ROWS: usize = 3;
 /// After the samples: the camera's end and the far end.
 pub const ENDS: usize = 2;
-/// Of the polynomial for erfcx in lib/air/columns.wgsl.
+/// Of the polynomial for erfcx in lib/air/columns.wesl.
 const ERFCX_SLOPE: f64 = 0.46;
 
 /// Nodes in 0 to 1, ascending, and their weights, which sum to 1.
@@ -35,7 +35,7 @@ fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(one).collect()
 }
 
-/// Rows of lib/air/scatter.wgsl's samples: place, weight, the place between this and the next.
+/// Rows of lib/air/scatter.wesl's samples: place, weight, the place between this and the next.
 pub fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
     let next = |k: usize| all.get(k + 1).map_or(1.0, |n| n.0);

@@ -1,7 +1,7 @@
 //! What nearer bodies hide of a body's disc.
 //!
 //! In: where bodies are seen. Out: the part of a disc's light that is left, exactly 0 where all is hidden and exactly 1 where nothing is; and the limbs of
-//! nearer bodies as shaders/lib/uncovered.wgsl takes them. Bodies count as ellipsoids, the hidden one as a sphere. A point's light is what is left of it: depth, which
+//! nearer bodies as shaders/lib/uncovered.wesl takes them. Bodies count as ellipsoids, the hidden one as a sphere. A point's light is what is left of it: depth, which
 //! knows one place of a sprite, is not asked. Not here: what rings and air take, and shadows (eclipse).
 //!
 //! The part is summed over chords of the disc, [`CHORDS`] of them, each with its light in closed form; off by 2e-5 of the light at most for bodies larger than
@@ -16,7 +16,7 @@ use super::{BodyInView, Placed};
 use crate::catalog::NaifId;
 use glam::{DVec2, DVec3, Vec4};
 
-/// Uniforms of shaders/lib/uncovered.wgsl.
+/// Uniforms of shaders/lib/uncovered.wesl.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HiderAmounts {
     /// Three rows for each of two bodies; the last of each has x, then y of the pixel from which places count.
@@ -77,7 +77,7 @@ impl Limb {
 /// Chords of a disc.
 const CHORDS: u32 = 720;
 
-/// Light of a chord from its middle to x, half chord h; see shaders/lib/ring/body_shadow.wgsl.
+/// Light of a chord from its middle to x, half chord h; see shaders/lib/ring/body_shadow.wesl.
 fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     let mu = (h * h - x * x).max(0.0).sqrt();
     let of_mu = 0.5 * (x * mu + h * h * (x / h).clamp(-1.0, 1.0).asin());

@@ -22,7 +22,7 @@ pub fn brightest(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
-/// 0 by day, 1 once the Sun is 6 degrees down: shaders/lib/night_lights.wgsl.
+/// 0 by day, 1 once the Sun is 6 degrees down: shaders/lib/night_lights.wesl.
 pub(super) fn lit(cos_incidence: f64) -> f64 {
     let x = (cos_incidence / 0.104_528_46 + 1.0).clamp(0.0, 1.0);
     1.0 - x * x * (3.0 - 2.0 * x)

@@ -4,7 +4,7 @@
 //! layers are those of the `refracted` eclipse (eclipse/air.rs): what the ring around the body shines with, summed over the sky of a point, is what that
 //! eclipse gives the point. So that no light counts twice, all of the Sun below the top of that air belongs to the ring: what its disc drew there along
 //! straight rays is taken away before the air is drawn. Lengths are the body's equatorial radii. Not here: how a pixel is summed
-//! (shaders/entry/refracted_limb.wgsl). Left out: bodies that stand before the Sun as the limb sees it, and the Sun's map.
+//! (shaders/entry/refracted_limb.wesl). Left out: bodies that stand before the Sun as the limb sees it, and the Sun's map.
 
 use super::camera::{AnchorForm, Camera, NEAR_DEPTH_KM, Placement, ViewRays, narrow, narrow_scalar};
 use super::eclipse::air::{self, Layers};
@@ -18,7 +18,7 @@ use super::{Appearance, BodyInView, PixelView, Placed, photometry};
 use crate::catalog::{Body, NaifId};
 use glam::{DVec3, Vec3, Vec4};
 
-/// Uniforms of shaders/entry/refracted_limb.wgsl, and where it is drawn.
+/// Uniforms of shaders/entry/refracted_limb.wesl, and where it is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefractedLimb {
     pub body: NaifId,

@@ -1,6 +1,6 @@
 //! What a body's rings do to its brightness as a whole: the light that they reflect to a viewer, and the part of the globe's light that passes them.
 //!
-//! In: a ringed body, the directions to Sun and viewer in its axes. Out: [`RingLight`]. The law is that of shaders/lib/ring/photometry.wgsl for a point Sun and a far
+//! In: a ringed body, the directions to Sun and viewer in its axes. Out: [`RingLight`]. The law is that of shaders/lib/ring/photometry.wesl for a point Sun and a far
 //! viewer: single scattering by a flat layer, cut by the globe and by its shadow. Measured against Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10,
 //! Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5): tests/scene_magnitude.rs. Left out: light between globe and rings, the Sun's size.
 

@@ -5,7 +5,7 @@
 //! Always holds: no value is negative; a place that the outermost ring has set for gets nothing; both sides are alike where the Sun is in the plane.
 //! Left out: light that goes between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of a radius).
 //!
-//! The light is single scattering as in shaders/lib/ring/photometry.wgsl, summed over the part of the ring above the ground's horizon and outside the
+//! The light is single scattering as in shaders/lib/ring/photometry.wesl, summed over the part of the ring above the ground's horizon and outside the
 //! globe's shadow, whose edges bound the integrals, so that no quadrature runs across a jump.
 
 use super::camera::narrow_scalar;
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Heights of one side and hour angles; shaders/lib/ring/shine.wgsl has the same.
+/// Heights of one side and hour angles; shaders/lib/ring/shine.wesl has the same.
 pub const ROWS: usize = 25;
 pub const COLUMNS: usize = 33;
 /// Annuli of about even weight that stand for the rings, and places on the longest arc of each.
@@ -43,7 +43,7 @@ pub struct RingShine {
 }
 
 impl RingShine {
-    /// Irradiance of level ground per unit of sunlight, the brightest channel, as shaders/lib/ring/shine.wgsl reads it. `point`: unit-sphere frame;
+    /// Irradiance of level ground per unit of sunlight, the brightest channel, as shaders/lib/ring/shine.wesl reads it. `point`: unit-sphere frame;
     /// `sun`: unit vector, body axes.
     pub fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
         let height = point.z.abs();

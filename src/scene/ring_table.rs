@@ -1,7 +1,7 @@
 //! The table that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
 //!
 //! In: rings in the order of the catalog (a later one lies over an earlier one). Out: [`RingTable`], plain f32 texels; their meaning and the
-//! error of reading between rows stand in shaders/lib/ring/profile.wgsl. Always holds: radii rise, integrals never fall.
+//! error of reading between rows stand in shaders/lib/ring/profile.wesl. Always holds: radii rise, integrals never fall.
 
 use super::camera::narrow_scalar;
 use super::kept::Kept;

@@ -1,6 +1,6 @@
 //! A folder of shader fragments that lie over those built in.
 //!
-//! In: a folder. Out: its `*.wgsl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is used by one; another is named.
+//! In: a folder. Out: its `*.wesl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is used by one; another is named.
 //! Not done: to check what they say.
 
 use crate::shader::fragments::{FRAGMENTS, Fragments};
@@ -18,12 +18,14 @@ const FILES_AT_MOST: usize = 2000;
 /// The longest built-in fragment has some 10 kB.
 const LONGEST_FILE: u64 = 1 << 20;
 
-/// Every `*.wgsl` file below a folder.
+/// Every `*.wesl` file below a folder.
 ///
 /// # Errors
 /// What cannot be read, or that there is no fragment.
 pub fn fragment_stamps(folder: &Path) -> Result<Stamps, String> {
     let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", echo(&path.display().to_string()));
+    let folder_of_all = folder.to_owned();
+    let mut old = None;
     let (mut found, mut folders) = (Stamps::new(), vec![(folder.to_owned(), 0)]);
     while let Some((folder, depth)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(|e| failed(&folder, e))? {
@@ -31,26 +33,38 @@ pub fn fragment_stamps(folder: &Path) -> Result<Stamps, String> {
             let about = path.metadata().map_err(|e| failed(&path, e))?;
             if about.is_dir() {
                 folders.extend((depth < DEEPEST).then_some((path, depth + 1)));
-            } else if about.is_file() && path.extension().is_some_and(|e| e == "wgsl") {
+            } else if about.is_file() && is_old_fragment(&folder_of_all, &path) {
+                old.get_or_insert(path);
+            } else if about.is_file() && path.extension().is_some_and(|e| e == "wesl") {
                 let changed = about.modified().unwrap_or(SystemTime::UNIX_EPOCH);
                 found.insert(path, (changed, about.len()));
             }
         }
         if found.len() > FILES_AT_MOST {
-            return Err(format!("{}: more than {FILES_AT_MOST} *.wgsl files", echo(&folder.display().to_string())));
+            return Err(format!("{}: more than {FILES_AT_MOST} *.wesl files", echo(&folder.display().to_string())));
         }
     }
+    if let Some(path) = old {
+        let advice = "fragments are *.wesl files now; `orrery shader export` writes those of this version";
+        return Err(format!("{}: {advice}", echo(&path.display().to_string())));
+    }
     if found.is_empty() {
-        let advice = "no *.wgsl file is here; `orrery shader export` writes the fragments into a folder";
+        let advice = "no *.wesl file is here; `orrery shader export` writes the fragments into a folder";
         return Err(format!("{}: {advice}", echo(&folder.display().to_string())));
     }
     Ok(found)
 }
 
+/// Whether a file has the path that a fragment had before fragments were WESL.
+fn is_old_fragment(folder: &Path, path: &Path) -> bool {
+    let inside = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().replace('\\', "/");
+    inside.strip_suffix(".wgsl").is_some_and(|stem| FRAGMENTS.iter().any(|(p, _)| p.strip_suffix(".wesl") == Some(stem)))
+}
+
 /// The fragments of a folder whose files are these.
 ///
 /// # Errors
-/// A file that cannot be read, or that neither replaces a built-in fragment nor is used by one.
+/// A file that cannot be read, or that neither replaces a built-in fragment nor is imported by one.
 pub fn read_fragments(folder: &Path, files: &Stamps) -> Result<Fragments, String> {
     let one = |(path, (_, length)): (&PathBuf, &(SystemTime, u64))| {
         let failed = |why: String| format!("{}: {why}", echo(&path.display().to_string()));

@@ -1,50 +1,19 @@
 //! Key to WGSL: a pure function of the key's features and the fragments.
 //!
-//! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment it came from and the feature that asked
-//! for it. Fragments are real WGSL with directives in comments, each on its own line:
-//!
-//! - `//: use lib/x.wgsl` puts that fragment here, once per module;
-//! - `//: if a.b|c.d`, `//: else`, `//: end` keep lines for keys with any of these features, or with none of them.
+//! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment it came from and the
+//! feature that asked for it. Fragments are WESL (<https://wesl-lang.dev>): an item whose `@if`, `@elif` or `@else` does not hold
+//! is left out with the comment lines right above it; an import puts the whole fragment that it names in its place, once per
+//! module. Comments stay, and so do names: what two fragments declare must not have one name.
 //!
 //! Not here: any shader code, any knowledge of what a feature means.
 
-use super::fragments::{Fragments, SIMPLE_MODULES};
+use super::ShaderError;
+use super::fragments::Fragments;
+use super::id::{ModuleId, SIMPLE_MODULES};
 use super::key::{self, ShaderKey};
-use super::{ModuleId, ShaderError};
-use serde::{Deserialize, Serialize};
-
-/// Where one emitted line came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LineOrigin {
-    /// Index into [`SourceMap::fragments`].
-    pub fragment: u16,
-    /// Line in the fragment, from 1.
-    pub line: u32,
-    /// Index into [`SourceMap::features`].
-    pub feature: u16,
-}
-
-/// For each line of a module, who asked for it. Line `n` of the text (from 1) is `lines[n - 1]`.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SourceMap {
-    pub fragments: Vec<String>,
-    /// Feature names; the first is the module's own name, for lines that every key has.
-    pub features: Vec<String>,
-    pub lines: Vec<LineOrigin>,
-}
-
-impl SourceMap {
-    /// The feature that asked for a line (from 1).
-    pub fn feature_of(&self, line: usize) -> Option<&str> {
-        let origin = self.lines.get(line.checked_sub(1)?)?;
-        self.features.get(usize::from(origin.feature)).map(String::as_str)
-    }
-    /// Fragment path and line of an emitted line (from 1).
-    pub fn origin_of(&self, line: usize) -> Option<(&str, u32)> {
-        let origin = self.lines.get(line.checked_sub(1)?)?;
-        Some((self.fragments.get(usize::from(origin.fragment))?, origin.line))
-    }
-}
+use super::source::condition::Features;
+use super::source::{Fragment, Import};
+pub use super::source_map::{LineOrigin, SourceMap};
 
 /// The text of one module.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,16 +23,25 @@ pub struct Emitted {
 }
 
 /// Emits the module of a key.
+///
+/// # Errors
+/// As of [`emit_module_with`].
 pub fn emit(key: &ShaderKey) -> Result<Emitted, ShaderError> {
     emit_module(&ModuleId::Planet(*key))
 }
 
 /// Emits any module.
+///
+/// # Errors
+/// As of [`emit_module_with`].
 pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
     emit_module_with(&Fragments::default(), id)
 }
 
 /// The same from other fragments.
+///
+/// # Errors
+/// A simple module that does not exist, or line and column of what is wrong with a fragment.
 pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
     let (name, features) = match id {
         ModuleId::Planet(key) => ("planet", key::features(key.needs())),
@@ -71,111 +49,95 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
         ModuleId::Probe(name, key) => (*name, key::features(key.needs())),
         ModuleId::Simple(name) => return Err(ShaderError::NoSuchModule((*name).to_owned())),
     };
-    emit_fragment_with(fragments, &format!("entry/{name}.wgsl"), name, &features)
+    emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &features)
 }
 
-/// Emits one fragment and all it uses. `base` names the lines that no feature asked for.
+/// Emits one fragment and all that it imports. `base` names the lines that no feature asked for.
+///
+/// # Errors
+/// As of [`emit_module_with`].
 pub fn emit_fragment(path: &str, base: &str, features: &[&str]) -> Result<Emitted, ShaderError> {
     emit_fragment_with(&Fragments::default(), path, base, features)
 }
 
 fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, features: &[&str]) -> Result<Emitted, ShaderError> {
-    let mut emitter = Emitter { fragments, features, wgsl: String::new(), map: SourceMap::default() };
-    let base = emitter.feature_index(base);
-    emitter.fragment(path, base)?;
+    let mut emitter = Emitter { fragments, features: Features::of(features), wgsl: String::new(), map: SourceMap::default() };
+    let base = emitter.map.feature_index(base);
+    let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such fragment".into() };
+    let (text, fragment) = fragments.parsed(path).ok_or_else(missing)?;
+    emitter.fragment(path, text, fragment?, base)?;
     Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.map })
 }
 
 struct Emitter<'a> {
     fragments: &'a Fragments,
-    features: &'a [&'a str],
+    features: Features,
     wgsl: String,
     map: SourceMap,
 }
 
-/// One open `if`: whether its lines are kept, and for which feature.
-struct Condition {
-    holds: bool,
-    outer_kept: bool,
-    outer_feature: u16,
-    else_feature: String,
-    line: u32,
-}
-
 impl Emitter<'_> {
-    fn feature_index(&mut self, name: &str) -> u16 {
-        let features = &mut self.map.features;
-        let index = features.iter().position(|f| f == name).unwrap_or_else(|| {
-            features.push(name.to_owned());
-            features.len() - 1
-        });
-        index as u16
-    }
-
-    fn fragment(&mut self, path: &str, asked_by: u16) -> Result<(), ShaderError> {
-        if self.map.fragments.iter().any(|f| f == path) {
-            return Ok(());
-        }
-        let broken = |line: u32, what: String| ShaderError::Fragment { path: path.to_owned(), line, what };
-        let text = self.fragments.text(path).ok_or_else(|| broken(0, "there is no such fragment".into()))?;
-        let fragment = self.map.fragments.len() as u16;
+    fn fragment(&mut self, path: &str, text: &str, fragment: &Fragment, asked_by: u16) -> Result<(), ShaderError> {
+        let index = self.map.fragments.len() as u16;
         self.map.fragments.push(path.to_owned());
-        let mut open: Vec<Condition> = Vec::new();
-        let (mut kept, mut feature) = (true, asked_by);
-        for (number, line) in (1u32..).zip(text.lines()) {
-            let Some(directive) = line.trim_start().strip_prefix("//:") else {
-                if kept {
-                    self.wgsl.push_str(line);
-                    self.wgsl.push('\n');
-                    self.map.lines.push(LineOrigin { fragment, line: number, feature });
+        let emitted = fragment.emitted_blocks(self.features);
+        let mut reasons: Vec<Option<u16>> = vec![None; fragment.blocks.len()];
+        let mut imports = fragment.imports.iter().peekable();
+        for (number, line) in (1u32..).zip(&fragment.lines) {
+            while let Some(import) = imports.next_if(|i| i.line <= number) {
+                if emitted[import.block as usize] {
+                    let reason = self.reason(fragment, import.block, &emitted, &mut reasons, asked_by);
+                    self.import(path, import, reason)?;
                 }
+            }
+            let start = self.wgsl.len();
+            let mut block = None;
+            for piece in line.pieces.iter().filter(|p| emitted[p.block as usize]) {
+                let piece_text = &text[piece.span.clone()];
+                self.wgsl.push_str(piece_text);
+                if block.is_none() || self.wgsl[start..].trim_start().len() == piece_text.trim_start().len() {
+                    block = Some(piece.block);
+                }
+            }
+            self.wgsl.truncate(start + self.wgsl[start..].trim_end().len());
+            let blank = self.wgsl.len() == start;
+            let Some(block) = block.filter(|_| !blank || !(line.cut || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n"))) else {
                 continue;
             };
-            let (word, argument) = directive.trim().split_once(' ').unwrap_or((directive.trim(), ""));
-            match word {
-                "use" if kept => self.fragment(argument.trim(), feature)?,
-                "use" => {}
-                "if" => {
-                    let names: Vec<&str> = argument.split('|').map(str::trim).collect();
-                    if let Some(unknown) = names.iter().find(|n| !known_feature(n)) {
-                        return Err(broken(number, format!("`{unknown}` is no feature of any key")));
-                    }
-                    let found = names.iter().find(|n| self.features.contains(n));
-                    let condition = Condition {
-                        holds: found.is_some(),
-                        outer_kept: kept,
-                        outer_feature: feature,
-                        else_feature: format!("not {}", names.join(", ")),
-                        line: number,
-                    };
-                    open.push(condition);
-                    if kept && let Some(name) = found {
-                        feature = self.feature_index(name);
-                    }
-                    kept &= found.is_some();
-                }
-                "else" => {
-                    let Some(condition) = open.last() else { return Err(broken(number, "`else` without `if`".into())) };
-                    let name = condition.else_feature.clone();
-                    kept = condition.outer_kept && !condition.holds;
-                    if kept {
-                        feature = self.feature_index(&name);
-                    }
-                }
-                "end" => {
-                    let Some(condition) = open.pop() else { return Err(broken(number, "`end` without `if`".into())) };
-                    (kept, feature) = (condition.outer_kept, condition.outer_feature);
-                }
-                _ => return Err(broken(number, format!("`{word}` is not a directive: use, if, else, end"))),
-            }
+            self.wgsl.push('\n');
+            let feature = self.reason(fragment, block, &emitted, &mut reasons, asked_by);
+            self.map.lines.push(LineOrigin { fragment: index, line: number, feature });
         }
-        match open.last() {
-            Some(condition) => Err(broken(condition.line, "this `if` has no `end`".into())),
-            None => Ok(()),
-        }
+        Ok(())
     }
-}
 
-fn known_feature(name: &str) -> bool {
-    key::DIMENSIONS.iter().any(|d| d.features.contains(&name)) && !name.is_empty()
+    /// Index of the feature that a block is there for.
+    fn reason(&mut self, fragment: &Fragment, block: u32, emitted: &[bool], reasons: &mut [Option<u16>], asked_by: u16) -> u16 {
+        if let Some(known) = reasons[block as usize] {
+            return known;
+        }
+        let reason = match fragment.reason(block, emitted, self.features) {
+            Some(name) => self.map.feature_index(&name),
+            None => asked_by,
+        };
+        reasons[block as usize] = Some(reason);
+        reason
+    }
+
+    /// Puts the fragment that an import names here, if the module does not have it yet.
+    fn import(&mut self, from: &str, import: &Import, asked_by: u16) -> Result<(), ShaderError> {
+        let fault = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
+        let fragments = self.fragments;
+        let Some((text, fragment)) = fragments.parsed(&import.path) else {
+            return Err(fault(format!("there is no fragment `{}`; an import names a fragment and an item of it", import.path)));
+        };
+        let fragment = fragment?;
+        if !fragment.declared.contains(&import.item) {
+            return Err(fault(format!("shaders/{} declares no `{}`", import.path, import.item)));
+        }
+        if self.map.fragments.iter().any(|f| *f == import.path) {
+            return Ok(());
+        }
+        self.fragment(&import.path, text, fragment, asked_by)
+    }
 }

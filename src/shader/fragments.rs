@@ -1,7 +1,9 @@
-//! The WGSL fragments of shaders/, built into the program, and a folder's files over them while someone writes shaders.
+//! The WESL fragments of shaders/, built into the program, and a folder's files over them while someone writes shaders.
 
-use super::ModuleId;
-use std::collections::{BTreeMap, BTreeSet};
+use super::ShaderError;
+use super::source::Fragment;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::{LazyLock, OnceLock};
 
 macro_rules! fragments {
     ($($name:literal),* $(,)?) => {
@@ -11,93 +13,123 @@ macro_rules! fragments {
 }
 
 fragments![
-    "entry/blur.wgsl",
-    "entry/corona.wgsl",
-    "entry/glow.wgsl",
-    "entry/interface.wgsl",
-    "entry/label.wgsl",
-    "entry/line.wgsl",
-    "entry/outline.wgsl",
-    "entry/planet.wgsl",
-    "entry/point.wgsl",
-    "entry/probe_disc_overlap.wgsl",
-    "entry/probe_ring_shadow.wgsl",
-    "entry/probe_ring_transmission.wgsl",
-    "entry/probe_scatter.wgsl",
-    "entry/probe_sunlight.wgsl",
-    "entry/refracted_limb.wgsl",
-    "entry/shrink.wgsl",
-    "entry/tone_map.wgsl",
-    "entry/tone_map_bloom.wgsl",
-    "lib/air/along.wgsl",
-    "lib/air/columns.wgsl",
-    "lib/air/counts.wgsl",
-    "lib/air/many.wgsl",
-    "lib/air/of_draw.wgsl",
-    "lib/air/path.wgsl",
-    "lib/air/rising.wgsl",
-    "lib/air/scatter.wgsl",
-    "lib/air/seen_air.wgsl",
-    "lib/air/shaded.wgsl",
-    "lib/air/spread.wgsl",
-    "lib/air/sums.wgsl",
-    "lib/clouds.wgsl",
-    "lib/display.wgsl",
-    "lib/draw.wgsl",
-    "lib/eclipse/casters.wgsl",
-    "lib/eclipse/chords.wgsl",
-    "lib/eclipse/circle.wgsl",
-    "lib/eclipse/linear.wgsl",
-    "lib/eclipse/nodes.wgsl",
-    "lib/eclipse/overlap.wgsl",
-    "lib/eclipse/refraction.wgsl",
-    "lib/eclipse/silhouette.wgsl",
-    "lib/filtered.wgsl",
-    "lib/glint.wgsl",
-    "lib/intersection.wgsl",
-    "lib/lane.wgsl",
-    "lib/limb_darkening.wgsl",
-    "lib/map_place.wgsl",
-    "lib/maps.wgsl",
-    "lib/mesh.wgsl",
-    "lib/night_lights.wgsl",
-    "lib/overlay.wgsl",
-    "lib/own_depth.wgsl",
-    "lib/photometry/lambert.wgsl",
-    "lib/photometry/lommel_seeliger.wgsl",
-    "lib/photometry/lunar_lambert.wgsl",
-    "lib/photometry/oren_nayar.wgsl",
-    "lib/rectangle.wgsl",
-    "lib/reflected.wgsl",
-    "lib/relief.wgsl",
-    "lib/ring/body_shadow.wgsl",
-    "lib/ring/photometry.wgsl",
-    "lib/ring/profile.wgsl",
-    "lib/ring/shadow.wgsl",
-    "lib/ring/shine.wgsl",
-    "lib/ring/surface.wgsl",
-    "lib/screen.wgsl",
-    "lib/sunlight.wgsl",
-    "lib/uncovered.wgsl",
-    "lib/view_ray.wgsl",
+    "entry/blur.wesl",
+    "entry/corona.wesl",
+    "entry/glow.wesl",
+    "entry/interface.wesl",
+    "entry/label.wesl",
+    "entry/line.wesl",
+    "entry/outline.wesl",
+    "entry/planet.wesl",
+    "entry/point.wesl",
+    "entry/probe_disc_overlap.wesl",
+    "entry/probe_ring_shadow.wesl",
+    "entry/probe_ring_transmission.wesl",
+    "entry/probe_scatter.wesl",
+    "entry/probe_sunlight.wesl",
+    "entry/refracted_limb.wesl",
+    "entry/shrink.wesl",
+    "entry/tone_map.wesl",
+    "entry/tone_map_bloom.wesl",
+    "lib/air/along.wesl",
+    "lib/air/columns.wesl",
+    "lib/air/counts.wesl",
+    "lib/air/many.wesl",
+    "lib/air/of_draw.wesl",
+    "lib/air/path.wesl",
+    "lib/air/rising.wesl",
+    "lib/air/scatter.wesl",
+    "lib/air/seen_air.wesl",
+    "lib/air/shaded.wesl",
+    "lib/air/spread.wesl",
+    "lib/air/sums.wesl",
+    "lib/clouds.wesl",
+    "lib/display.wesl",
+    "lib/draw.wesl",
+    "lib/eclipse/casters.wesl",
+    "lib/eclipse/chords.wesl",
+    "lib/eclipse/circle.wesl",
+    "lib/eclipse/linear.wesl",
+    "lib/eclipse/nodes.wesl",
+    "lib/eclipse/overlap.wesl",
+    "lib/eclipse/refraction.wesl",
+    "lib/eclipse/silhouette.wesl",
+    "lib/filtered.wesl",
+    "lib/glint.wesl",
+    "lib/globe.wesl",
+    "lib/intersection.wesl",
+    "lib/lane.wesl",
+    "lib/limb_darkening.wesl",
+    "lib/map_place.wesl",
+    "lib/maps.wesl",
+    "lib/mesh.wesl",
+    "lib/night_lights.wesl",
+    "lib/overlay.wesl",
+    "lib/own_depth.wesl",
+    "lib/photometry/lambert.wesl",
+    "lib/photometry/lommel_seeliger.wesl",
+    "lib/photometry/lunar_lambert.wesl",
+    "lib/photometry/oren_nayar.wesl",
+    "lib/rectangle.wesl",
+    "lib/reflected.wesl",
+    "lib/relief.wesl",
+    "lib/ring/body_shadow.wesl",
+    "lib/ring/photometry.wesl",
+    "lib/ring/profile.wesl",
+    "lib/ring/shadow.wesl",
+    "lib/ring/shine.wesl",
+    "lib/ring/surface.wesl",
+    "lib/screen.wesl",
+    "lib/sunlight.wesl",
+    "lib/uncovered.wesl",
+    "lib/view_ray.wesl",
 ];
 
+type Parsed = OnceLock<Result<Fragment, ShaderError>>;
+
+/// The built-in fragments, each parsed when it is first asked for.
+static PARSED: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
+    LazyLock::new(|| FRAGMENTS.iter().map(|(path, text)| (*path, (*text, Parsed::new()))).collect());
+
 /// The fragments that a generator works with: those built in, some of them perhaps replaced.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct Fragments {
-    replaced: BTreeMap<String, String>,
+    replaced: BTreeMap<String, (String, Parsed)>,
 }
+
+impl PartialEq for Fragments {
+    fn eq(&self, other: &Self) -> bool {
+        let texts = |f: &Self| f.replaced.iter().map(|(path, (text, _))| (path.clone(), text.clone())).collect::<Vec<_>>();
+        texts(self) == texts(other)
+    }
+}
+
+impl Eq for Fragments {}
 
 impl Fragments {
     /// Files over the built-in ones, by path inside shaders/. A file that says what is built in replaces nothing.
     pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
         let built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
-        Self { replaced: files.into_iter().filter(|(path, text)| !built_in(path, text)).collect() }
+        let files = files.into_iter().filter(|(path, text)| !built_in(path, text));
+        Self { replaced: files.map(|(path, text)| (path, (text, Parsed::new()))).collect() }
+    }
+
+    /// Text and parsed form of a fragment, or what is wrong with it; `None` where there is none of this path.
+    pub fn parsed(&self, path: &str) -> Option<(&str, Result<&Fragment, ShaderError>)> {
+        let (text, parsed): (&str, _) = match self.replaced.get(path) {
+            // What users write is read as a whole, not only where a key asks for it.
+            Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
+            None => {
+                let (text, parsed) = PARSED.get(path)?;
+                (text, parsed.get_or_init(|| Fragment::parse(path, text)))
+            }
+        };
+        Some((text, parsed.as_ref().map_err(Clone::clone)))
     }
 
     pub fn text(&self, path: &str) -> Option<&str> {
         let built_in = || FRAGMENTS.iter().find(|(name, _)| *name == path).map(|(_, text)| *text);
-        self.replaced.get(path).map(String::as_str).or_else(built_in)
+        self.replaced.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
     /// Paths of those that are not the built-in ones.
@@ -109,48 +141,28 @@ impl Fragments {
         self.replaced.is_empty()
     }
 
-    /// Files that replace no built-in fragment and that no fragment uses, in order of path.
+    /// Files that replace no built-in fragment and that no fragment imports, in order of path.
     pub fn unused(&self) -> Vec<&str> {
-        let used_by = |text: &str| {
-            let lines = text.lines().filter_map(|l| l.trim_start().strip_prefix("//:")?.trim().strip_prefix("use "));
-            lines.map(|path| path.trim().to_owned()).collect::<Vec<_>>()
+        let imported_by = |path: &str| match self.parsed(path) {
+            Some((_, Ok(fragment))) => fragment.imports.iter().map(|i| i.path.clone()).collect(),
+            _ => Vec::new(),
         };
+        if self.replaced.keys().any(|path| matches!(self.parsed(path), Some((_, Err(_))))) {
+            // What a broken fragment imports is not known; whoever emits it is told what is wrong.
+            return Vec::new();
+        }
         let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
-        let mut open: Vec<String> = reached.iter().cloned().collect();
+        let mut open: Vec<String> = self.replaced.keys().filter(|path| reached.contains(*path)).cloned().collect();
         while let Some(path) = open.pop() {
-            let used = self.replaced.get(&path).map(|text| used_by(text)).unwrap_or_default();
-            open.extend(used.into_iter().filter(|p| reached.insert(p.clone())));
+            open.extend(imported_by(&path).into_iter().filter(|p| reached.insert(p.clone())));
         }
         self.replaced.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
     }
 
     /// Path and text of every fragment: the built-in ones in order of path, then those that are new.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
-        let known = FRAGMENTS.iter().map(|(path, text)| (*path, self.replaced.get(*path).map_or(*text, String::as_str)));
-        let is_new = |(path, _): &(&String, &String)| FRAGMENTS.iter().all(|(known, _)| known != path);
-        known.chain(self.replaced.iter().filter(is_new).map(|(path, text)| (path.as_str(), text.as_str())))
+        let known = FRAGMENTS.iter().map(|(path, text)| (*path, self.replaced.get(*path).map_or(*text, |(text, _)| text.as_str())));
+        let is_new = |(path, _): &(&String, &(String, Parsed))| FRAGMENTS.iter().all(|(known, _)| known != path);
+        known.chain(self.replaced.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
     }
-}
-
-/// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wgsl`.
-pub const SIMPLE_MODULES: [&str; 12] =
-    ["blur", "corona", "glow", "interface", "label", "line", "outline", "point", "refracted_limb", "shrink", "tone_map", "tone_map_bloom"];
-
-/// Modules that answer questions: entry fragments `entry/<name>.wgsl` emitted with the features of a key.
-pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
-
-/// The keys with which a probe is recorded and tested: one for each model that it may be asked for.
-pub fn probe_samples() -> Vec<ModuleId> {
-    let keys = |name: &'static str, texts: &[&str]| {
-        texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
-    };
-    let models = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
-    let mut all = keys("probe_disc_overlap", &models.each_ref().map(String::as_str));
-    all.extend(keys("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
-    all.extend(keys("probe_ring_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
-    all.extend(keys("probe_ring_transmission", &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"]));
-    let scatter = ["air-pixel-8", "air-pixel-16-mie", "air-pixel-32-mie-absorption", "air-pixel-16-absorption"];
-    let scatter = scatter.map(|air| format!("sky.sun1.{air}.sphere"));
-    all.extend(keys("probe_scatter", &scatter.each_ref().map(String::as_str)));
-    all
 }

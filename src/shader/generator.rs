@@ -1,14 +1,16 @@
 //! The generator digest: everything that decides what a module is, in one number.
 //!
-//! Covers every source file of this module and of the draw types, every fragment, naga's version and the lowering's own digest. Another digest
-//! is another folder of the library, so a change never meets an old entry.
+//! In: the sources of emission, of the key and of the stored form, the fragments, the versions of naga and of the WESL parser, the
+//! lowering's digest. Out: 16 hexadecimal digits, which name the folder of the library that modules are stored in. Always: a
+//! change of any of these is another folder, so no module of an older generator is read. Not in it: the sources that only look at
+//! finished modules ([`NO_PART`]).
 
 use super::fragments::Fragments;
 use sha2::{Digest, Sha256};
 
 macro_rules! sources {
     ($($name:literal),* $(,)?) => {
-        /// The Rust sources that decide what is emitted and how it is stored, by path inside src/.
+        /// The Rust sources that decide what a module is and how it is stored, by path inside src/.
         pub static SOURCES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../", $name)))),*];
     };
 }
@@ -16,13 +18,11 @@ macro_rules! sources {
 sources![
     "scene/draw.rs",
     "scene/needs.rs",
-    "shader/assembly.rs",
-    "shader/compare.rs",
     "shader/emit.rs",
     "shader/fragments.rs",
     "shader/generator.rs",
+    "shader/id.rs",
     "shader/key/canonical.rs",
-    "shader/key/covering.rs",
     "shader/key/dimension.rs",
     "shader/key/mod.rs",
     "shader/key/text.rs",
@@ -30,10 +30,18 @@ sources![
     "shader/library/mod.rs",
     "shader/mod.rs",
     "shader/module.rs",
-    "shader/record.rs",
     "shader/reflect.rs",
-    "shader/translate.rs",
+    "shader/source/condition.rs",
+    "shader/source/fragment.rs",
+    "shader/source/mod.rs",
+    "shader/source/predicates.rs",
+    "shader/source/scan.rs",
+    "shader/source_map.rs",
 ];
+
+/// Sources of `shader` that no module depends on: they translate, compare and record finished ones, or list keys to test.
+pub const NO_PART: &[&str] =
+    &["shader/assembly.rs", "shader/compare.rs", "shader/key/covering.rs", "shader/record.rs", "shader/translate.rs"];
 
 const LOCK: &str = include_str!("../../Cargo.lock");
 
@@ -55,12 +63,14 @@ pub fn digest(lowering: &str) -> String {
 
 /// The same with other fragments.
 pub fn digest_with(fragments: &Fragments, lowering: &str) -> String {
-    digest_of(SOURCES.iter().copied().chain(fragments.all()), naga_version().unwrap_or("unknown"), lowering)
+    let version = |package| version_in(LOCK, package).unwrap_or("unknown");
+    let others = [("naga", version("naga")), ("wgsl-parse", version("wgsl-parse")), ("lowering", lowering)];
+    digest_of(SOURCES.iter().copied().chain(fragments.all()).chain(others))
 }
 
-fn digest_of<'a>(files: impl Iterator<Item = (&'a str, &'a str)>, naga: &'a str, lowering: &'a str) -> String {
+fn digest_of<'a>(parts: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let mut hash = Sha256::new();
-    for (name, text) in files.chain([("naga", naga), ("lowering", lowering)]) {
+    for (name, text) in parts {
         // Lengths in front, so that no two lists run together to the same bytes.
         for part in [name, text] {
             hash.update((part.len() as u64).to_le_bytes());
@@ -99,9 +109,11 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let mut sources = BTreeSet::from(["scene/draw.rs".to_owned(), "scene/needs.rs".to_owned()]);
         files_under(&root.join("src/shader"), "rs", &mut sources, &root.join("src"));
-        assert_eq!(sources, SOURCES.iter().map(|(n, _)| (*n).to_owned()).collect());
+        let named = SOURCES.iter().map(|(n, _)| *n).chain(NO_PART.iter().copied());
+        assert_eq!(sources, named.map(str::to_owned).collect());
+        assert_eq!(sources.len(), SOURCES.len() + NO_PART.len(), "no source is named twice");
         let mut fragments = BTreeSet::new();
-        files_under(&root.join("shaders"), "wgsl", &mut fragments, &root.join("shaders"));
+        files_under(&root.join("shaders"), "wesl", &mut fragments, &root.join("shaders"));
         assert_eq!(fragments, FRAGMENTS.iter().map(|(n, _)| (*n).to_owned()).collect());
     }
 
@@ -118,23 +130,23 @@ mod tests {
         let (path, text) = FRAGMENTS[0];
         assert_eq!(digest_with(&Fragments::with_files([file(path, text)]), "x"), digest("x"));
         let changed = Fragments::with_files([file(path, "// nothing")]);
-        let new = Fragments::with_files([file("lib/new.wgsl", "// nothing")]);
-        assert_eq!((changed.text(path), changed.text("lib/new.wgsl")), (Some("// nothing"), None));
-        assert_eq!((new.text(path), new.text("lib/new.wgsl")), (Some(text), Some("// nothing")));
+        let new = Fragments::with_files([file("lib/new.wesl", "// nothing")]);
+        assert_eq!((changed.text(path), changed.text("lib/new.wesl")), (Some("// nothing"), None));
+        assert_eq!((new.text(path), new.text("lib/new.wesl")), (Some(text), Some("// nothing")));
         let all = [digest("x"), digest_with(&changed, "x"), digest_with(&new, "x")];
         assert_eq!(BTreeSet::from(all).len(), 3);
     }
 
     #[test]
     fn any_change_changes_the_digest() {
-        let files = [("a", "1"), ("b", "2")];
-        let base = digest_of(files.into_iter(), "30.0.1", "x");
+        let base = digest_of([("a", "1"), ("b", "2")].into_iter());
         let others = [
-            digest_of([("a", "1"), ("b", "3")].into_iter(), "30.0.1", "x"),
-            digest_of([("a", "1b"), ("", "2")].into_iter(), "30.0.1", "x"),
-            digest_of(files.into_iter(), "30.0.2", "x"),
-            digest_of(files.into_iter(), "30.0.1", "y"),
+            digest_of([("a", "1"), ("b", "3")].into_iter()),
+            digest_of([("a", "1"), ("c", "2")].into_iter()),
+            digest_of([("a", "1b"), ("", "2")].into_iter()),
+            digest_of([("a", "1")].into_iter()),
         ];
+        assert_ne!(digest("x"), digest("y"), "the lowering is part of it");
         assert!(others.iter().all(|d| *d != base));
         assert_eq!(base.len(), 16);
     }

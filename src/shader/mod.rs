@@ -7,23 +7,28 @@ pub mod compare;
 pub mod emit;
 pub mod fragments;
 pub mod generator;
+pub mod id;
 pub mod key;
 pub mod library;
 pub mod module;
 pub mod record;
 pub mod reflect;
+pub mod source;
+pub mod source_map;
 pub mod translate;
 
-pub use emit::{Emitted, SourceMap, emit};
+pub use emit::{Emitted, emit};
+pub use id::ModuleId;
 pub use library::Library;
-pub use module::{Lowering, ModuleId, ShaderModule};
+pub use module::{Lowering, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
+pub use source_map::SourceMap;
 
 /// Why a module could not be made. None of these can happen with the fragments that ship; they are what a changed fragment meets.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShaderError {
-    #[error("shaders/{path}:{line}: {what}")]
-    Fragment { path: String, line: u32, what: String },
+    #[error("shaders/{path}:{line}:{column}: {what}")]
+    Fragment { path: String, line: u32, column: u32, what: String },
     #[error("there is no shader module `{0}`")]
     NoSuchModule(String),
     #[error("module {id}: {what}")]

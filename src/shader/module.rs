@@ -1,48 +1,12 @@
 //! One finished module: text, validated IR, layout, source map, and the software renderer's tape.
 
-use super::emit::{SourceMap, emit_module_with};
-use super::fragments::{Fragments, PROBES, SIMPLE_MODULES};
-use super::key::{KeyTextError, ShaderKey};
+use super::emit::emit_module_with;
+use super::fragments::Fragments;
+use super::id::ModuleId;
 use super::reflect::Layout;
+use super::source_map::SourceMap;
 use super::{Emitted, ShaderError};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
-use std::fmt;
-use std::str::FromStr;
-
-/// Which module: a planet's by key, or a simple one by name.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum ModuleId {
-    Planet(ShaderKey),
-    /// One of [`SIMPLE_MODULES`].
-    Simple(&'static str),
-    /// One of [`PROBES`], with the features of a key.
-    Probe(&'static str, ShaderKey),
-}
-
-impl fmt::Display for ModuleId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Planet(key) => key.fmt(f),
-            Self::Simple(name) => f.pad(name),
-            Self::Probe(name, key) => f.pad(&format!("{name}.{key}")),
-        }
-    }
-}
-
-impl FromStr for ModuleId {
-    type Err = KeyTextError;
-    /// A simple module's name, a key's text, or a probe's name and a key's text.
-    fn from_str(text: &str) -> Result<Self, KeyTextError> {
-        let probe = text.split_once('.').and_then(|(first, key)| PROBES.iter().find(|p| p.eq_ignore_ascii_case(first)).map(|p| (p, key)));
-        if let Some((name, key)) = probe {
-            return key.parse().map(|key| Self::Probe(name, key));
-        }
-        match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
-            Some(name) => Ok(Self::Simple(name)),
-            None => text.parse().map(Self::Planet).map_err(|e| e.or_simple(&SIMPLE_MODULES)),
-        }
-    }
-}
 
 /// How a validated module becomes a tape. The library knows no renderer; whoever opens it brings this.
 #[derive(Clone, Debug)]
@@ -81,11 +45,10 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
 pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
     let Emitted { wgsl, source_map } = match emit_module_with(fragments, id) {
         Ok(emitted) => emitted,
-        Err(ShaderError::Fragment { path, line, what }) => {
+        Err(ShaderError::Fragment { path, line, column, what }) => {
             let text = fragments.text(&path).and_then(|t| t.lines().nth((line as usize).checked_sub(1)?)).unwrap_or_default();
-            let indent = text.len() - text.trim_start().len();
-            let carets = "^".repeat(text.trim().len().max(1));
-            return Some(format!("shaders/{path}, line {line}\n\n{line:>4} | {text}\n     | {}{carets} {what}\n", " ".repeat(indent)));
+            let indent = " ".repeat((column as usize).saturating_sub(1));
+            return Some(format!("shaders/{path}, line {line}, column {column}\n\n{line:>4} | {text}\n     | {indent}^ {what}\n"));
         }
         Err(_) => return None,
     };

@@ -6,8 +6,9 @@
 //! covering sets are translated as well. Only digests are kept of it: the modules of all keys together would fill gigabytes. Not here: where
 //! the record lies.
 
-use super::fragments::{FRAGMENTS, Fragments, SIMPLE_MODULES, probe_samples};
+use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
+use super::id::{SIMPLE_MODULES, probe_samples};
 use super::key::{ShaderKey, covering};
 use super::translate::{Language, translate};
 use super::{Lowering, ModuleId, ShaderModule};
@@ -278,7 +279,7 @@ mod tests {
     use super::*;
 
     fn record(naga: &str, fragment: &str, wgsl: &str, translations: &str) -> Record {
-        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\npart k\n000 {wgsl} {translations}\n")).expect("reads")
+        Record::parse(&format!("naga {naga}\nfragment a.wesl {fragment}\npart k\n000 {wgsl} {translations}\n")).expect("reads")
     }
 
     #[test]
@@ -299,13 +300,13 @@ mod tests {
     #[test]
     fn each_kind_of_change_gets_its_reason() {
         let why = |old: &Record, new: &Record| {
-            let fragments_of = [("k".to_owned(), vec!["a.wgsl".to_owned()])].into();
+            let fragments_of = [("k".to_owned(), vec!["a.wesl".to_owned()])].into();
             let new = Verified { record: new.clone(), fragments_of };
             old.changes(&new).iter().map(|c| format!("{} {}", c.module, c.what)).collect::<Vec<_>>()
         };
         let old = record("1", "f", "w", "t");
         assert!(why(&old, &old).is_empty());
-        assert!(why(&old, &record("1", "F", "W", "T"))[0].contains("k has another text: shaders/a.wgsl changed"));
+        assert!(why(&old, &record("1", "F", "W", "T"))[0].contains("k has another text: shaders/a.wesl changed"));
         assert!(why(&old, &record("1", "f", "W", "T"))[0].contains("the emitter"));
         assert!(why(&old, &record("2", "f", "w", "T"))[0].contains("naga went from 1 to 2"));
         assert!(why(&old, &Record::default())[0].contains("is gone"));

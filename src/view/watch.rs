@@ -1,6 +1,6 @@
 //! A folder of shader fragments laid over those built in, read again when a file changes.
 //!
-//! In: a folder. Out: the session's modules are made of its `*.wgsl` files. Always: files are read on a thread of their own, and modules change
+//! In: a folder. Out: the session's modules are made of its `*.wesl` files. Always: files are read on a thread of their own, and modules change
 //! between two pictures; a folder that cannot be read for a moment (an editor is saving) changes nothing.
 
 use super::studio::Studio;

@@ -12,7 +12,7 @@ use wgpu::{
     StoreOp, TextureFormat, TextureView, VertexState,
 };
 
-const SHADER: &str = concat!(include_str!("../../../shaders/lib/screen.wgsl"), include_str!("resolve.wgsl"));
+const SHADER: &str = concat!(include_str!("../../../shaders/lib/screen.wesl"), include_str!("resolve.wgsl"));
 
 /// Pipelines by what they write and of how many samples.
 #[derive(Default)]

@@ -299,7 +299,7 @@ fn cull_of(needs: &Needs) -> Cull {
 /// Heights of a Sun that nothing hides, in its radii.
 const SUN_IS_UP: f32 = 1e3;
 
-/// The attributes of shaders/lib/mesh.wgsl by location: place, normal, map place, height of the Sun, colour.
+/// The attributes of shaders/lib/mesh.wesl by location: place, normal, map place, height of the Sun, colour.
 fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, and its {what} are not there", draw.name));
     let mesh = draw.amounts.mesh.as_ref().ok_or_else(|| missing("triangles"))?;

@@ -13,7 +13,7 @@ use super::{
 use crate::image::{Level, TexelFormat, Texture};
 use std::sync::Arc;
 
-/// The module of all pieces: shaders/entry/interface.wgsl.
+/// The module of all pieces: shaders/entry/interface.wesl.
 pub const INTERFACE_MODULE: &str = "interface";
 /// What the step makes.
 const WINDOW: &str = "window";

@@ -37,7 +37,7 @@ const SHRINK: u32 = 4;
 /// Standard deviation of the outline's fall in parts of the picture's height, and in pixels at least.
 const OUTLINE_SIGMA: f32 = 0.0025;
 const OUTLINE_SIGMA_LEAST_PX: f32 = 1.5;
-/// Standard deviations that a blur reaches: shaders/entry/blur.wgsl.
+/// Standard deviations that a blur reaches: shaders/entry/blur.wesl.
 const BLUR_REACH: f32 = 3.0;
 
 /// Opacity of the shadow that keeps a name readable before something bright.

@@ -1,6 +1,6 @@
 //! Which triangle of a mesh shows at a pixel's middle.
 //!
-//! In: a draw by triangles, and the layout of the uniforms that place them (shaders/lib/mesh.wgsl). Out: the same vertices with the nearest triangle
+//! In: a draw by triangles, and the layout of the uniforms that place them (shaders/lib/mesh.wesl). Out: the same vertices with the nearest triangle
 //! alone, so that the values of one pixel are those of what is seen there and not of what lies behind. In f64, by the triangles' edges in
 //! homogeneous coordinates, so that a triangle which reaches behind the camera counts as well.
 

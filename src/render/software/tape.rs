@@ -67,7 +67,7 @@ pub enum WordKind {
 pub enum TextureOp {
     /// u, v, du/dx, dv/dx, du/dy, dv/dy.
     Gradients,
-    /// The same, and the most taps along the footprint: `filtered_map` of shaders/lib/filtered.wgsl as one operation.
+    /// The same, and the most taps along the footprint: `filtered_map` of shaders/lib/filtered.wesl as one operation.
     Filtered,
     /// u, v, level.
     Level,

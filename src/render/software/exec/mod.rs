@@ -24,7 +24,7 @@ pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
     #[allow(clippy::too_many_arguments)]
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
-    /// The same with up to `most` taps along the footprint, as shaders/lib/filtered.wgsl sums them; a unit that does not know better takes one.
+    /// The same with up to `most` taps along the footprint, as shaders/lib/filtered.wesl sums them; a unit that does not know better takes one.
     /// `place`: u and v.
     #[allow(clippy::too_many_arguments)]
     fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {

@@ -394,7 +394,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The call of shaders/lib/filtered.wgsl's `filtered_map` as one operation; `None` for any other function.
+    /// The call of shaders/lib/filtered.wesl's `filtered_map` as one operation; `None` for any other function.
     pub fn filtered_map(&mut self, callee: &naga::Function, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
         let (Some("filtered_map"), &[image, sampler, uv, dx, dy, most]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
         let texture = self.texture_use(image, Some(sampler))?;

@@ -18,7 +18,7 @@ use super::Interface;
 use crate::catalog::NaifId;
 use crate::scene::draw::{Draw, Needs};
 use crate::shader::ModuleId;
-use crate::shader::fragments::SIMPLE_MODULES;
+use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
 use crate::view::studio::{Drawing, Studio};
 use egui::{RichText, ScrollArea};

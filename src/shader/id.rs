@@ -1,0 +1,66 @@
+//! Names of modules: a planet's by its key, a simple one and a probe by the name of its entry fragment.
+//!
+//! In: text. Out: [`ModuleId`]. Always: a simple module and a probe have an entry fragment `entry/<name>.wesl`. Not here: what a
+//! module is made of.
+
+use super::key::{KeyTextError, ShaderKey};
+use std::fmt;
+use std::str::FromStr;
+
+/// Which module: a planet's by key, or a simple one by name.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ModuleId {
+    Planet(ShaderKey),
+    /// One of [`SIMPLE_MODULES`].
+    Simple(&'static str),
+    /// One of [`PROBES`], with the features of a key.
+    Probe(&'static str, ShaderKey),
+}
+
+impl fmt::Display for ModuleId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Planet(key) => key.fmt(f),
+            Self::Simple(name) => f.pad(name),
+            Self::Probe(name, key) => f.pad(&format!("{name}.{key}")),
+        }
+    }
+}
+
+impl FromStr for ModuleId {
+    type Err = KeyTextError;
+    /// A simple module's name, a key's text, or a probe's name and a key's text.
+    fn from_str(text: &str) -> Result<Self, KeyTextError> {
+        let probe = text.split_once('.').and_then(|(first, key)| PROBES.iter().find(|p| p.eq_ignore_ascii_case(first)).map(|p| (p, key)));
+        if let Some((name, key)) = probe {
+            return key.parse().map(|key| Self::Probe(name, key));
+        }
+        match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
+            Some(name) => Ok(Self::Simple(name)),
+            None => text.parse().map(Self::Planet).map_err(|e| e.or_simple(&SIMPLE_MODULES)),
+        }
+    }
+}
+
+/// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
+pub const SIMPLE_MODULES: [&str; 12] =
+    ["blur", "corona", "glow", "interface", "label", "line", "outline", "point", "refracted_limb", "shrink", "tone_map", "tone_map_bloom"];
+
+/// Modules that answer questions: entry fragments `entry/<name>.wesl` emitted with the features of a key.
+pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
+
+/// The keys with which a probe is recorded and tested: one for each model that it may be asked for.
+pub fn probe_samples() -> Vec<ModuleId> {
+    let keys = |name: &'static str, texts: &[&str]| {
+        texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
+    };
+    let models = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
+    let mut all = keys("probe_disc_overlap", &models.each_ref().map(String::as_str));
+    all.extend(keys("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
+    all.extend(keys("probe_ring_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
+    all.extend(keys("probe_ring_transmission", &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"]));
+    let scatter = ["air-pixel-8", "air-pixel-16-mie", "air-pixel-32-mie-absorption", "air-pixel-16-absorption"];
+    let scatter = scatter.map(|air| format!("sky.sun1.{air}.sphere"));
+    all.extend(keys("probe_scatter", &scatter.each_ref().map(String::as_str)));
+    all
+}

@@ -1,0 +1,261 @@
+//! One fragment, cut into the lines and pieces that a module takes or leaves out.
+
+use super::condition::{Condition, Features};
+use super::scan::{Chain, Fault, Scan, scan};
+use crate::shader::ShaderError;
+use std::ops::Range;
+
+/// The block that every module has.
+pub const ROOT: u32 = 0;
+/// Owner of what no module shows: attributes and imports.
+const CUT: u32 = u32::MAX;
+
+/// What decides whether a piece of text is emitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Block {
+    Root,
+    /// Emitted inside `parent` where the condition holds and none of the alternatives before it did.
+    When {
+        parent: u32,
+        condition: Condition,
+        unless: Option<u32>,
+    },
+    /// Emitted where any of these is: the comments above a chain of alternatives.
+    AnyOf(Vec<u32>),
+}
+
+/// Part of a line that belongs to one block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Bytes of the fragment's text.
+    pub span: Range<usize>,
+    pub block: u32,
+}
+
+/// One line of a fragment without its attributes and imports.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    pub pieces: Vec<Piece>,
+    /// Something was cut from it, or it belongs to several blocks: if nothing else is left, there is no such line.
+    pub cut: bool,
+}
+
+/// What an import statement asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Import {
+    pub block: u32,
+    /// From 1.
+    pub line: u32,
+    pub column: u32,
+    /// Path of the fragment inside shaders/.
+    pub path: String,
+    pub item: String,
+}
+
+/// A parsed fragment. Line `n` (from 1) is `lines[n - 1]`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fragment {
+    pub lines: Vec<Line>,
+    pub blocks: Vec<Block>,
+    /// In the order of the text.
+    pub imports: Vec<Import>,
+    /// Names of its declarations, whatever their conditions.
+    pub declared: Vec<String>,
+}
+
+/// Line and column (in characters) of a byte, both from 1.
+fn place(text: &str, at: usize) -> (u32, u32) {
+    let before = &text[..text.floor_char_boundary(at)];
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    (line as u32, column as u32)
+}
+
+impl Fragment {
+    /// # Errors
+    /// Line and column of the first thing that is no WESL, or that a module cannot be made of.
+    pub fn parse(path: &str, text: &str) -> Result<Self, ShaderError> {
+        let at = |at: usize, what: String| {
+            let (line, column) = place(text, at);
+            ShaderError::Fragment { path: path.to_owned(), line, column, what }
+        };
+        if let Some(old) = old_directive(text) {
+            let what = "`//: if`, `//: else` and `//: use` are no longer read: write `@if(lights_1)` before each declaration, member or \
+                        statement, and `import package::lib::draw::draw;` (`orrery shader export` writes the fragments of this version)";
+            return Err(at(old, what.into()));
+        }
+        let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|Fault { at: byte, what }| at(byte, what))?;
+        Ok(Self::of(text, scan))
+    }
+
+    /// Parses with the whole grammar, which also reads what no key asks for.
+    ///
+    /// # Errors
+    /// As of [`Fragment::parse`], and line and column of the first mistake against the grammar.
+    pub fn check(path: &str, text: &str) -> Result<Self, ShaderError> {
+        let fragment = Self::parse(path, text)?;
+        match wgsl_parse::parse_str(text) {
+            Ok(_) => Ok(fragment),
+            Err(e) => {
+                let (line, column) = place(text, e.span.start);
+                Err(ShaderError::Fragment { path: path.to_owned(), line, column, what: one_line(&e.error) })
+            }
+        }
+    }
+
+    fn of(text: &str, scan: Scan) -> Self {
+        let owners = owners(text, &scan);
+        let mut lines = Vec::new();
+        let mut start = 0;
+        for line in text.split('\n') {
+            let end = start + line.len();
+            let mut pieces: Vec<Piece> = Vec::new();
+            let mut cut = false;
+            for byte in start..end {
+                let block = owners[byte];
+                match pieces.last_mut() {
+                    _ if block == CUT => cut = true,
+                    Some(last) if last.block == block && last.span.end == byte => last.span.end = byte + 1,
+                    _ => pieces.push(Piece { span: byte..byte + 1, block }),
+                }
+            }
+            if start == end && start < text.len() {
+                pieces.push(Piece { span: start..start, block: owners[start] });
+            }
+            lines.push(Line { cut: cut || pieces.len() > 1, pieces });
+            start = end + 1;
+        }
+        if text.ends_with('\n') {
+            lines.pop();
+        }
+        let imports = scan.imports.into_iter().flat_map(|i| {
+            let (line, column) = place(text, i.at);
+            let import =
+                move |(module, item): (String, String)| Import { block: i.block, line, column, path: format!("{module}.wesl"), item };
+            i.items.into_iter().map(import)
+        });
+        Self { lines, imports: imports.collect(), blocks: scan.blocks, declared: scan.declared }
+    }
+
+    /// For each block whether it is emitted for these features.
+    pub fn emitted_blocks(&self, features: Features) -> Vec<bool> {
+        let mut emitted: Vec<bool> = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            let on = match block {
+                Block::Root => true,
+                Block::AnyOf(blocks) => blocks.iter().any(|b| emitted[*b as usize]),
+                Block::When { parent, condition, unless } => {
+                    emitted[*parent as usize] && !self.taken(*unless, features) && condition.holds(features)
+                }
+            };
+            emitted.push(on);
+        }
+        emitted
+    }
+
+    /// Whether the condition of an alternative, or of one before it, holds.
+    fn taken(&self, alternative: Option<u32>, features: Features) -> bool {
+        let mut next = alternative;
+        while let Some(Block::When { condition, unless, .. }) = next.map(|b| &self.blocks[b as usize]) {
+            if condition.holds(features) {
+                return true;
+            }
+            next = *unless;
+        }
+        false
+    }
+
+    /// The feature by which an emitted block is there; `None` for what is there by its surroundings.
+    pub fn reason(&self, block: u32, emitted: &[bool], features: Features) -> Option<String> {
+        match &self.blocks[block as usize] {
+            Block::Root => None,
+            Block::AnyOf(blocks) => blocks.iter().find(|b| emitted[**b as usize]).and_then(|b| self.reason(*b, emitted, features)),
+            Block::When { condition: Condition::Constant(true), unless: Some(previous), .. } => match &self.blocks[*previous as usize] {
+                Block::When { condition, .. } => Some(condition.reason_against()),
+                _ => None,
+            },
+            Block::When { condition, .. } => Some(condition.reason(features)),
+        }
+    }
+
+    /// The block around a block.
+    pub fn parent(&self, block: u32) -> u32 {
+        match &self.blocks[block as usize] {
+            Block::When { parent, .. } => *parent,
+            _ => ROOT,
+        }
+    }
+}
+
+/// For each byte the block that it belongs to, or [`CUT`].
+fn owners(text: &str, scan: &Scan) -> Vec<u32> {
+    let mut owners = vec![ROOT; text.len()];
+    // Outer spans first, so that inner ones stay.
+    for owned in scan.owned.iter().rev() {
+        let end = end_with_comment(text, owned.span.end);
+        owners[owned.span.start..end].fill(owned.block);
+    }
+    for Chain { start, block } in &scan.chains {
+        owners[comments_above(text, *start)..line_start(text, *start)].fill(*block);
+    }
+    for owned in &scan.owned {
+        // Comments above an alternative that is not the first of its chain.
+        let above = comments_above(text, owned.span.start)..line_start(text, owned.span.start);
+        if !scan.chains.iter().any(|c| c.start == owned.span.start) {
+            owners[above].fill(owned.block);
+        }
+    }
+    for cut in &scan.cuts {
+        let after = text[cut.end..].bytes().take_while(|b| *b == b' ').count();
+        owners[cut.start..cut.end + after].fill(CUT);
+    }
+    owners
+}
+
+fn line_start(text: &str, at: usize) -> usize {
+    text[..at].rfind('\n').map_or(0, |n| n + 1)
+}
+
+/// Where the comment lines right above the line of an item begin; none count where the item is not the first of its line.
+fn comments_above(text: &str, at: usize) -> usize {
+    let mut first = line_start(text, at);
+    if !text[first..at].trim().is_empty() {
+        return first;
+    }
+    while first > 0 {
+        let above = line_start(text, first - 1);
+        if !text[above..first].trim_start().starts_with("//") {
+            break;
+        }
+        first = above;
+    }
+    first
+}
+
+/// The end of an item with the comment that follows it on its line.
+fn end_with_comment(text: &str, end: usize) -> usize {
+    let rest = text[end..].split('\n').next().unwrap_or_default();
+    if rest.trim_start().starts_with("//") { end + rest.len() } else { end }
+}
+
+/// The first byte of a line in the language that fragments were written in before WESL.
+fn old_directive(text: &str) -> Option<usize> {
+    let mut start = 0;
+    for line in text.split('\n') {
+        if line.trim_start().starts_with("//:") {
+            return Some(start + line.len() - line.trim_start().len());
+        }
+        start += line.len() + 1;
+    }
+    None
+}
+
+/// A grammar's error without the list of all that could stand there.
+fn one_line(error: &wgsl_parse::error::ErrorKind) -> String {
+    use wgsl_parse::error::ErrorKind;
+    match error {
+        ErrorKind::UnexpectedToken { token, .. } => format!("`{token}` cannot stand here"),
+        ErrorKind::UnexpectedEof { .. } => "the file ends too early".into(),
+        other => other.to_string(),
+    }
+}

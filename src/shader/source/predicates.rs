@@ -1,0 +1,75 @@
+//! Conditions with a name, for fragments that ask the same question several times.
+//!
+//! A fragment may write a predicate wherever it may write a feature of the key. Each is a WESL condition over features, evaluated
+//! for every key. The features themselves are those of the key's dimensions (`shader::key`), with `_` for `.` and `-`:
+//! `air.pixel-8` is `air_pixel_8`. A count switches on all lesser counts, so `lights_2` means two lights or more.
+
+/// A named condition.
+pub struct Predicate {
+    pub name: &'static str,
+    /// A condition over features.
+    pub condition: &'static str,
+    /// Completes "holds where ...".
+    pub meaning: &'static str,
+}
+
+const fn predicate(name: &'static str, condition: &'static str, meaning: &'static str) -> Predicate {
+    Predicate { name, condition, meaning }
+}
+
+/// Every predicate. None may use another one.
+pub static PREDICATES: &[Predicate] = &[
+    predicate(
+        "has_air",
+        "air_vertex || air_pixel_8 || air_pixel_16 || air_pixel_32 || air_table",
+        "light scattered by an atmosphere is summed, by whichever tier",
+    ),
+    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring stands before the Sun"),
+    predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body throws its shadow on its own ring"),
+    predicate(
+        "has_shadow",
+        "eclipse_1 || ring_shadow_point_sun || ring_shadow_penumbra || body_shadow_sphere || body_shadow_ellipsoid_penumbra",
+        "an occluder, a ring or the body itself takes part of the sunlight",
+    ),
+    predicate("has_secondary_light", "lights_2 || ring_shine", "another body or the ring lights the ground"),
+    predicate(
+        "reflects_light",
+        "view_shaded && !surface_emissive && !surface_sky && lights_1",
+        "the pixel shows light that ground or clouds reflect",
+    ),
+    predicate(
+        "reads_albedo",
+        "view_albedo || (view_shaded && (surface_emissive || lights_1))",
+        "the pixel depends on the surface's colour",
+    ),
+    predicate("reads_normal", "surface_emissive || lights_1 || view_normal", "the pixel depends on the surface's direction"),
+    predicate(
+        "has_photometric_parameter",
+        "surface_lunar_lambert || surface_oren_nayar",
+        "the law of reflection has a parameter of its own",
+    ),
+    predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the deck or for its shadow"),
+    predicate("has_opacity", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),
+    predicate(
+        "has_map",
+        "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud",
+        "any map of the body is read",
+    ),
+    predicate(
+        "reads_map_place",
+        "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || view_uv",
+        "the pixel's place in the body's maps is needed",
+    ),
+    predicate(
+        "filters_maps",
+        "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || overlays_1",
+        "any image is read along the pixel's footprint",
+    ),
+    predicate(
+        "is_intersected",
+        "shape_sphere || shape_ellipsoid",
+        "each pixel's view ray meets a quadric, and the fragment writes its depth",
+    ),
+    predicate("has_axis_ratios", "shape_ellipsoid || shape_mesh", "the unit-sphere frame differs from the body's equatorial radii"),
+    predicate("reads_ring_profile", "surface_ring || ring_shadow_point_sun || ring_shadow_penumbra", "the ring's profile table is read"),
+];

@@ -1,0 +1,326 @@
+//! Finds the conditional items of a fragment by walking over its tokens.
+//!
+//! In: a fragment's text. Out: for each item with `@if`, `@elif` or `@else` the span of the item and of the attribute, and every
+//! import statement with its span. An item is a declaration, a struct member, a parameter, a statement or an import: whatever ends at a semicolon, at a comma of its list or with a closing brace. Not here: what lines become of it.
+
+use super::condition::Condition;
+use super::fragment::{Block, ROOT};
+use std::ops::Range;
+use wgsl_parse::lexer::{Lexer, Token};
+use wgsl_parse::syntax::{Import as Path, ImportContent, ImportStatement, PathOrigin};
+
+/// What is wrong, at a byte of the text.
+pub(super) struct Fault {
+    pub at: usize,
+    pub what: String,
+}
+
+/// A span that is emitted only with its block.
+pub(super) struct Owned {
+    pub span: Range<usize>,
+    pub block: u32,
+}
+
+/// An import statement: where it stands and what it names, as (path of the fragment, item).
+pub(super) struct Imported {
+    pub at: usize,
+    pub block: u32,
+    pub items: Vec<(String, String)>,
+}
+
+/// A chain of alternatives: its first item starts here, and comments above that belong to whichever is emitted.
+pub(super) struct Chain {
+    pub start: usize,
+    pub block: u32,
+}
+
+#[derive(Default)]
+pub(super) struct Scan {
+    /// Blocks in order, each after its parent and after those that it is the alternative of. The first is [`ROOT`].
+    pub blocks: Vec<Block>,
+    /// Inner spans before the outer ones.
+    pub owned: Vec<Owned>,
+    /// Conditional attributes and import statements, which no module shows.
+    pub cuts: Vec<Range<usize>>,
+    pub imports: Vec<Imported>,
+    pub chains: Vec<Chain>,
+    /// Names of the declarations.
+    pub declared: Vec<String>,
+}
+
+/// What ends an item.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum List {
+    /// Declarations: a semicolon or a closing brace.
+    Module,
+    /// The same.
+    Statements,
+    /// Members, parameters, arguments: a comma.
+    Commas,
+}
+
+struct Scanner<'a> {
+    text: &'a str,
+    /// The fragment's own module path, for `super::`.
+    path: &'a str,
+    tokens: Vec<(Range<usize>, Token)>,
+    next: usize,
+    scan: Scan,
+}
+
+/// # Errors
+/// Brackets that do not match, conditions that are none, and attributes where nothing can be left out.
+pub(super) fn scan(path: &str, text: &str) -> Result<Scan, Fault> {
+    let mut tokens = Vec::new();
+    for token in Lexer::new(text) {
+        let (start, token, end) = token.map_err(|(at, _, _)| Fault { at, what: "this is no token of WGSL".into() })?;
+        tokens.push((start..end, token));
+    }
+    let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
+    scanner.items(ROOT, List::Module)?;
+    match scanner.word() {
+        "" => Ok(scanner.scan),
+        bracket => Err(scanner.fault(format!("`{bracket}` closes nothing"))),
+    }
+}
+
+impl<'a> Scanner<'a> {
+    /// The next token's text; empty at the end.
+    fn word(&self) -> &'a str {
+        self.tokens.get(self.next).map_or("", |(span, _)| &self.text[span.clone()])
+    }
+
+    fn at(&self) -> usize {
+        self.tokens.get(self.next).map_or(self.text.len(), |(span, _)| span.start)
+    }
+
+    /// End of the token before the next one.
+    fn end(&self) -> usize {
+        self.next.checked_sub(1).and_then(|k| self.tokens.get(k)).map_or(0, |(span, _)| span.end)
+    }
+
+    fn fault(&self, what: String) -> Fault {
+        Fault { at: self.at(), what }
+    }
+
+    fn closes(&self) -> bool {
+        self.next >= self.tokens.len()
+            || matches!(self.word(), "}" | ")" | "]")
+            || matches!(self.tokens[self.next].1, Token::TemplateArgsEnd)
+    }
+
+    /// Items up to the bracket that closes them, which stays.
+    fn items(&mut self, parent: u32, list: List) -> Result<(), Fault> {
+        // The blocks of the chain that an `@elif` or `@else` would go on, and where its first item starts.
+        let mut chain: Vec<u32> = Vec::new();
+        let mut chain_start = 0;
+        while !self.closes() {
+            let start = self.at();
+            let (branch, attribute) = self.attributes()?.unzip();
+            let goes_on = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
+            let unless = if goes_on { chain.last().copied() } else { None };
+            if goes_on && unless.is_none() {
+                return Err(Fault { at: start, what: "no `@if` stands on the item before".into() });
+            }
+            if !goes_on {
+                self.finish_chain(&chain, chain_start);
+                chain.clear();
+                chain_start = start;
+            }
+            let block = match branch {
+                None => parent,
+                Some(Branch::If(condition) | Branch::Elif(condition)) => self.block(Block::When { parent, condition, unless }),
+                Some(Branch::Else) => self.block(Block::When { parent, condition: Condition::Constant(true), unless }),
+            };
+            if self.word() == "import" && list == List::Module {
+                self.import(block)?;
+            } else {
+                self.item(block, list)?;
+            }
+            if let Some(attribute) = attribute {
+                self.scan.cuts.push(attribute);
+                self.scan.owned.push(Owned { span: start..self.end(), block });
+                chain.push(block);
+            }
+        }
+        self.finish_chain(&chain, chain_start);
+        Ok(())
+    }
+
+    fn block(&mut self, block: Block) -> u32 {
+        self.scan.blocks.push(block);
+        self.scan.blocks.len() as u32 - 1
+    }
+
+    fn finish_chain(&mut self, chain: &[u32], start: usize) {
+        let block = match chain {
+            [] => return,
+            [only] => *only,
+            several => self.block(Block::AnyOf(several.to_vec())),
+        };
+        self.scan.chains.push(Chain { start, block });
+    }
+
+    /// The attributes before an item; the conditional one among them with its span.
+    fn attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, Fault> {
+        let mut found = None;
+        while self.word() == "@" {
+            let start = self.at();
+            self.next += 1;
+            let name = self.word().to_owned();
+            self.next += 1;
+            let argument = if self.word() == "(" {
+                let open = self.at() + 1;
+                self.next += 1;
+                self.items(ROOT, List::Commas)?;
+                let close = self.at();
+                self.expect(")")?;
+                Some(open..close)
+            } else {
+                None
+            };
+            let condition = |what: &str| {
+                let span =
+                    argument.clone().ok_or_else(|| Fault { at: start, what: format!("`@{what}` has no condition in parentheses") })?;
+                Condition::parse(&self.text[span.clone()]).map_err(|what| Fault { at: span.start, what })
+            };
+            let branch = match name.as_str() {
+                "if" => Branch::If(condition("if")?),
+                "elif" => Branch::Elif(condition("elif")?),
+                "else" => Branch::Else,
+                _ => continue,
+            };
+            if found.replace((branch, start..self.end())).is_some() {
+                return Err(Fault { at: start, what: "an item has one condition; join several with `&&`".into() });
+            }
+        }
+        Ok(found)
+    }
+
+    fn expect(&mut self, word: &str) -> Result<(), Fault> {
+        if self.word() != word {
+            return Err(self.fault(format!("`{word}` is missing here")));
+        }
+        self.next += 1;
+        Ok(())
+    }
+
+    /// One item after its attributes, with the semicolon or comma that ends it.
+    fn item(&mut self, block: u32, list: List) -> Result<(), Fault> {
+        let first = self.next;
+        if list == List::Module {
+            self.declaration(first);
+        }
+        let is_struct = self.word() == "struct";
+        while !self.closes() {
+            let token = &self.tokens[self.next].1;
+            let opens_template = matches!(token, Token::TemplateArgsStart);
+            match self.word() {
+                "(" | "[" => self.bracketed(block, List::Commas)?,
+                "<" if opens_template => self.bracketed(block, List::Commas)?,
+                "{" => {
+                    self.bracketed(block, if is_struct { List::Commas } else { List::Statements })?;
+                    if list != List::Commas && self.word() != "else" {
+                        return Ok(());
+                    }
+                }
+                ";" if list != List::Commas => {
+                    self.next += 1;
+                    return Ok(());
+                }
+                "," if list == List::Commas => {
+                    self.next += 1;
+                    return Ok(());
+                }
+                "@" if matches!(self.tokens.get(self.next + 1).map(|(s, _)| &self.text[s.clone()]), Some("if" | "elif" | "else")) => {
+                    let what = "a condition stands before a declaration, a member, a parameter or a statement, not within one";
+                    return Err(self.fault(what.into()));
+                }
+                _ => self.next += 1,
+            }
+        }
+        Ok(())
+    }
+
+    fn bracketed(&mut self, block: u32, list: List) -> Result<(), Fault> {
+        let open = self.at();
+        let close = match self.word() {
+            "(" => ")",
+            "[" => "]",
+            "{" => "}",
+            _ => ">",
+        };
+        self.next += 1;
+        self.items(block, list)?;
+        // A template that ends with `>>` ends two.
+        if !self.word().starts_with(close) {
+            return Err(Fault { at: open, what: format!("this is not closed by `{close}`") });
+        }
+        self.next += 1;
+        Ok(())
+    }
+
+    /// Notes the name of the declaration that begins with this token.
+    fn declaration(&mut self, first: usize) {
+        let (tokens, text) = (&self.tokens, self.text);
+        let word = |k: usize| tokens.get(k).map_or("", |(span, _)| &text[span.clone()]);
+        let name = match word(first) {
+            "fn" | "struct" | "const" | "override" | "alias" => word(first + 1),
+            "var" if word(first + 1) == "<" => {
+                let end = (first + 2..self.tokens.len()).find(|k| word(*k).starts_with('>')).unwrap_or(first);
+                word(end + 1)
+            }
+            "var" => word(first + 1),
+            _ => return,
+        };
+        self.scan.declared.push(name.to_owned());
+    }
+
+    fn import(&mut self, block: u32) -> Result<(), Fault> {
+        let at = self.at();
+        while !matches!(self.word(), ";" | "") {
+            self.next += 1;
+        }
+        self.expect(";")?;
+        let span = at..self.end();
+        let fault = |what: String| Fault { at, what };
+        let statement: ImportStatement = self.text[span.clone()].parse().map_err(|e: wgsl_parse::Error| fault(e.error.to_string()))?;
+        let mut base: Vec<String> = match statement.path.as_ref().map(|p| &p.origin) {
+            Some(PathOrigin::Absolute) => Vec::new(),
+            Some(PathOrigin::Relative(ups)) => {
+                let own: Vec<String> = self.path.split('/').map(str::to_owned).collect();
+                own[..own.len().saturating_sub(*ups)].to_vec()
+            }
+            _ => return Err(fault("an import begins with `package::` or `super::`".into())),
+        };
+        base.extend(statement.path.iter().flat_map(|p| p.components.clone()));
+        let mut items = Vec::new();
+        collect(&base, &statement.content, &mut items).map_err(fault)?;
+        self.scan.cuts.push(span);
+        self.scan.imports.push(Imported { at, block, items });
+        Ok(())
+    }
+}
+
+/// Flattens an import's content to (fragment path without its ending, item).
+fn collect(base: &[String], content: &ImportContent, items: &mut Vec<(String, String)>) -> Result<(), String> {
+    match content {
+        ImportContent::Item(item) if item.rename.is_some() => Err("a fragment's text is taken as it is: `as` cannot rename an item".into()),
+        ImportContent::Item(_) if base.is_empty() => Err("an import names a fragment and an item of it: `package::lib::draw::draw`".into()),
+        ImportContent::Item(item) => {
+            items.push((base.join("/"), item.ident.name().clone()));
+            Ok(())
+        }
+        ImportContent::Collection(all) => all.iter().try_for_each(|Path { path, content }| {
+            let base: Vec<String> = base.iter().chain(path).cloned().collect();
+            collect(&base, content, items)
+        }),
+    }
+}
+
+/// Which alternative an item is.
+enum Branch {
+    If(Condition),
+    Elif(Condition),
+    Else,
+}

@@ -1,0 +1,46 @@
+//! For each line of an emitted module the fragment and line that it came from, and the feature that asked for it.
+
+use serde::{Deserialize, Serialize};
+
+/// Where one emitted line came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LineOrigin {
+    /// Index into [`SourceMap::fragments`].
+    pub fragment: u16,
+    /// Line in the fragment, from 1.
+    pub line: u32,
+    /// Index into [`SourceMap::features`].
+    pub feature: u16,
+}
+
+/// The origins of a module's lines. Line `n` of the text (from 1) is `lines[n - 1]`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SourceMap {
+    pub fragments: Vec<String>,
+    /// Feature names; the first is the module's own name, for lines that every key has.
+    pub features: Vec<String>,
+    pub lines: Vec<LineOrigin>,
+}
+
+impl SourceMap {
+    /// The feature that asked for a line (from 1).
+    pub fn feature_of(&self, line: usize) -> Option<&str> {
+        let origin = self.lines.get(line.checked_sub(1)?)?;
+        self.features.get(usize::from(origin.feature)).map(String::as_str)
+    }
+
+    /// Fragment path and line of an emitted line (from 1).
+    pub fn origin_of(&self, line: usize) -> Option<(&str, u32)> {
+        let origin = self.lines.get(line.checked_sub(1)?)?;
+        Some((self.fragments.get(usize::from(origin.fragment))?, origin.line))
+    }
+
+    /// Index of a feature's name, which is added where it is new.
+    pub(super) fn feature_index(&mut self, name: &str) -> u16 {
+        let index = self.features.iter().position(|f| f == name).unwrap_or_else(|| {
+            self.features.push(name.to_owned());
+            self.features.len() - 1
+        });
+        index as u16
+    }
+}
