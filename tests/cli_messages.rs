@@ -319,7 +319,7 @@ fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
     let built_in = orrery(&["shader", "emit", key]).stdout;
     let out = orrery(&["shader", "export", text(&shaders)]);
     assert!(out.status.success(), "{}", said(&out));
-    for (name, source) in orrery::shader::fragments::FRAGMENTS {
+    for (name, source) in orrery::shader::fragments::FRAGMENTS.iter() {
         assert_eq!(std::fs::read_to_string(at(name)).expect("written"), **source, "{name}");
     }
     let emit = |more: &[&str]| orrery(&[&["shader", "emit", key, "--shaders", text(&shaders)], more].concat());

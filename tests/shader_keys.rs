@@ -112,7 +112,7 @@ fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
             seen.insert((fragment.to_owned(), number));
         }
     }
-    for (path, text) in FRAGMENTS {
+    for (path, text) in FRAGMENTS.iter() {
         for (number, line) in (1u32..).zip(text.lines()) {
             let line = line.trim();
             // What no module shows: conditions on a line of their own, imports, blank lines beside them.

@@ -279,7 +279,7 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     let shown = |path: &Path| echo(&path.display().to_string());
     let (mut new, mut same) = (Vec::new(), 0);
-    for (name, text) in FRAGMENTS {
+    for (name, text) in FRAGMENTS.iter() {
         let path = folder.join(name);
         match std::fs::read(&path) {
             Ok(bytes) if bytes == text.as_bytes() => same += 1,

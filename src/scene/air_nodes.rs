@@ -3,6 +3,7 @@
 //! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/columns.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
 //! from the lower end up, where the density of the air that reaches highest is 1 - w². Always holds: an end outside the air stands at its top.
 
+use super::constants::ERFCX_SLOPE;
 use super::draw::AirAmounts;
 use super::{air_table, camera};
 use glam::{DVec3, Vec4};
@@ -12,8 +13,6 @@ use std::f64::consts::PI;
 pub const ROWS: usize = 3;
 /// After the samples: the camera's end and the far end.
 pub const ENDS: usize = 2;
-/// Of the polynomial for erfcx in lib/air/columns.wesl.
-const ERFCX_SLOPE: f64 = 0.46;
 
 /// Nodes in 0 to 1, ascending, and their weights, which sum to 1.
 fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
@@ -120,7 +119,7 @@ pub fn nodes(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
 }
 
 /// Coefficients of the polynomial in mu / (mu + 0.3) that stands for the table of many-times-scattered light at a height.
-pub const POWERS: usize = 5;
+pub use super::constants::MULTIPLE_COEFFICIENTS as POWERS;
 /// Places in 0 to 1 of the cosine at which it is fitted.
 const FITTED: usize = 48;
 

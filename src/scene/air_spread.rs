@@ -17,11 +17,11 @@ use glam::{DVec2, DVec3, Vec4};
 use std::f64::consts::{PI, TAU};
 
 /// Rows of [`super::air_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. Above the last one its values go on.
-pub const HEIGHTS: usize = 4;
+pub use super::constants::SPREAD_HEIGHTS as HEIGHTS;
 /// The heights' rows, then one of the light on level ground.
 pub const ROWS: usize = HEIGHTS + 1;
 /// Distances from the caster's limb, close together in the middle of the shadow.
-pub const COLUMNS: usize = 16;
+pub use super::constants::SPREAD_COLUMNS as COLUMNS;
 pub const NODES: usize = ROWS * COLUMNS;
 /// Where the rows begin that say how far each caster's columns reach, and of how many rows all is.
 pub const REACHES: usize = NODES * CASTERS_AT_MOST as usize;

@@ -13,8 +13,7 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Heights, growing as squares from the ground to the top; cosines of the Sun's distance from the zenith, close together at the horizon.
-pub const HEIGHTS: usize = 8;
-pub const SUNS: usize = 16;
+pub use super::constants::{MULTIPLE_HEIGHTS as HEIGHTS, MULTIPLE_SUNS as SUNS};
 /// The heights' rows, then one of the light that falls on level ground.
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// Changes when the same atmosphere gives another table.
@@ -31,8 +30,7 @@ const STEPS: usize = 24;
 /// The part that scatters again stays under this, so that the series ends.
 const MOST_AGAIN: f64 = 0.98;
 /// Columns lie evenly in x = mu / (|mu| + BEND), from FIRST to 1 / (1 + BEND).
-const BEND: f64 = 0.3;
-const FIRST: f64 = -0.5;
+use super::constants::{MULTIPLE_BEND as BEND, MULTIPLE_FIRST as FIRST};
 
 #[derive(Clone, Copy)]
 struct Fineness {

@@ -1,6 +1,7 @@
 //! How much a draw needs: amounts, maps, points. The structure beside them is [`Needs`]; uniforms come from [`Amounts`].
 
 use super::camera::ViewRays;
+pub use super::constants;
 pub use super::eclipse::EclipseAmounts;
 pub use super::hidden::HiderAmounts;
 pub use super::needs::*;

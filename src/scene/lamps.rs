@@ -3,6 +3,7 @@
 //! In: a night map's linear texels and its gain. Out: [`Lamps`], radiance by place. Always: not negative, smooth between places. No picture is drawn by it.
 
 use super::camera::narrow_scalar;
+use super::constants::CIVIL_TWILIGHT_SINE;
 use super::features::NIGHT_MAP_WHITE_RADIANCE;
 use crate::catalog::Body;
 use glam::DVec3;
@@ -24,7 +25,7 @@ pub fn brightest(body: &Body) -> f64 {
 
 /// 0 by day, 1 once the Sun is 6 degrees down: shaders/lib/night_lights.wesl.
 pub(super) fn lit(cos_incidence: f64) -> f64 {
-    let x = (cos_incidence / 0.104_528_46 + 1.0).clamp(0.0, 1.0);
+    let x = (cos_incidence / CIVIL_TWILIGHT_SINE + 1.0).clamp(0.0, 1.0);
     1.0 - x * x * (3.0 - 2.0 * x)
 }
 

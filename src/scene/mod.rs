@@ -10,6 +10,7 @@ pub mod air_table;
 mod brightness;
 pub mod camera;
 mod clouds;
+pub mod constants;
 pub mod corona;
 pub mod draw;
 pub mod eclipse;

@@ -10,7 +10,7 @@ use glam::{DVec3, DVec4, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Rows of one overlay in the uniform block.
-pub const ROWS: usize = 6;
+pub use super::constants::OVERLAY_ROWS as ROWS;
 /// Of the image's edges, where it has none.
 const NO_EDGE: f64 = 1e6;
 

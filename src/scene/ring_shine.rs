@@ -9,6 +9,7 @@
 //! globe's shadow, whose edges bound the integrals, so that no quadrature runs across a jump.
 
 use super::camera::narrow_scalar;
+use super::constants::{RING_SLOPES, RING_SLOPES_PER_OCTAVE};
 use super::kept::Kept;
 use super::ring_table::{self, Step, steps};
 use super::rings::{LEAST_COSINE, bodies_with_peak};
@@ -18,16 +19,15 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Heights of one side and hour angles; shaders/lib/ring/shine.wesl has the same.
-pub const ROWS: usize = 25;
-pub const COLUMNS: usize = 33;
+/// Heights of one side and hour angles.
+pub use super::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS as ROWS};
 /// Annuli of about even weight that stand for the rings, and places on the longest arc of each.
 const ANNULI: usize = 32;
 /// Points of Gauss and Legendre on an arc.
 const ARC: usize = 12;
 /// Slopes 2^(k/8) at which an annulus' light is tabled, as in the rings' own table.
-const SLOPES: usize = 97;
-const PER_OCTAVE: f64 = 8.0;
+const SLOPES: usize = RING_SLOPES as usize;
+const PER_OCTAVE: f64 = RING_SLOPES_PER_OCTAVE as f64;
 /// Height that stands for that of the equator, where light over height has its limit.
 const EQUATOR: f64 = 1e-6;
 

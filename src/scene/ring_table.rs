@@ -4,13 +4,13 @@
 //! error of reading between rows stand in shaders/lib/ring/profile.wesl. Always holds: radii rise, integrals never fall.
 
 use super::camera::narrow_scalar;
+use super::constants::RING_SLOPES_PER_OCTAVE;
 use super::kept::Kept;
 use crate::catalog::Ring;
 use std::sync::Arc;
 
 /// Rows of each of the table's two parts, bodies and dust: slopes x = 2^(k/8), k = 0..=96. A row of radii comes before them.
-pub const SLOPES: u32 = 97;
-const SLOPES_PER_OCTAVE: f64 = 8.0;
+pub use super::constants::RING_SLOPES as SLOPES;
 /// Radii beyond which a table is refused: the widest texture that every GPU takes, halved.
 pub const NODES_AT_MOST: usize = 4096;
 
@@ -83,7 +83,7 @@ impl RingTable {
         // Dust apart from bodies: it scatters by another law, and its sums keep digits that would drown in those of the dense rings.
         for dusty in [false, true] {
             for k in 0..SLOPES {
-                let slope = (f64::from(k) / SLOPES_PER_OCTAVE).exp2();
+                let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
                 let mut sum = [0.0; 4];
                 texels.extend([0.0; 4]);
                 for step in &steps {

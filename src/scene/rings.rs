@@ -29,8 +29,7 @@ const OPPOSITION: [f64; 2] = [0.32, 0.0045];
 const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];
 /// Thickness of the spheroid that stands for the ring where its outline is sought, over its radius.
 const THIN: f64 = 1e-6;
-/// Cosines below this count as it; shaders/lib/ring/profile.wesl has the same bound.
-pub(super) const LEAST_COSINE: f64 = 1.0 / 4096.0;
+pub(super) use super::constants::LEAST_COSINE;
 
 /// Uniforms of shaders/lib/ring.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,14 +1,14 @@
 //! The WESL fragments of shaders/, built into the program, and a folder's files over them while someone writes shaders.
 
 use super::ShaderError;
+use super::constants::CONSTANTS;
 use super::source::Fragment;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{LazyLock, OnceLock};
 
 macro_rules! fragments {
     ($($name:literal),* $(,)?) => {
-        /// Path inside shaders/ and text of every fragment, in order of path.
-        pub static FRAGMENTS: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../shaders/", $name)))),*];
+        const WRITTEN_BY_HAND: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../shaders/", $name)))),*];
     };
 }
 
@@ -84,6 +84,14 @@ fragments![
     "lib/uncovered.wesl",
     "lib/view_ray.wesl",
 ];
+
+/// Path inside shaders/ and text of every fragment, in order of path: those written by hand and those of `shader::constants`.
+pub static FRAGMENTS: LazyLock<Vec<(&'static str, &'static str)>> = LazyLock::new(|| {
+    let constants = CONSTANTS.iter().map(|(path, text)| (*path, text.as_str()));
+    let mut all: Vec<_> = WRITTEN_BY_HAND.iter().copied().chain(constants).collect();
+    all.sort_unstable();
+    all
+});
 
 type Parsed = OnceLock<Result<Fragment, ShaderError>>;
 

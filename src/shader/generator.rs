@@ -16,8 +16,10 @@ macro_rules! sources {
 }
 
 sources![
+    "scene/constants.rs",
     "scene/draw.rs",
     "scene/needs.rs",
+    "shader/constants.rs",
     "shader/emit.rs",
     "shader/fragments.rs",
     "shader/generator.rs",
@@ -107,13 +109,17 @@ mod tests {
     #[test]
     fn no_source_and_no_fragment_is_left_out() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let mut sources = BTreeSet::from(["scene/draw.rs".to_owned(), "scene/needs.rs".to_owned()]);
+        let mut sources = BTreeSet::from(["scene/constants.rs", "scene/draw.rs", "scene/needs.rs"].map(str::to_owned));
         files_under(&root.join("src/shader"), "rs", &mut sources, &root.join("src"));
         let named = SOURCES.iter().map(|(n, _)| *n).chain(NO_PART.iter().copied());
         assert_eq!(sources, named.map(str::to_owned).collect());
         assert_eq!(sources.len(), SOURCES.len() + NO_PART.len(), "no source is named twice");
         let mut fragments = BTreeSet::new();
         files_under(&root.join("shaders"), "wesl", &mut fragments, &root.join("shaders"));
+        for (path, text) in FRAGMENTS.iter() {
+            let file = std::fs::read_to_string(root.join("shaders").join(path)).unwrap_or_default();
+            assert!(file == *text, "shaders/{path} is not what Rust says: `orrery shader export shaders --overwrite` writes it");
+        }
         assert_eq!(fragments, FRAGMENTS.iter().map(|(n, _)| (*n).to_owned()).collect());
     }
 

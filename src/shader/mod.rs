@@ -4,6 +4,7 @@
 
 pub mod assembly;
 pub mod compare;
+pub mod constants;
 pub mod emit;
 pub mod fragments;
 pub mod generator;

@@ -9,8 +9,7 @@ use super::super::air::{density, extinction, gas};
 use crate::catalog::{Atmosphere, Body};
 use glam::{DVec3, DVec4};
 
-/// Layers; the array's size in shaders/lib/draw.wesl.
-pub const LAYERS: usize = 32;
+pub use super::super::constants::REFRACTION_LAYERS as LAYERS;
 /// Heights in a layer whose transmissions are averaged.
 const HEIGHTS: usize = 4;
 

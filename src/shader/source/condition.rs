@@ -74,6 +74,10 @@ impl Condition {
     /// # Errors
     /// What is no condition, or a name that is neither a feature nor a predicate.
     pub fn parse(text: &str) -> Result<Self, String> {
+        // Most conditions are one name, and need no grammar.
+        if let Some(known) = NAMES.get(text.trim()) {
+            return Ok(known.clone());
+        }
         let expression: Expression = text.parse().map_err(|e: wgsl_parse::Error| e.error.to_string())?;
         Self::of(&expression)
     }

@@ -1,0 +1,187 @@
+//! The fragments constants/*.wesl: numbers that Rust and shaders share, written from the Rust ones.
+//!
+//! In: `scene::draw::constants` and the counts of the key's dimensions. Out: path and text of each of these fragments. Always: the
+//! text is made of the Rust values alone. The files in shaders/constants are copies for editors and for other engines; a test
+//! holds them equal, and `orrery shader export shaders --overwrite` writes them anew.
+
+use super::key::DIMENSIONS;
+use super::source::condition::identifier;
+use crate::scene::draw::CASTERS_AT_MOST;
+use crate::scene::draw::constants as shared;
+use std::fmt::Write as _;
+use std::sync::LazyLock;
+
+/// Path inside shaders/ and text of the generated fragments, in order of path.
+pub static CONSTANTS: LazyLock<Vec<(&'static str, String)>> = LazyLock::new(|| {
+    vec![
+        ("constants/air.wesl", air()),
+        ("constants/draw.wesl", draw()),
+        ("constants/eclipse.wesl", eclipse()),
+        ("constants/rings.wesl", rings()),
+    ]
+});
+
+/// A value as WGSL writes it.
+enum Value {
+    U32(usize),
+    I32(usize),
+    F32(f64),
+}
+
+struct Constant {
+    comment: &'static str,
+    /// A condition, where only some modules have it; else empty.
+    condition: &'static str,
+    name: &'static str,
+    value: Value,
+}
+
+const fn constant(comment: &'static str, condition: &'static str, name: &'static str, value: Value) -> Constant {
+    Constant { comment, condition, name, value }
+}
+
+fn fragment(about: &str, constants: &[Constant]) -> String {
+    let mut text = format!("// {about} Written from src/scene/constants.rs.\n\n");
+    for Constant { comment, condition, name, value } in constants {
+        let when = if condition.is_empty() { String::new() } else { format!("@if({condition}) ") };
+        let value = match value {
+            Value::U32(n) => format!("u32 = {n}u"),
+            Value::I32(n) => format!("i32 = {n}"),
+            Value::F32(x) => format!("f32 = {x:?}"),
+        };
+        let _ = writeln!(text, "// {comment}\n{when}const {name}: {value};");
+    }
+    text
+}
+
+fn air() -> String {
+    let span = 1.0 / (1.0 + shared::MULTIPLE_BEND) - shared::MULTIPLE_FIRST;
+    let spread = (shared::SPREAD_HEIGHTS + 1) * shared::SPREAD_COLUMNS;
+    let casters = usize::from(CASTERS_AT_MOST);
+    fragment(
+        "Tables and polynomials of the atmosphere.",
+        &[
+            constant(
+                "Slope in t = 1 / (1 + slope z), the variable of erfcx's polynomial.",
+                "",
+                "ERFCX_SLOPE",
+                Value::F32(shared::ERFCX_SLOPE),
+            ),
+            constant(
+                "Multiple-scattering table: rows of heights; one row more is for level ground.",
+                "air_table",
+                "MANY_HEIGHTS",
+                Value::U32(shared::MULTIPLE_HEIGHTS),
+            ),
+            constant(
+                "Its columns, which lie evenly in x = mu / (|mu| + MANY_BEND).",
+                "air_table",
+                "MANY_SUNS",
+                Value::U32(shared::MULTIPLE_SUNS),
+            ),
+            constant("Bend of that scale.", "air_table", "MANY_BEND", Value::F32(shared::MULTIPLE_BEND)),
+            constant("The first column is at x less this.", "air_table", "MANY_BELOW_HORIZON", Value::F32(-shared::MULTIPLE_FIRST)),
+            constant(
+                "Columns to a unit of x; the last column is the Sun in the zenith.",
+                "air_table",
+                "MANY_SUNS_PER_UNIT",
+                Value::F32((shared::MULTIPLE_SUNS - 1) as f64 / span),
+            ),
+            constant(
+                "Coefficients of the polynomial in x at one height.",
+                "air_table",
+                "MANY_COEFFICIENTS",
+                Value::U32(shared::MULTIPLE_COEFFICIENTS),
+            ),
+            constant(
+                "Table of multiply scattered light in a shadow: distances from the occluder's limb.",
+                "air_table && eclipse_1",
+                "SPREAD_COLUMNS",
+                Value::U32(shared::SPREAD_COLUMNS),
+            ),
+            constant(
+                "Its rows of heights; one row more is for level ground.",
+                "air_table && eclipse_1",
+                "SPREAD_HEIGHTS",
+                Value::U32(shared::SPREAD_HEIGHTS),
+            ),
+            constant("Its values for one occluder.", "air_table && eclipse_1", "SPREAD_NODES", Value::U32(spread)),
+            constant(
+                "All vectors: the values for each possible occluder, then one vector each that says where they lie.",
+                "air_table && eclipse_1",
+                "SPREAD_VECTORS",
+                Value::U32(casters * (spread + 1)),
+            ),
+            constant("Where those last vectors begin.", "air_table && eclipse_1", "SPREAD_REACHES", Value::U32(casters * spread)),
+        ],
+    )
+}
+
+fn rings() -> String {
+    fragment(
+        "Tables of the rings.",
+        &[
+            constant(
+                "Rows of each part of the profile table: slopes 2^(k / RING_SLOPES_PER_OCTAVE).",
+                "",
+                "RING_SLOPES",
+                Value::I32(shared::RING_SLOPES as usize),
+            ),
+            constant(
+                "Rows to a doubling of the slope.",
+                "",
+                "RING_SLOPES_PER_OCTAVE",
+                Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
+            ),
+            constant("Cosines below this count as it.", "", "LEAST_COSINE", Value::F32(shared::LEAST_COSINE)),
+            constant(
+                "Ring-shine table: heights over the ring's plane, of one side.",
+                "ring_shine",
+                "SHINE_ROWS",
+                Value::F32(shared::RING_SHINE_ROWS as f64),
+            ),
+            constant("Hour angles from the Sun.", "ring_shine", "SHINE_COLUMNS", Value::F32(shared::RING_SHINE_COLUMNS as f64)),
+        ],
+    )
+}
+
+fn eclipse() -> String {
+    fragment(
+        "Sunlight past other bodies, and dusk.",
+        &[
+            constant(
+                "Layers of the first occluder's atmosphere that bend light.",
+                "eclipse_refracted",
+                "REFRACTION_LAYERS",
+                Value::I32(shared::REFRACTION_LAYERS),
+            ),
+            constant(
+                "Sine of the Sun's depression at which lamps are fully lit.",
+                "maps_night",
+                "CIVIL_TWILIGHT_SINE",
+                Value::F32(shared::CIVIL_TWILIGHT_SINE),
+            ),
+        ],
+    )
+}
+
+/// Counts that the key itself gives: how many of a cumulative dimension's features are on.
+fn draw() -> String {
+    let mut text = "// Sizes of a draw's arrays. Written from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
+    let counts = [
+        ("lights", "LIGHTS", "Lights: the Sun, then other bodies."),
+        ("casters", "OCCLUDERS", "Bodies that may stand before the Sun."),
+        ("overlays", "OVERLAYS", "Images over the ground."),
+    ];
+    for (dimension, name, comment) in counts {
+        let _ = writeln!(text, "// {comment}");
+        let features = DIMENSIONS.iter().find(|d| d.name == dimension).map_or(&[][..], |d| d.features);
+        let mut word = "if";
+        for (count, feature) in features.iter().enumerate().skip(1).rev() {
+            let _ = writeln!(text, "@{word}({}) const {name}: u32 = {count}u;", identifier(feature));
+            word = "elif";
+        }
+    }
+    let _ = writeln!(text, "// Vectors that describe one image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
+    text
+}
