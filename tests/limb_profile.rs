@@ -123,11 +123,11 @@ fn no_way_of_summing_draws_a_line() {
 }
 
 /// Bodies whose haze or clear air shines beside the ground: how far their profiles may dip. The Earth's blue rim stands beside a darker bare ground; Mars'
-/// limb is blue from its gas over dust; Titan's is that of the sum's ripples where half of a ray is in shadow (measured 0.058); Pluto's and Triton's air is too thin to
+/// limb is blue from its gas over dust; Titan's is that of the sum's ripples where half of a ray is in shadow (measured 0.044); Pluto's and Triton's air is too thin to
 /// be seen beside their ground.
 #[test]
 fn hazes_beside_the_ground_dip_no_more_than_is_known() {
-    for (id, at_most) in [(399, 0.03), (499, 0.05), (606, 0.07), (999, 0.01), (801, 0.01)] {
+    for (id, at_most) in [(399, 0.03), (499, 0.05), (606, 0.05), (999, 0.01), (801, 0.01)] {
         for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 150.0] {
             for size in [100, 400, 1600] {
                 let (dip, _) = faults_of(id, phase, size, EVEN);
