@@ -3,6 +3,7 @@
 //! A scene is drawn once to fill caches and then counted. What is printed of it belongs to one frame, the median by wall time, so that
 //! its stages add up to it. Writing a file is no part of a frame here.
 
+use super::output::say;
 use super::view_words::size;
 use super::{CliError, Common};
 use crate::render::plan::Fineness;
@@ -70,11 +71,11 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
-        return Err(CliError(format!("--scene {}: {}", echo(unknown), or_one_of(unknown, &names))));
+        return Err(CliError::Failed(format!("--scene {}: {}", echo(unknown), or_one_of(unknown, &names))));
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality.of_request());
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
-    let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?.counting_cpu();
+    let session = Session::open(&common.sources_to_draw(), say)?.counting_cpu();
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {

@@ -42,8 +42,9 @@ pub fn manual(args: &ManArgs) -> Result<(), CliError> {
             let verbs: Vec<String> = command.get_subcommands().map(|v| v.get_name().to_owned()).collect();
             let known: Vec<&str> = verbs.iter().map(String::as_str).collect();
             let found = command.find_subcommand(verb.to_lowercase()).cloned();
-            let unknown =
-                || CliError(format!("man {}: no such verb; {}", crate::wording::echo(verb), crate::wording::or_one_of(verb, &known)));
+            let unknown = || {
+                CliError::Failed(format!("man {}: no such verb; {}", crate::wording::echo(verb), crate::wording::or_one_of(verb, &known)))
+            };
             let name = format!("orrery-{}", verb.to_lowercase());
             found.ok_or_else(unknown)?.display_name(name).version(env!("CARGO_PKG_VERSION"))
         }
@@ -53,6 +54,6 @@ pub fn manual(args: &ManArgs) -> Result<(), CliError> {
         .source(concat!("orrery ", env!("CARGO_PKG_VERSION")))
         .manual("Orrery")
         .render(&mut text)
-        .map_err(|e| CliError(format!("the manual page: {e}")))?;
+        .map_err(|e| CliError::Failed(format!("the manual page: {e}")))?;
     put(&String::from_utf8_lossy(&text))
 }

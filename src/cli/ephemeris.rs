@@ -93,10 +93,10 @@ pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let word = |w: &Option<String>| w.clone().unwrap_or_default();
     let question = Question { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
     if asked != Asked::State {
-        let seen = question.seen(&catalog, &ephemeris, asked).map_err(CliError)?;
+        let seen = question.seen(&catalog, &ephemeris, asked).map_err(CliError::Failed)?;
         return put(&if args.json { format!("{seen}\n") } else { format!("{seen:#}\n") });
     }
-    let answer = question.answer(&catalog, &ephemeris).map_err(CliError)?;
+    let answer = question.answer(&catalog, &ephemeris).map_err(CliError::Failed)?;
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     put(&text)
 }
@@ -173,7 +173,7 @@ fn time(text: &str) -> Result<Instant, String> {
 
 fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, asked: Asked) -> Result<(), CliError> {
     for line in std::io::stdin().lock().split(b'\n') {
-        let line = line.map_err(|e| CliError(format!("standard input: {e}")))?;
+        let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
         let answer = String::from_utf8(line)
             .map_err(|_| "not UTF-8 text".to_owned())
             .and_then(|line| Question::from_json(line.trim(), source, asked))

@@ -1,4 +1,5 @@
 //! `orrery explain`: every body of a view, what its draw got and did not get, and why.
+use super::output::say;
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
@@ -31,7 +32,7 @@ pub struct ExplainArgs {
 }
 
 pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+    let session = Session::open(&common.sources(), say)?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality.of_request();
     request.purpose = Purpose::of_file(args.linear);

@@ -20,8 +20,8 @@ pub enum Output {
 
 impl Output {
     pub fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
-        let Some(text) = text else { return Err(CliError("name the file to write: -o out.png (or .exr, out-%05d.png, -)".into())) };
-        let wrong = |why: &str| Err(CliError(format!("-o {}: {why}", echo(text))));
+        let Some(text) = text else { return Err(CliError::Failed("name the file to write: -o out.png (or .exr, out-%05d.png, -)".into())) };
+        let wrong = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
         if text == "-" {
             return Ok(Self::Stream);
         }
@@ -61,14 +61,14 @@ pub fn step_seconds(text: &str) -> Result<f64, CliError> {
         _ => None,
     };
     let seconds = scale.zip(number.trim().parse::<f64>().ok()).map(|(s, n)| s * n).filter(|s| s.is_finite());
-    seconds.ok_or_else(|| CliError(format!("--step {}: write a number with s, m, h or d, as 60s", echo(text))))
+    seconds.ok_or_else(|| CliError::Failed(format!("--step {}: write a number with s, m, h or d, as 60s", echo(text))))
 }
 
 /// `i/n` with 0 <= i < n.
 pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
-    parts.filter(|(i, n)| i < n).ok_or_else(|| CliError(format!("--shard {}: write i/n with i from 0 to n-1, as 0/4", echo(text))))
+    parts.filter(|(i, n)| i < n).ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, as 0/4", echo(text))))
 }
 
 /// What a file that is not this request's says of itself.
@@ -89,7 +89,7 @@ fn refusal(path: &Path, earlier: &Earlier, mark: &Mark, clock: bool) -> Option<C
             format!("{path} is there, drawn for a request that is not known ({why}); this one is {}; {instead}", mark.short())
         }
     };
-    Some(CliError(line))
+    Some(CliError::Failed(line))
 }
 
 /// The frames that are there already, whole and of this request; `wanted`: number, path and mark of each.
@@ -106,7 +106,7 @@ pub fn kept(
     for (number, path, mark) in wanted {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
             let shown = |path: &Path| echo_of(&path.display().to_string(), 100);
-            return Err(CliError(format!("{}: there is no folder {}; make it first", shown(&path), shown(folder))));
+            return Err(CliError::Failed(format!("{}: there is no folder {}; make it first", shown(&path), shown(folder))));
         }
         let earlier = mark.earlier(&path, size);
         if earlier == Earlier::Same {

@@ -14,7 +14,7 @@ pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
 /// The fragments of `--shaders` over those built in.
 pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
     let Some(folder) = &common.shaders else { return Ok(Fragments::default()) };
-    fragment_stamps(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(CliError)
+    fragment_stamps(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(CliError::Failed)
 }
 
 /// The shipped ephemeris under the file of `--kernel`.

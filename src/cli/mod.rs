@@ -133,10 +133,16 @@ pub struct Common {
     pub verbose: u8,
 }
 
-/// It could not be done: one line that says why and what to do.
+/// Why a verb ended early.
 #[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct CliError(pub String);
+pub enum CliError {
+    /// It could not be done: one line that says why and what to do.
+    #[error("{0}")]
+    Failed(String),
+    /// The reader of standard output has seen enough, as in `orrery shader keys | head`.
+    #[error("standard output was closed")]
+    OutputClosed,
+}
 
 impl Quality {
     /// What scene knows it as.
@@ -190,7 +196,7 @@ impl Common {
 
 impl From<SessionError> for CliError {
     fn from(e: SessionError) -> Self {
-        Self(e.to_string())
+        Self::Failed(e.to_string())
     }
 }
 
@@ -232,7 +238,7 @@ fn print_parser(e: &clap::Error, words: &[OsString]) {
     }
     given.sort_by_key(|word| std::cmp::Reverse(word.len()));
     let said = given.iter().fold(e.render().to_string(), |said, word| said.replace(word.as_str(), &echo_of(word, WORD_ECHO)));
-    eprint!("{}", harmless(&said));
+    output::write_error(&harmless(&said));
 }
 
 /// Runs the program for the process's arguments.
@@ -262,9 +268,9 @@ pub fn run() -> ExitCode {
         Some(Verb::Man(a)) => documents::manual(a),
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("orrery: {}", harmless(&e.to_string()));
+            output::say(&e.to_string());
             ExitCode::FAILURE
         }
     }

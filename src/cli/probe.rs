@@ -1,6 +1,6 @@
 //! `orrery probe`: questions by words or JSON lines come in, the emitted shaders' own answers go out.
 
-use super::output::put;
+use super::output::{put, say};
 use super::{CliError, Common};
 use crate::probe::{Prober, questions_json, questions_text};
 use crate::render::software::{Options, Precision, SoftwareRenderer};
@@ -44,22 +44,22 @@ pub fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
     if args.questions {
         return put(&if args.json { format!("{:#}\n", questions_json()) } else { questions_text() });
     }
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+    let session = Session::open(&common.sources(), say)?;
     let precision = match args.precision {
         PrecisionChoice::F32 => Precision::F32,
         PrecisionChoice::F64 => Precision::F64,
     };
     let options = Options { threads: common.threads.unwrap_or(0), precision, ..Options::default() };
-    let renderer = SoftwareRenderer::new(options).map_err(|e| CliError(e.to_string()))?;
+    let renderer = SoftwareRenderer::new(options).map_err(|e| CliError::Failed(e.to_string()))?;
     let prober = Prober { session: &session, renderer: &renderer };
     match args.question.as_deref() {
         Some(question) if question != "-" => {
-            let answer = prober.answer(question).map_err(CliError)?;
+            let answer = prober.answer(question).map_err(CliError::Failed)?;
             put(&format!("{answer}\n"))
         }
         _ => {
             for line in std::io::stdin().lock().split(b'\n') {
-                let line = line.map_err(|e| CliError(format!("standard input: {e}")))?;
+                let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
                 let answer = String::from_utf8(line).map_err(|_| "not UTF-8 text".to_owned()).and_then(|l| prober.answer(l.trim()));
                 let reply = match answer {
                     Ok(a) => json!({ "ok": a }),

@@ -1,5 +1,6 @@
 //! `orrery render`: one image, or a run of frames, to files or a video stream.
 use super::frames::{Output, kept, shard, step_seconds};
+use super::output::{put, say, to_stdout, write_error};
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
@@ -66,9 +67,9 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
     if output == Output::Stream && stride > 1 {
-        return Err(CliError("--shard needs files: frames of one stream come in order from one run".into()));
+        return Err(CliError::Failed("--shard needs files: frames of one stream come in order from one run".into()));
     }
-    let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
+    let session = Session::open(&common.sources_to_draw(), say)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let request = ViewRequest { quality: common.quality.of_request(), ..args.view.request(session.catalog())? };
     let frame = |number: u32| {
@@ -84,11 +85,12 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         kept.clear();
     }
     if !kept.is_empty() {
-        eprintln!("orrery: kept {} of {} frames, which this request drew before", kept.len(), numbers().count());
+        say(&format!("kept {} of {} frames, which this request drew before", kept.len(), numbers().count()));
     }
     let fineness = common.quality.fineness();
     let mut written = Stages::default();
-    let mut stream = std::io::BufWriter::new(std::io::stdout());
+    let mut stream = std::io::stdout();
+    let failed = |e: image::ImageError| CliError::Failed(e.to_string());
     let bar = progress(args.frames);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -110,13 +112,15 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             Some(path) => {
                 let mut text = text_chunks(args, &request, &drawn.scene);
                 text.push((MARK_CHUNK, session.mark(&request).to_text()));
-                write_picture(path, &drawn.frame, &text).map_err(CliError)?;
+                write_picture(path, &drawn.frame, &text).map_err(CliError::Failed)?;
             }
             None => {
+                let mut bytes = Vec::new();
                 if number == first {
-                    image::write_y4m_header(&mut stream, request.width, request.height, args.rate).map_err(to_stream)?;
+                    image::write_y4m_header(&mut bytes, request.width, request.height, args.rate).map_err(failed)?;
                 }
-                image::write_y4m_frame(&mut stream, &drawn.frame.display).map_err(to_stream)?;
+                image::write_y4m_frame(&mut bytes, &drawn.frame.display).map_err(failed)?;
+                stream.write_all(&bytes).and_then(|()| stream.flush()).map_err(|e| to_stdout(&e))?;
             }
         }
         written.add(Stage::Write, start.elapsed());
@@ -125,18 +129,14 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         bar.inc(1);
     }
-    stream.flush().map_err(to_stream)?;
     bar.finish_and_clear();
     if args.time_report {
         let mut report = report(&session, &written, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept.len().into();
-        if output == Output::Stream { eprintln!("{report}") } else { println!("{report}") }
+        let report = format!("{report}\n");
+        return if output == Output::Stream { Ok(write_error(&report)) } else { put(&report) };
     }
     Ok(())
-}
-
-fn to_stream(e: impl std::fmt::Display) -> CliError {
-    CliError(format!("standard output: {e}"))
 }
 
 /// A bar on a terminal, nothing in a pipe or for one frame.

@@ -2,7 +2,7 @@
 
 use super::inputs::{catalog, fragments};
 use super::library::lowering;
-use super::output::put;
+use super::output::{put, say, write_error};
 use super::{CliError, Common};
 use crate::render::software::{TapeCost, tape_costs};
 use crate::scene::effects::possible_needs;
@@ -135,7 +135,7 @@ fn module_id(text: &str) -> Result<ModuleId, String> {
 }
 
 fn failed(e: impl std::fmt::Display) -> CliError {
-    CliError(e.to_string())
+    CliError::Failed(e.to_string())
 }
 
 /// The keys that views of the catalog can need under any effects.
@@ -145,8 +145,8 @@ pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> 
 
 /// The keys of every draw in the default view of a body.
 fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
-    let id = session.catalog().named(body).map_err(|e| CliError(format!("--for: {e}")))?.id;
+    let session = Session::open(&common.sources(), say)?;
+    let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
     let scene =
         session.scene(&ViewRequest { quality: common.quality.of_request(), ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.needs)).into_iter().collect())
@@ -234,7 +234,7 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                 return put(&format!("{}\n", serde_json::json!(keys)));
             }
             if *count {
-                eprintln!("of {} nominal combinations", key::nominal_size());
+                write_error(&format!("of {} nominal combinations\n", key::nominal_size()));
                 return put(&format!("{}\n", keys.len()));
             }
             put(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
@@ -244,7 +244,7 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             match Language::from(*lang) {
                 _ if *layout => put(&layout_text(&module)),
                 Language::Wgsl if *annotate => put(&annotated_text(&module.wgsl, &module.source_map)),
-                _ if *annotate => Err(CliError("--annotate names the features of WGSL lines; leave out --lang".into())),
+                _ if *annotate => Err(CliError::Failed("--annotate names the features of WGSL lines; leave out --lang".into())),
                 language => put(&translate(&module, language).map_err(failed)?),
             }
         }
@@ -257,7 +257,7 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             let start = Instant::now();
             let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
             let making = start.elapsed();
-            let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+            let session = Session::open(&common.sources(), say)?;
             let ms = ms_per_megapixel(session.renderer(), session.library(), key)?;
             let tapes = tape_costs(&module).map_err(failed)?;
             if *json {
@@ -283,7 +283,7 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
         match std::fs::read(&path) {
             Ok(bytes) if bytes == text.as_bytes() => same += 1,
             Ok(_) if !overwrite => {
-                return Err(CliError(format!(
+                return Err(CliError::Failed(format!(
                     "{}: it says something else than the built-in fragment; --overwrite replaces it",
                     shown(&path)
                 )));
@@ -293,8 +293,8 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     }
     for (path, text) in &new {
         let parent = path.parent().unwrap_or(folder);
-        std::fs::create_dir_all(parent).map_err(|e| CliError(format!("{}: {e}", shown(parent))))?;
-        write_whole(path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError)?;
+        std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
+        write_whole(path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError::Failed)?;
     }
     let there = if same == 0 { String::new() } else { format!(", {same} were there already") };
     put(&format!("{} fragments written to {}{there}; `--shaders` with this folder draws with them\n", new.len(), shown(folder)))
@@ -306,28 +306,28 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let made = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let now = made.map_err(|failures| match put(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
-        Ok(()) => CliError(format!("{} of {} modules are not valid", failures.len(), ids.len())),
+        Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
         Err(e) => e,
     })?;
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
     put(&format!("{} modules emitted, validated and lowered; {translated} of them translated\n", ids.len()))?;
     let old = match std::fs::read_to_string(path) {
         Ok(text) if update => Record::parse(&text).unwrap_or_default(),
-        Ok(text) => Record::parse(&text).map_err(|e| CliError(format!("{}: {e}", path.display())))?,
+        Ok(text) => Record::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
         Err(_) if update => Record::default(),
         Err(e) => {
             let advice = "run in the source tree, or name a file by --record and make it by --update";
-            return Err(CliError(format!("{}: {e}; {advice}", path.display())));
+            return Err(CliError::Failed(format!("{}: {e}; {advice}", path.display())));
         }
     };
     let changes = old.changes(&now);
     put(&changes_text(&changes))?;
     if update {
-        std::fs::write(path, now.record.to_text()).map_err(|e| CliError(format!("{} cannot be written: {e}", path.display())))?;
+        std::fs::write(path, now.record.to_text()).map_err(|e| CliError::Failed(format!("{} cannot be written: {e}", path.display())))?;
         return put(&format!("recorded in {}\n", path.display()));
     }
     match changes.len() {
         0 => put("all as recorded\n"),
-        n => Err(CliError(format!("{n} modules are not as recorded; `orrery shader verify --update` records them"))),
+        n => Err(CliError::Failed(format!("{n} modules are not as recorded; `orrery shader verify --update` records them"))),
     }
 }

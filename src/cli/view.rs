@@ -42,7 +42,10 @@ impl Default for ViewArgs {
 #[cfg(not(feature = "view"))]
 pub fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
     let at = instant(&args.time)?.to_utc_iso();
-    Err(CliError(format!("this build has no window; to draw to a file: orrery render --target {} --time {at} -o {0}.png", args.target)))
+    Err(CliError::Failed(format!(
+        "this build has no window; to draw to a file: orrery render --target {} --time {at} -o {0}.png",
+        args.target
+    )))
 }
 
 #[cfg(feature = "view")]
@@ -53,6 +56,7 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 #[cfg(feature = "view")]
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
+    use crate::cli::output::say;
     use crate::ephemeris::order::by_distance;
     use crate::session::Session;
     use crate::time::Instant;
@@ -71,26 +75,26 @@ mod windowed {
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
         let hearing = Arc::clone(&heard);
         let session = Session::open(&common.sources_to_draw(), move |line| {
-            eprintln!("orrery: {line}");
+            say(line);
             hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
         })?;
-        let watch = common.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError)?;
+        let watch = common.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError::Failed)?;
         let usual = Sight { quality: quality_name(common.quality.of_request()).into(), ..first(&session, args)? };
         let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
         let warning = kept.as_ref().err().cloned();
         // Who clicked on a link sees no standard error.
-        warning.iter().for_each(|line| eprintln!("orrery: {line}"));
+        warning.iter().for_each(|line: &String| say(line));
         let sight = kept.ok().flatten().unwrap_or(usual);
         let viewer = Viewer::new(subjects(&session), sight, clock);
         let path = args.settings.clone().or_else(Settings::usual_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
-        said.iter().for_each(|line| eprintln!("orrery: {line}"));
+        said.iter().for_each(|line: &String| say(line));
         heard.lock().unwrap_or_else(PoisonError::into_inner).extend(said);
         let mut interface = Interface::new(viewer, settings);
         interface.heard = heard;
         interface.warning = warning;
         let keep = |interface: &Interface| path.as_ref().map_or(Ok(()), |path| interface.settings.save(path));
-        window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError(e.to_string()))
+        window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()))
     }
 
     /// The view of a link, or of the file that keeps one.
@@ -105,9 +109,9 @@ mod windowed {
 
     fn first(session: &Session, args: &ViewArgs) -> Result<Sight, CliError> {
         let catalog = session.catalog();
-        let target = catalog.named(&args.target).map_err(|e| CliError(format!("--target: {e}")))?.id;
+        let target = catalog.named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
         let view = first_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
-        view.map_err(|e| CliError(format!("--target {}: {e}", echo(&args.target))))
+        view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }
 
     fn clock() -> Instant {

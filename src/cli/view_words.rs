@@ -69,11 +69,11 @@ pub struct ViewWords {
 pub fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
-    Instant::parse(&text).map_err(|e| CliError(format!("--time: {e}")))
+    Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
 }
 
 fn wrong(option: &str, value: &str, allowed: &str) -> CliError {
-    CliError(format!("{option} {}: {allowed}", echo(value)))
+    CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
 /// `1024x768`.
@@ -95,18 +95,19 @@ fn pixel_view(text: &str) -> Result<PixelView, CliError> {
 impl ViewWords {
     /// The request that the words make with this catalog.
     pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
-        let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError(format!("{option}: {e}")));
+        let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
         let time = instant(&self.time)?;
         let target = self.target.as_ref().map(|name| place("--target", name)).transpose()?;
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
         if let Some(file) = &self.camera_json {
             let shown = echo(&file.display().to_string());
-            let text = std::fs::read_to_string(file).map_err(|e| CliError(format!("{shown}: {e}")))?;
-            let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError(e.to_string()))?;
-            camera.resolve(catalog, &mut request).map_err(|e| CliError(e.to_string()))?;
+            let text = std::fs::read_to_string(file).map_err(|e| CliError::Failed(format!("{shown}: {e}")))?;
+            let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError::Failed(e.to_string()))?;
+            camera.resolve(catalog, &mut request).map_err(|e| CliError::Failed(e.to_string()))?;
         } else {
-            let target = target.ok_or_else(|| CliError("name what to look at: --target BODY, or give --camera-json FILE".into()))?;
+            let target =
+                target.ok_or_else(|| CliError::Failed("name what to look at: --target BODY, or give --camera-json FILE".into()))?;
             if catalog.body(target).is_none() {
                 let name = self.target.as_deref().unwrap_or("");
                 return Err(wrong("--target", name, "a centre of mass has nothing to look at: name a body"));
@@ -119,7 +120,7 @@ impl ViewWords {
             request.fov_deg = self.fov;
         }
         if let Some(up) = &self.up {
-            request.up = up_by_name(up).map_err(|e| CliError(e.to_string()))?;
+            request.up = up_by_name(up).map_err(|e| CliError::Failed(e.to_string()))?;
         }
         (request.width, request.height) = size(&self.size)?;
         if !self.exposure.eq_ignore_ascii_case("auto") {
@@ -127,15 +128,15 @@ impl ViewWords {
             request.exposure = ExposureRequest::Stops(stops);
         }
         if let Some(effects) = &self.effects {
-            request.effects = EffectOverrides::parse(effects).map_err(|e| CliError(e.to_string()))?;
+            request.effects = EffectOverrides::parse(effects).map_err(|e| CliError::Failed(e.to_string()))?;
         }
         if let Some(layers) = &self.layers {
-            request.layers = Layers::parse(layers).map_err(|e| CliError(e.to_string()))?;
+            request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
         }
         let tones = || wrong("--tone-map", &self.tone_map, &or_one_of(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(tones)?;
         request.pixel_view = pixel_view(&self.pixels)?;
-        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError(e.to_string()))?;
+        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError::Failed(e.to_string()))?;
         Ok(request)
     }
 
@@ -153,7 +154,7 @@ impl ViewWords {
                     (None, d) => (d.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
                 };
                 if height_km <= 0.0 {
-                    return Err(CliError(format!(
+                    return Err(CliError::Failed(format!(
                         "a camera {height_km} km over the ground is inside {}: give a greater height",
                         catalog.body(target).map_or("the target", |b| b.name.as_str())
                     )));

@@ -10,6 +10,7 @@ use super::sight::{Eye, Sight, standing};
 use crate::catalog::{Catalog, NaifId};
 use crate::session::Session;
 use crate::time::Instant;
+use crate::wording::did_you_mean;
 use glam::DVec3;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -18,6 +19,8 @@ use serde_json::{Map, Value};
 /// What links begin with.
 pub const SCHEME: &str = "orrery://view?";
 
+/// Fields of a view that its text may have and its defaults do not write.
+const UNWRITTEN: [&str; 2] = ["time", "paused"];
 /// A text of more bytes is no view: those that are written have some 600.
 const MOST_BYTES: usize = 65_536;
 /// Faults that are listed; of each so many characters.
@@ -143,10 +146,7 @@ impl Told {
     fn name_bodies(&mut self, catalog: &Catalog) {
         let mut faults = Vec::new();
         let code = |field: &str, value: &Value| match value {
-            Value::String(name) => {
-                let id = catalog.find_place(name).filter(|id| catalog.body(*id).is_some());
-                id.ok_or_else(|| format!("{field}: no body is called `{}`", brief(name)))
-            }
+            Value::String(name) => catalog.named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
             other => match serde_json::from_value(other.clone()).map(NaifId) {
                 Ok(id) if catalog.body(id).is_some() => Ok(id),
                 Ok(id) => Err(format!("{field}: no body has the code {}", id.0)),
@@ -222,12 +222,16 @@ impl Told {
     fn put<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
         let before = whole.insert(name.to_owned(), value);
         if let Err(e) = serde_json::from_value::<T>(Value::Object(whole.clone())) {
-            let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field"));
-            self.fault(format!("{above}{name}: {}", why.as_deref().unwrap_or("there is no such field")));
             match before {
                 Some(before) => whole.insert(name.to_owned(), before),
                 None => whole.remove(name),
             };
+            let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
+                let known = whole.keys().map(String::as_str).chain(UNWRITTEN.into_iter().filter(|_| above.is_empty()));
+                let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
+                format!("there is no such field{hint}")
+            });
+            self.fault(format!("{above}{name}: {why}"));
         }
     }
 
@@ -426,6 +430,23 @@ mod tests {
             let field = bad.split('=').next().unwrap_or_default();
             assert!(why.starts_with(field) && !why.contains('\n'), "{bad}: {why}");
         }
+    }
+
+    #[test]
+    fn slips_in_a_link_are_told_with_what_may_have_been_meant() {
+        for (slip, meant) in [
+            ("target=satrun", "`Saturn`"),
+            ("eye.body=jupitr", "`Jupiter`"),
+            ("targte=599", "`target`"),
+            ("tiem=now", "`time`"),
+            ("pasued=true", "`paused`"),
+            ("eye.latitud_deg=3&eye.kind=ground", "`latitude_deg`"),
+            ("effects=%2Beclips", "`eclipse`"),
+        ] {
+            let why = of_link(&format!("orrery://view?{slip}")).expect_err(slip);
+            assert!(why.contains("did you mean") && why.contains(meant), "{slip}: {why}");
+        }
+        assert!(of_link("orrery://view?qqqq=1").is_err_and(|why| !why.contains("did you mean")), "nothing is near");
     }
 
     #[test]

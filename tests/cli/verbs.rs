@@ -233,3 +233,81 @@ fn a_time_report_adds_up() {
     assert!(before_the_frame <= first_ms && first_ms <= whole_ms, "stages {before_the_frame}, first {first_ms}, whole {whole_ms}");
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
+
+/// A comparison writes its picture once, again where nothing would change, and over another file only where told to.
+#[test]
+fn compare_replaces_another_file_only_when_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
+    for (name, level) in [("a.png", 40), ("b.png", 60)] {
+        image::RgbImage::from_pixel(4, 4, image::Rgb([level; 3])).save(path(name)).expect("saved");
+    }
+    let compare = |more: &[&str]| orrery(&[&["compare", &*path("a.png"), &*path("b.png"), "-o", &*path("d.png")], more].concat());
+    assert!(compare(&[]).status.success() && compare(&[]).status.success(), "the same bytes once more are no harm");
+    let difference = std::fs::read(path("d.png")).expect("a picture");
+    std::fs::write(path("d.png"), "mine").expect("a file");
+    let refused = compare(&[]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(1) && refused.stdout.is_empty(), "{said}");
+    assert!(said.trim().lines().count() == 1 && said.contains("d.png") && said.contains("--overwrite"), "{said}");
+    assert_eq!(std::fs::read(path("d.png")).expect("a file"), b"mine");
+    assert!(compare(&["--overwrite"]).status.success());
+    assert_eq!(std::fs::read(path("d.png")).expect("a picture"), difference);
+}
+
+/// Each verb that prints, its output (or its messages) read by nobody: it ends without a panic, a result's closed pipe is no failure.
+#[test]
+fn closed_streams_end_every_verb_quietly() {
+    use std::process::Stdio;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
+    image::RgbImage::new(4, 4).save(path("a.png")).expect("saved");
+    // A pipe of which the other end is closed before anything is written.
+    let closed = || {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        Stdio::from(writer)
+    };
+    let (a, b, cache) = (path("a.png"), path("b.png"), path("cache"));
+    let render = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "16x16", "--renderer", "software"];
+    let good: &[&[&str]] = &[
+        &["--help"],
+        &["doctor", "--renderer", "software"],
+        &["library", "status"],
+        &["library", "verify"],
+        &["library", "clear", "--json"],
+        &["shader", "keys", "--simple"],
+        &["shader", "emit", "lambert.sun1.sphere"],
+        &["ephemeris", "--body", "moon", "--center", "earth", "--time", ECLIPSE],
+        &["probe", "--questions"],
+        &["compare", &a, &a],
+        &["explain", "--target", "moon", "--time", ECLIPSE],
+        &["completions", "bash"],
+        &["man"],
+        &[&render[..], &["--time-report", "-o", &b]].concat(),
+        &[&render[..], &["--frames", "3", "-o", "-"]].concat(),
+    ];
+    let bad: &[&[&str]] = &[&["compare", &a, "none.png"], &["man", "nothing"], &["shader", "emit", "nothing"], &["--nothing"]];
+    let run = |words: &[&str], out: Stdio, err: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+        command.args(words).env("XDG_CACHE_HOME", &cache).stdin(Stdio::null()).stdout(out).stderr(err);
+        command.spawn().and_then(|child| child.wait_with_output()).expect("the program runs")
+    };
+    for words in good {
+        let done = run(words, closed(), Stdio::piped());
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success() && said.is_empty(), "{words:?}: {:?}, {said}", done.status);
+        // Messages that nobody reads change no result.
+        assert!(run(words, Stdio::null(), closed()).status.success(), "{words:?}");
+    }
+    for words in bad {
+        let code = run(words, closed(), closed()).status.code();
+        assert!(matches!(code, Some(1 | 2)), "{words:?}: {code:?}");
+    }
+    // A full device is a failure, and said.
+    if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
+        let done = run(&["man"], full.into(), Stdio::piped());
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains("standard output"), "{said}");
+    }
+}

@@ -28,7 +28,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "view",
-        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render::plan", "image", "session", "probe", "view"],
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render::plan", "image", "session", "probe", "view", "wording"],
         &["naga", "wgpu"],
     ),
     (

@@ -7,7 +7,8 @@ use egui::{Event, Key, Modifiers, OutputCommand, PointerButton, Pos2, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
-use orrery::session::Session;
+use orrery::scene::request::{Purpose, ViewRequest};
+use orrery::session::{Earlier, Session};
 use orrery::time::Instant;
 use orrery::view::interface::{Interface, Tab};
 use orrery::view::kept::restored;
@@ -312,7 +313,13 @@ fn no_letter_quits_and_ctrl_q_does() {
 
 #[test]
 fn a_failed_search_is_said_at_its_field_and_replaced_by_what_is_typed_next() {
-    for (wrong, said) in [("nowhere", "No body is called “nowhere”"), ("+wings", "wings"), ("zz 9", "No body is called “zz 9”")] {
+    for (wrong, said) in [
+        ("nowhere", "No body is called “nowhere”"),
+        ("satrun", "did you mean `Saturn`?"),
+        ("tritan", "`Titan`"),
+        ("+wings", "wings"),
+        ("zz 9", "No body is called “zz 9”"),
+    ] {
         let mut window = without_pictures(SATURN);
         typed(&mut window, "/");
         typed(&mut window, wrong);
@@ -417,6 +424,24 @@ fn pictures_are_saved_beside_what_is_there_and_the_whole_path_is_told() {
     assert!(window.state().message.contains(&at("none").display().to_string()), "{}", window.state().message);
 }
 
+/// As `render` writes them, so that a run of frames knows its own pictures and no other's.
+#[test]
+fn saved_pictures_tell_which_request_they_are_of() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, purpose) in [("p.png", Purpose::Display), ("p.exr", Purpose::of_file(true))] {
+        let path = folder.path().join(name);
+        let mut window = sharing(&path);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        settle(&mut window);
+        let view = &window.state().viewer.sight;
+        let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
+        let request = ViewRequest { purpose, ..request };
+        assert_eq!(session().mark(&request).earlier(&path, (24, 16)), Earlier::Same, "{name}");
+        let wider = ViewRequest { fov_deg: Some(46.0), ..request };
+        assert!(matches!(session().mark(&wider).earlier(&path, (24, 16)), Earlier::Other(why) if why.contains("fov")), "{name}");
+    }
+}
+
 #[test]
 fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
     for paused in [true, false] {
@@ -512,4 +537,40 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
         (drawn.0 - w).abs() < 3.0 && (drawn.1 - h).abs() < 3.0 && (drawn.2 - middle).length() < 3.0,
         "{drawn:?} after {w} by {h} at {middle}"
     );
+}
+
+/// The compared pictures in windows of other shapes than the one that they were drawn for.
+#[test]
+fn compared_pictures_are_never_stretched() {
+    let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
+    (shown.settings.names, shown.settings.markers, shown.settings.outline) = (false, false, false);
+    let draws: Arc<AtomicBool> = Arc::new(true.into());
+    let mut window = held(shown, &draws, 640.0);
+    window.state_mut().tab = Some(Tab::Compare);
+    settle(&mut window);
+    let request = window.state().drawing().expect("a picture").order.request.clone();
+    let shape = f64::from(request.width) / f64::from(request.height);
+    draws.store(false, Ordering::Relaxed);
+    let mut seen = std::collections::BTreeSet::new();
+    for size in [[1100.0, 640.0], [1500.0, 640.0], [900.0, 700.0], [1100.0, 1000.0], [1300.0, 420.0]] {
+        window.set_size(size.into());
+        for (page, image) in [("Split", "draft to the left"), ("Beside", "draft"), ("Beside", "reference"), ("Difference", "Difference of")]
+        {
+            window.get_by_label(page).click();
+            window.run_steps(3);
+            let image = |n: &egui_kittest::Node<'_>| n.accesskit_node().label().is_some_and(|l| l.starts_with(image));
+            let rect = window.query_all_by_role(Role::Image).find(image).expect("a picture").rect();
+            let case = format!("{page} at {size:?}: {rect}, of shape {shape}");
+            seen.insert(((rect.width() * 10.0) as i32, (rect.height() * 10.0) as i32));
+            if page != "Beside" {
+                assert!((f64::from(rect.width() / rect.height()) / shape - 1.0).abs() < 0.02, "{case}");
+            }
+            // The Moon is round in what is painted there, wherever none of it is cut off.
+            if page == "Beside" && rect.bottom() < size[1] - 40.0 {
+                let (width, height, _) = lit(&mut window, rect);
+                assert!(width > 20.0 && (width / height - 1.0).abs() < 0.15, "{case}: the Moon is {width} by {height}");
+            }
+        }
+    }
+    assert!(seen.len() > 5, "one size in all windows shows nothing");
 }

@@ -8,11 +8,14 @@ use crate::catalog::{Kind, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::time::Instant;
 use crate::view::viewer::{Action, Subject};
+use crate::wording::{did_you_mean, echo_of};
 use egui::collapsing_header::CollapsingState;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Key, ScrollArea, TextEdit, UiBuilder};
 
+/// Characters of what was typed that a failed search repeats.
+const ECHO_AT_MOST: usize = 60;
 /// Completions shown at once.
 const COMPLETIONS: usize = 8;
 
@@ -83,7 +86,7 @@ pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
             }
             Some(Err(why)) => interface.browse.failure = Some(why),
             None if chosen.is_none() => {
-                interface.browse.failure = Some(format!("No body is called “{}”", interface.browse.wanted.trim()));
+                interface.browse.failure = Some(not_found(interface.viewer.subjects(), interface.browse.wanted.trim()));
             }
             None => {}
         }
@@ -99,6 +102,13 @@ pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
         interface.browse.give_up();
         actions.push(Action::FlyTo(id));
     }
+}
+
+/// Why a name is of no body, and which bodies it may have meant.
+fn not_found(bodies: &[Subject], typed: &str) -> String {
+    let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
+    let hint = did_you_mean(typed, names).map_or(String::new(), |hint| format!("; {hint}"));
+    format!("No body is called “{}”{hint}", echo_of(typed, ECHO_AT_MOST))
 }
 
 /// What hangs below the search field: completions, or why there are none.

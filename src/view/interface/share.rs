@@ -6,7 +6,7 @@ use super::{Interface, named};
 use crate::render::plan::Fineness;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{Readers, Session, is_exr, write_new, write_new_picture};
+use crate::session::{MARK_CHUNK, Readers, Session, is_exr, write_new, write_new_picture};
 use crate::view::kept::{SCHEME, restored};
 use crate::view::names::{Numbered, free_names, whole};
 use crate::view::settings::{Bookmark, ZOOMS};
@@ -264,6 +264,7 @@ fn save(
         ("Description", sight.to_link()),
         ("Legend", legend_of(&drawn.scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
+        (MARK_CHUNK, session.mark(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
     write_new_picture(files, is_exr(&path), &drawn.frame, &text)

@@ -159,11 +159,16 @@ impl ComparePanel {
     }
 }
 
+/// The longer side of a compared picture, pixels, at most.
+const MOST_PX: f32 = 1024.0;
+
 /// The request at the panel's size, in the shape of the sky.
 fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
     let [width, height] = [request.width, request.height].map(|side| side.max(1) as f32);
     let room = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
-    let [width, height] = [room.x, room.y].map(|side| side.round().clamp(16.0, 1024.0) as u32);
+    // One scale for both sides: the pair shows what the sky shows.
+    let room = room * (MOST_PX / room.max_elem()).min(1.0);
+    let [width, height] = [room.x, room.y].map(|side| side.round().max(1.0) as u32);
     ViewRequest { width, height, ..request.clone() }
 }
 

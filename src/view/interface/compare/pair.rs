@@ -148,9 +148,11 @@ pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
 
 /// A picture with a name for those who do not see it.
 pub fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
-    let (rect, response) = ui.allocate_exact_size(fitted(ui, size), Sense::hover());
+    let size = fitted(ui, size);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
-    ui.painter().image(texture, rect, WHOLE, Color32::WHITE);
+    // A column gives all of its width; the picture keeps its shape in it.
+    ui.painter().image(texture, Rect::from_center_size(rect.center(), size), WHOLE, Color32::WHITE);
 }
 
 /// The figures as one line each: also for the clipboard.
