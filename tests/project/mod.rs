@@ -1,0 +1,3 @@
+//! The source tree itself: which module may use which.
+
+mod layering;

@@ -1,0 +1,5 @@
+//! Keys, emitted modules, the library on disk, and questions that modules answer.
+
+mod keys;
+mod library;
+mod probe;
