@@ -27,9 +27,6 @@ use satellites::{drift, galilean, tass};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, PoisonError};
 
-/// The kernel that ships: 1900-2100, baked by `examples/bake_kernel.rs`.
-static SHIPPED_KERNEL: &[u8] = include_bytes!("../../catalogs/orrery_1900_2100.bsp");
-
 /// A family of theories, from the least accurate to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -141,7 +138,7 @@ const LATELY: usize = 16;
 impl Ephemeris {
     /// The shipped kernel, series and theories for the bodies of `catalog`.
     pub fn embedded(catalog: &Catalog) -> Result<Self, EphemerisError> {
-        let shipped = kernel::Spk::parse("orrery_1900_2100.bsp", SHIPPED_KERNEL)?;
+        let shipped = kernel::Spk::parse("orrery_1900_2100.bsp", orrery_catalogs::KERNEL)?;
         let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
         let pulls = pulls(catalog);
         let theories = satellites::Theories::embedded()?;

@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 mod compare;
-mod embedded;
 mod letters;
 mod maps;
 mod mips;

@@ -134,7 +134,7 @@ pub struct Session {
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
 
-/// The built-in catalog under the `*.toml` files of a folder, in order of name.
+/// The built-in catalog under the `*.toml` files of a folder, in order of name. A `Cargo.toml`, as catalogs/ has one, is no catalog.
 ///
 /// # Errors
 /// A file that cannot be read, or every wrong field.
@@ -143,6 +143,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let failed = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
     let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
+    paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
     paths.sort();
     let mut files = Vec::new();
     for path in paths {

@@ -1,3 +1,3 @@
 //! The GPU renderer against the software renderer.
 
-pub mod renderer;
+mod renderer;

@@ -1,5 +1,5 @@
 //! Frame plans, and recorded images that both the software renderer and its pair tests draw.
 
-pub mod golden;
+mod golden;
 mod permutations;
 mod plan;

@@ -55,7 +55,6 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     }
     let now = all_build(&ids);
     assert_eq!(now.record.len(), ids.len());
-    assert!(text.len() < 200_000, "{} bytes", text.len());
     let changes = Record::parse(text).expect("the record reads").changes(&now);
     assert!(changes.is_empty(), "`orrery shader verify --update` records these:\n{}", changes_text(&changes));
     std::fs::write(&proven, text).expect("target/tmp can be written");

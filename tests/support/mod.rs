@@ -1,5 +1,8 @@
 //! Helpers that several tests share. No tests.
 
 pub mod air_reference;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod hand_shader;
 pub mod session;
+pub mod views;

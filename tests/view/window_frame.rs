@@ -3,7 +3,7 @@
 //! Bounds, in levels of 255, and why they are not 0: the painter mixes texels in steps of 1/256 and rounds at each layer, the renderers blend in floats: measured
 //! 0.014 in the mean, 1 at most. A GPU has a lattice of its own for corners and may give a pixel of a slanted edge to another layer: on llvmpipe 0.035 and 1.
 
-use crate::gpu::renderer::gpu;
+use crate::support::gpu::gpu;
 use crate::support::session::SESSION;
 use egui::epaint::{ImageData, ImageDelta};
 use orrery::image::{Difference, Picture};
@@ -117,7 +117,7 @@ fn a_device_made_ready_has_what_any_window_needs() {
 #[test]
 fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
     let Some(gpu) = gpu() else { return };
-    let (_, request) = crate::render::golden::views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
+    let (_, request) = crate::support::views::views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let (_, view) = SESSION.plan(&request, plan::Fineness { samples: 4, anisotropy: 8 }).expect("a plan");
     let (read, _) = gpu.render(&view, SESSION.library(), false).expect("drawn");
     let (kept, _) = gpu.render_on_device(&view, SESSION.library()).expect("drawn");
