@@ -22,6 +22,8 @@ pub type Question = [f64; 8];
 pub struct Emitted {
     program: Program,
     layout: Layout,
+    /// A module that is not has uniforms of its own, which are zero here.
+    of_a_body: bool,
 }
 
 impl Emitted {
@@ -38,12 +40,16 @@ impl Emitted {
             format!("@fragment fn formula_main(@location(0) p: vec4f, @location(1) q: vec4f) -> @location(0) vec4f {{ return {value}; }}");
         let parsed = naga::front::wgsl::parse_str(&format!("{text}\n{entry}\n")).unwrap_or_else(|e| panic!("{module}: {e}"));
         let info = orrery::shader::module::validate(&parsed).expect("valid");
-        Self { program: lower(&parsed, &info, "formula_main").expect("lowers"), layout: Layout::of(&parsed).expect("a layout") }
+        let of_a_body = matches!(id, ModuleId::Planet(_));
+        Self { of_a_body, program: lower(&parsed, &info, "formula_main").expect("lowers"), layout: Layout::of(&parsed).expect("a layout") }
     }
 
     /// Answers with the uniforms that the scene's amounts make. `texture`: what stands at every texture binding, read by texel.
     pub fn ask(&self, amounts: &Amounts, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
-        let uniforms = if self.layout.fields.is_empty() { Vec::new() } else { uniforms_of(&self.layout, amounts, 1).expect("uniforms") };
+        let uniforms = match self.of_a_body {
+            true => uniforms_of(&self.layout, amounts, 1).expect("uniforms"),
+            false => vec![0; self.layout.uniform_size as usize],
+        };
         let class = KernelClass::detect();
         let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
         let texels = texture.as_ref().map(|t| Arc::new(Texels::of_texture(t).expect("whole")));
