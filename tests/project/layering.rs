@@ -10,7 +10,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("mesh", &["mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("scene", &["units", "time", "catalog", "ephemeris", "mesh", "scene", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("image", &["units", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("shader/key", &["scene::draw", "shader::key", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
@@ -39,7 +39,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "render/software",
-        &["shader", "image", "render::plan", "render::frame", "render::software"],
+        &["units", "shader", "image", "render::plan", "render::frame", "render::software"],
         &["wgpu", "winit", "softbuffer", "std::fs"],
     ),
     ("render", &["render"], &["naga", "wgpu", "winit", "egui", "softbuffer", "std::fs"]),

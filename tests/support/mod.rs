@@ -1,6 +1,7 @@
 //! Helpers that several tests share. No tests.
 
 pub mod air_reference;
+pub mod emitted;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hand_shader;
