@@ -1,4 +1,4 @@
-//! `orrery compare`: how far two pictures are from each other.
+//! `orrery compare`: the difference between two images.
 
 use super::output::put;
 use super::{CliError, Common};
@@ -11,22 +11,22 @@ use std::path::{Path, PathBuf};
 
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Differences are in levels of 255, over red, green and blue (and alpha where there is any).\n\n\
+    after_help = "Differences are in levels of 0 to 255, over red, green and blue (and alpha, if present).\n\n\
 Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png",
     next_help_heading = "Comparison"
 )]
 pub struct CompareArgs {
-    /// A PNG or JPEG
+    /// First image, PNG or JPEG
     a: PathBuf,
-    /// Another of the same size
+    /// Second image, of the same size
     b: PathBuf,
-    /// Write the differences as a PNG, stretched so that the largest is white
+    /// Write the absolute difference as a PNG, scaled so that the largest is white
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace another file at -o
+    /// Replace an existing file
     #[arg(long, requires = "output")]
     overwrite: bool,
-    /// Levels that the largest difference may have: above it the exit status is 1
+    /// Largest allowed difference; the exit status is 1 above it
     #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// Print JSON
@@ -58,7 +58,7 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
 
 pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
-        return Err(CliError::Failed(format!("--tolerance {t}: levels from 0 to 255")));
+        return Err(CliError::Failed(format!("--tolerance {t}: must be 0 to 255")));
     }
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let both = |e: image::ImageError| {
@@ -83,7 +83,7 @@ pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     }
     match args.tolerance {
         Some(t) if f64::from(d.max) > t => {
-            Err(CliError::Failed(format!("the pictures differ by {} levels, more than the tolerance of {t}", d.max)))
+            Err(CliError::Failed(format!("the images differ by {} levels, more than the tolerance of {t}", d.max)))
         }
         _ => Ok(()),
     }

@@ -8,7 +8,7 @@ use crate::shader::fragments::Fragments;
 
 /// The embedded catalog under the files of `--catalogs` (every `.toml` in it, in order of name).
 pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
-    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.eclipse_radii()))
+    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii))
 }
 
 /// The fragments of `--shaders` over those built in.

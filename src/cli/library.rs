@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\nModules of edited fragments (--shaders) are kept in memory only: warm then proves that each can be made."
+    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\nModules of edited fragments (--shaders) stay in memory; `warm` then only checks that they compile."
 )]
 pub struct LibraryArgs {
     #[command(subcommand)]
@@ -22,13 +22,13 @@ pub struct LibraryArgs {
 
 #[derive(clap::Subcommand, Debug, Clone, Copy)]
 enum LibraryVerb {
-    /// Where the library lies and what it holds
+    /// Show the location and the contents
     Status,
-    /// Fill it with every module that any view can need
+    /// Compile every module that a view can need
     Warm,
-    /// Read every entry and check it whole
+    /// Check every entry
     Verify,
-    /// Remove every entry
+    /// Remove all entries
     Clear,
 }
 
@@ -65,7 +65,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             }
             let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
             put(&format!(
-                "folder     {folder}\nentries    {} ({} kB)\nof other versions  {} ({} kB)\n",
+                "folder     {folder}\nentries    {} ({} kB)\nother versions  {} ({} kB)\n",
                 status.entries,
                 status.bytes / 1000,
                 status.other_entries,
@@ -80,7 +80,11 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             let failures = library.warm(&ids, || bar.inc(1));
             bar.finish_and_clear();
             if let Some(first) = failures.first() {
-                return Err(CliError::Failed(format!("{} of {} modules could not be made; the first: {first}", failures.len(), ids.len())));
+                return Err(CliError::Failed(format!(
+                    "{} of {} modules could not be compiled; the first: {first}",
+                    failures.len(),
+                    ids.len()
+                )));
             }
             let s = library.statistics();
             if args.json {
@@ -88,7 +92,7 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             }
             let each = |seconds: f64, n: u64| if n == 0 { 0.0 } else { 1000.0 * seconds / n as f64 };
             put(&format!(
-                "emitted    {} ({:.2} ms each)\nfrom disk  {} ({:.2} ms each)\nwritten    {} ({:.2} ms each)\nrepaired   {}\n",
+                "compiled   {} ({:.2} ms each)\nfrom disk  {} ({:.2} ms each)\nwritten    {} ({:.2} ms each)\nrepaired   {}\n",
                 s.emitted,
                 each(s.emitting_s, s.emitted),
                 s.from_disk,
@@ -104,11 +108,11 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 json(&check)?;
             } else {
                 let damaged = check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", file.display()));
-                put(&format!("whole      {}\n{}", check.whole, damaged.collect::<String>()))?;
+                put(&format!("valid      {}\n{}", check.whole, damaged.collect::<String>()))?;
             }
             if !check.damaged.is_empty() {
                 return Err(CliError::Failed(format!(
-                    "{} entries are damaged; they are replaced when next used, `orrery library clear` removes all",
+                    "{} entries are damaged; they are replaced when they are next used, or run `orrery library clear`",
                     check.damaged.len()
                 )));
             }

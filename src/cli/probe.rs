@@ -8,34 +8,27 @@ use crate::session::Session;
 use serde_json::json;
 use std::io::BufRead;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum PrecisionChoice {
-    #[default]
-    F32,
-    F64,
-}
-
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  orrery probe '{\"q\":\"disc-overlap\",\"k\":0.9,\"d\":0.5,\"model\":\"linear\"}'\n  \
     orrery probe --stdin --precision f64 < questions.jsonl\n  \
     orrery probe --questions",
-    next_help_heading = "Question"
+    next_help_heading = "Query"
 )]
 pub struct ProbeArgs {
-    /// One question, a JSON object
+    /// One query, a JSON object
     #[arg(required_unless_present_any = ["stdin", "questions"])]
     question: Option<String>,
-    /// Read questions as JSON lines and answer one line each (also where the question is -)
+    /// Read queries as JSON lines and print one line for each (also if the query is -)
     #[arg(long, conflicts_with = "question")]
     stdin: bool,
-    /// Print every question with its fields and an example (with --json as one JSON value)
+    /// List all queries with their fields and an example (with --json as one JSON value)
     #[arg(long, conflicts_with_all = ["question", "stdin"])]
     questions: bool,
-    /// What the shader's lanes compute in
+    /// Floating-point precision of the shader
     #[arg(long, value_enum, default_value = "f32")]
-    precision: PrecisionChoice,
-    /// Print one JSON value (the answer always is one)
+    precision: Precision,
+    /// Print JSON (always the case)
     #[arg(long)]
     json: bool,
 }
@@ -45,11 +38,7 @@ pub fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
         return put(&if args.json { format!("{:#}\n", questions_json()) } else { questions_text() });
     }
     let session = Session::open(&common.sources(), say)?;
-    let precision = match args.precision {
-        PrecisionChoice::F32 => Precision::F32,
-        PrecisionChoice::F64 => Precision::F64,
-    };
-    let options = Options { threads: common.threads.unwrap_or(0), precision, ..Options::default() };
+    let options = Options { threads: common.threads.unwrap_or(0), precision: args.precision, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).map_err(|e| CliError::Failed(e.to_string()))?;
     let prober = Prober { session: &session, renderer: &renderer };
     match args.question.as_deref() {

@@ -3,12 +3,12 @@
 use super::view_words::instant;
 use super::{CliError, Common};
 
-const KEYS: &str = "`view` is what the program does without a verb: `orrery --target saturn` is `orrery view --target saturn`.
-With --shaders DIR the fragments are read again when a file changes. The window explains its keys and mouse under `?`.
+const KEYS: &str = "`view` is the default command: `orrery --target saturn` is `orrery view --target saturn`.
+With --shaders DIR, fragments are reloaded when a file changes. Press `?` in the window for keyboard and mouse help.
 
-What a link or a file leaves out is as the window begins: the Earth, now, the lit side from 3.5 radii. `target` and `eye.body` are names
-or NAIF codes, `time` is ISO 8601 UTC, `paused` is true or false. All faults of one that cannot be read are told in the window, which
-opens all the same.
+Fields that a link or a file omits have the defaults of a new window: the Earth, now, the lit side from 3.5 radii.
+`target` and `eye.body` are names or NAIF codes, `time` is ISO 8601 UTC, `paused` is true or false. If a link cannot
+be read, the window opens with the default view and lists all errors.
 
 Examples:
   orrery
@@ -19,16 +19,16 @@ Examples:
 #[derive(clap::Args, Debug)]
 #[command(after_help = KEYS, next_help_heading = "First view")]
 pub struct ViewArgs {
-    /// Body to start at
+    /// First body to look at
     #[arg(long, value_name = "BODY", default_value = "earth")]
     target: String,
-    /// A view that was kept: orrery://… or a file
+    /// Saved view: an orrery:// link or a file
     #[arg(value_name = "LINK")]
     link: Option<String>,
-    /// What the window remembers [default: settings.json in the user's configuration folder]
+    /// Settings file [default: settings.json in the user's configuration folder]
     #[arg(long, value_name = "FILE")]
     settings: Option<std::path::PathBuf>,
-    /// ISO 8601 UTC, jd_tdb:DAY, or now
+    /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     time: String,
 }
@@ -64,7 +64,7 @@ mod windowed {
     use crate::view::interface::{Interface, SessionPlaces};
     use crate::view::kept::{SCHEME, is_link, restored};
     use crate::view::settings::Settings;
-    use crate::view::sight::{Sight, quality_name};
+    use crate::view::sight::Sight;
     use crate::view::viewer::{Subject, Viewer};
     use crate::view::watch::Watch;
     use crate::view::window;
@@ -79,7 +79,7 @@ mod windowed {
             hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
         })?;
         let watch = common.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError::Failed)?;
-        let usual = Sight { quality: quality_name(common.quality.of_request()).into(), ..first(&session, args)? };
+        let usual = Sight { quality: common.quality, ..first(&session, args)? };
         let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
         let warning = kept.as_ref().err().cloned();
         // Who clicked on a link sees no standard error.
@@ -103,7 +103,7 @@ mod windowed {
         if is_link(link) {
             return restored(link, session, clock()).map_err(named);
         }
-        let text = std::fs::read_to_string(link).map_err(|e| named(format!("{e}; a link begins with {SCHEME}")))?;
+        let text = std::fs::read_to_string(link).map_err(|e| named(format!("{e}; a link starts with {SCHEME}")))?;
         restored(&text, session, clock()).map_err(named)
     }
 

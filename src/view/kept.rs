@@ -79,7 +79,7 @@ struct Told {
 impl Told {
     fn of(text: &str) -> Self {
         if text.len() > MOST_BYTES {
-            Self::refused(format!("{} bytes are no view: there are {MOST_BYTES} at the most", text.len()))
+            Self::refused(format!("too long for a view: {} bytes, the limit is {MOST_BYTES}", text.len()))
         } else if is_link(text) {
             Self::of_link(text)
         } else {
@@ -104,7 +104,7 @@ impl Told {
     }
 
     fn of_link(link: &str) -> Self {
-        let Some(query) = query_of(link) else { return Self::refused(format!("a link begins with {SCHEME}")) };
+        let Some(query) = query_of(link) else { return Self::refused(format!("a link starts with {SCHEME}")) };
         let mut told = Self { fields: Map::new(), faults: Vec::new() };
         for pair in query.split('&').filter(|p| !p.is_empty()) {
             if let Err(why) = told.take_pair(pair) {
@@ -116,21 +116,21 @@ impl Told {
 
     fn take_pair(&mut self, pair: &str) -> Result<(), String> {
         let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", brief(pair)))?;
-        let text = unescaped(text).ok_or_else(|| format!("`{}`: broken %-escape", brief(pair)))?;
+        let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", brief(pair)))?;
         // A field that is text says so by not being a JSON scalar.
         let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
         let Some((above, name)) = path.split_once('.') else {
             if self.fields.get(path).is_some_and(Value::is_object) {
-                return Err(format!("`{}` is a plain value and has fields below it", brief(path)));
+                return Err(format!("`{}` is both a value and a group of fields", brief(path)));
             }
             self.fields.insert(path.to_owned(), value);
             return Ok(());
         };
         if name.contains('.') {
-            return Err(format!("`{}`: no field lies so deep", brief(path)));
+            return Err(format!("`{}`: fields are nested one level deep", brief(path)));
         }
         let below = self.fields.entry(above).or_insert_with(|| Value::Object(Map::new()));
-        let map = below.as_object_mut().ok_or_else(|| format!("`{}` stands below a plain value", brief(path)))?;
+        let map = below.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", brief(path)))?;
         map.insert(name.to_owned(), value);
         Ok(())
     }
@@ -182,7 +182,7 @@ impl Told {
     fn time(&mut self) -> Option<Instant> {
         let (seconds, written) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if seconds.is_some() && written.is_some() {
-            self.fault("time and tdb_s tell the same: leave one out".into());
+            self.fault("time and tdb_s are two forms of one value: leave one out".into());
         }
         if let Some(written) = written {
             let read = read::<String>("time", &written).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
@@ -229,7 +229,7 @@ impl Told {
             let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
                 let known = whole.keys().map(String::as_str).chain(UNWRITTEN.into_iter().filter(|_| above.is_empty()));
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
-                format!("there is no such field{hint}")
+                format!("no such field{hint}")
             });
             self.fault(format!("{above}{name}: {why}"));
         }
@@ -245,7 +245,7 @@ impl Told {
             Some("centre") => object_of(&Eye::Centre { body }),
             Some("free") => {
                 for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !told.contains_key(*name)) {
-                    self.fault(format!("eye.{name} is missing: a free eye has no usual one"));
+                    self.fault(format!("eye.{name} is missing: a free camera has no default"));
                 }
                 object_of(&Eye::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
             }
@@ -318,13 +318,15 @@ fn unescaped(text: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::effects::EffectOverrides;
+    use crate::scene::request::{Quality, ToneMap};
     use crate::view::sight::Eye;
     use glam::DVec3;
 
     fn sight() -> Sight {
         let time = Instant::from_tdb_seconds_past_j2000(765_894_000.123_456_7);
         let mut s = Sight::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
-        s.effects = "+eclipse=linear,-rings".into();
+        s.effects = EffectOverrides::parse("+eclipse=linear,-rings").expect("effects");
         s.exposure_stops = Some(-1.25);
         s
     }
@@ -430,6 +432,16 @@ mod tests {
             let field = bad.split('=').next().unwrap_or_default();
             assert!(why.starts_with(field) && !why.contains('\n'), "{bad}: {why}");
         }
+    }
+
+    /// As programs of earlier versions wrote them.
+    #[test]
+    fn names_of_earlier_versions_are_read() {
+        let old = of_link("orrery://view?tone_map=plain&pixels=shaded&quality=reference&effects=-rings").expect("a view");
+        let effects = EffectOverrides::parse("-rings").expect("effects");
+        assert_eq!(old, Sight { tone_map: ToneMap::Plain, quality: Quality::Reference, effects, ..usual() });
+        assert!(old.to_link().contains("tone_map=clipped&") && old.to_link().contains("pixels=final&"), "{}", old.to_link());
+        assert_eq!(of_link("orrery://view?tone_map=film"), Ok(usual()));
     }
 
     #[test]

@@ -11,6 +11,7 @@ pub mod interface;
 pub mod kept;
 pub mod moments;
 pub mod names;
+mod option_text;
 pub mod orbit;
 pub mod pace;
 pub mod paint;

@@ -88,7 +88,7 @@ impl Presenter {
             Some(Err(why)) => {
                 self.refused = true;
                 self.way = Some(of_processor(&self.window).map_err(Unshown::AtAll)?);
-                Ok(Some(format!("{why}: the window is shown by the processor")))
+                Ok(Some(format!("{why}: displaying via the CPU")))
             }
             None if was_on_device => Err(Unshown::ByDevice(None)),
             None => {

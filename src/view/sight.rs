@@ -3,6 +3,7 @@
 //!
 //! In: angles, distances, names. Out: a [`ViewRequest`]. It draws nothing and keeps no history.
 
+use super::option_text;
 use super::orbit::Orbit;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -96,22 +97,20 @@ pub struct Sight {
     /// `None`: automatic.
     #[serde(default)]
     pub exposure_stops: Option<f64>,
-    /// As `--tone-map` takes it.
-    #[serde(default = "film")]
-    pub tone_map: String,
-    /// As `--effects` takes them.
-    #[serde(default)]
-    pub effects: String,
+    #[serde(default, with = "option_text::by_name")]
+    pub tone_map: ToneMap,
+    #[serde(default, with = "option_text::effects")]
+    pub effects: EffectOverrides,
     /// Lines of the orbits.
     #[serde(default)]
     pub orbits: bool,
     /// Light beyond white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
-    #[serde(default = "shaded")]
-    pub pixels: String,
-    #[serde(default = "standard")]
-    pub quality: String,
+    #[serde(default, with = "option_text::by_name")]
+    pub pixels: PixelView,
+    #[serde(default, with = "option_text::by_name")]
+    pub quality: Quality,
     /// Time stands still where the view is opened, or runs; `None`: as it did before. What moves time keeps this of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paused: Option<bool>,
@@ -120,25 +119,6 @@ pub struct Sight {
 fn yes() -> bool {
     true
 }
-fn film() -> String {
-    ToneMap::Film.name().to_owned()
-}
-fn shaded() -> String {
-    PixelView::Shaded.name().to_owned()
-}
-fn standard() -> String {
-    quality_name(Quality::Standard).to_owned()
-}
-
-pub fn quality_name(quality: Quality) -> &'static str {
-    match quality {
-        Quality::Draft => "draft",
-        Quality::Standard => "standard",
-        Quality::Reference => "reference",
-    }
-}
-
-pub const QUALITIES: [Quality; 3] = [Quality::Draft, Quality::Standard, Quality::Reference];
 
 /// Field of view of a new view.
 pub const FOV_DEG: f64 = 45.0;
@@ -157,22 +137,18 @@ impl Sight {
             fov_deg: FOV_DEG,
             roll_deg: 0.0,
             exposure_stops: None,
-            tone_map: film(),
-            effects: String::new(),
+            tone_map: ToneMap::default(),
+            effects: EffectOverrides::default(),
             orbits: false,
             bloom: false,
-            pixels: shaded(),
-            quality: standard(),
+            pixels: PixelView::default(),
+            quality: Quality::default(),
             paused: None,
         }
     }
 
     pub fn time(&self) -> Instant {
         Instant::from_tdb_seconds_past_j2000(self.tdb_s)
-    }
-
-    pub fn quality(&self) -> Quality {
-        QUALITIES.into_iter().find(|q| quality_name(*q) == self.quality).unwrap_or_default()
     }
 
     /// What the stages are asked for. `width` and `height` in pixels.
@@ -191,18 +167,14 @@ impl Sight {
         request.fov_deg = Some(self.fov_deg);
         (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
-        request.effects = EffectOverrides::parse(&self.effects).map_err(|e| e.to_string())?;
+        request.effects = self.effects.clone();
         request.layers.orbits = self.orbits;
         request.layers.bloom = self.bloom;
-        request.pixel_view = self.pixel_view().unwrap_or_default();
-        request.tone_map = ToneMap::by_name(&self.tone_map).unwrap_or_default();
-        request.quality = self.quality();
+        request.pixel_view = self.pixels;
+        request.tone_map = self.tone_map;
+        request.quality = self.quality;
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| e.to_string())?;
         Ok(request)
-    }
-
-    fn pixel_view(&self) -> Option<PixelView> {
-        PixelView::ALL.into_iter().find(|p| p.name() == self.pixels)
     }
 
     /// What no view can have, field by field. What fields say together (an eye inside a body) is not asked.
@@ -224,25 +196,11 @@ impl Sight {
         if let Some(stops) = self.exposure_stops {
             unless((-60.0..=60.0).contains(&stops), &|| format!("exposure_stops {stops}: must be -60 to 60 stops"));
         }
-        match EffectOverrides::parse(&self.effects) {
-            Err(e) => unless(false, &|| format!("effects: {e}")),
-            Ok(effects) => {
-                for name in effects.bodies() {
-                    let known = catalog.find_place(name).is_some_and(|id| catalog.body(id).is_some());
-                    unless(known, &|| format!("effects: no body is called `{name}`"));
-                }
+        for name in self.effects.bodies() {
+            if let Err(e) = catalog.named(name) {
+                unless(false, &|| format!("effects: {e}"));
             }
         }
-        let one_of = |names: &[&str]| names.join(", ");
-        unless(ToneMap::by_name(&self.tone_map).is_some(), &|| {
-            format!("tone_map `{}`: one of {}", self.tone_map, one_of(&ToneMap::ALL.map(ToneMap::name)))
-        });
-        unless(self.pixel_view().is_some(), &|| {
-            format!("pixels `{}`: one of {}", self.pixels, one_of(&PixelView::ALL.map(PixelView::name)))
-        });
-        unless(QUALITIES.iter().any(|q| quality_name(*q) == self.quality), &|| {
-            format!("quality `{}`: one of {}", self.quality, one_of(&QUALITIES.map(quality_name)))
-        });
         self.eye.faults(&mut unless);
         faults
     }

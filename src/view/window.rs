@@ -284,7 +284,7 @@ impl App<'_> {
     fn open_anew(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.refused = true;
-            self.studio.session().tell(&format!("{why}: the window is shown by the processor"));
+            self.studio.session().tell(&format!("{why}: displaying via the CPU"));
         }
         if let Some(mut shown) = self.shown.take() {
             shown.note_place();

@@ -69,7 +69,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--fov", "21"], "21 deg"),
         (&["--up", "celestial"], "celestial"),
         (&["--exposure", "1"], "1 stops"),
-        (&["--tone-map", "plain"], "plain"),
+        (&["--tone-map", "clipped"], "clipped"),
         (&["--effects", "-eclipse"], "-eclipse"),
         (&["--effects", "phobos:-eclipse"], "phobos:-eclipse"),
         (&["--layers", "+labels"], "+labels"),
@@ -146,7 +146,7 @@ fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
             let out = run("mars", &[]);
             let line = said(&out);
             assert!(out.status.code() == Some(1) && line.contains("m-001") && line.contains("--overwrite"), "{kind}, {what}: {line}");
-            assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("not known")), "{kind}, {what}: {line}");
+            assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("unknown")), "{kind}, {what}: {line}");
             let out = run("mars", &["--overwrite"]);
             assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", said(&out));
             assert_eq!(files(folder.path()), whole, "{kind}, {what}");

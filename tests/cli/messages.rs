@@ -154,7 +154,7 @@ fn near_names_are_suggested_everywhere() {
         (&["explain", "--target", "mars", "--layers", "+orbit"], "`orbits`"),
         (&["explain", "--target", "mars", "--pixels", "sunligt"], "`sunlight`"),
         (&["explain", "--target", "mars", "--up", "zenit"], "`zenith`"),
-        (&["explain", "--target", "mars", "--tone-map", "flim"], "`film`"),
+        (&["explain", "--target", "mars", "--tone-map", "filmc"], "`filmic`"),
         (&["shader", "keys", "--for", "satrun"], "`Saturn`"),
         (&["shader", "emit", "lambrt.sun1.sphere"], "`lambert`"),
         (&["shader", "emit", "lambert.sun1.elipsoid"], "`ellipsoid`"),

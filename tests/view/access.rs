@@ -40,7 +40,7 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     harness.state_mut().tab = Some(Tab::Performance);
     settle(&mut harness);
     let plot = harness.get_by_role_and_label(Role::Image, "Frame times").accesskit_node().value().unwrap_or_default();
-    assert!(plot.contains("pictures") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
+    assert!(plot.contains("frames") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
     // It is not told of each second that goes by.
     harness.state_mut().viewer.pace.toggle_pause();
     later(&mut harness, 0.1);
@@ -65,9 +65,9 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
     harness.state_mut().tab = Some(Tab::Shader);
     settle(&mut harness);
     let stops = |h: &Harness<'static, Interface>| {
-        h.query_all_by_label_contains("asked for line").filter(|n| n.accesskit_node().data().supports_action(Action::Focus)).count()
+        h.query_all_by_label_contains(", needed by ").filter(|n| n.accesskit_node().data().supports_action(Action::Focus)).count()
     };
-    assert!(harness.query_all_by_label_contains("asked for line").count() > 0);
+    assert!(harness.query_all_by_label_contains(", needed by ").count() > 0);
     assert_eq!(stops(&harness), 0, "a line beside the source stops the keyboard");
     let list = "Lines of the source";
     harness.get_by_label_contains(list).focus();
@@ -92,9 +92,9 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
     assert_eq!(line(&harness), Some(1));
     // The sky has not turned and no other body is selected.
     assert_eq!(harness.state().viewer.selected, SATURN);
-    assert!(harness.query_by_label_contains("only lines of").is_none());
+    assert!(harness.query_by_label_contains("Only lines for").is_none());
     pressed(&mut harness, &[Key::Enter]);
-    harness.get_by_label_contains("only lines of");
+    harness.get_by_label_contains("Only lines for");
 }
 
 #[test]
@@ -119,15 +119,15 @@ fn two_fingers_apart_go_nearer_and_leave_the_lens() {
 #[test]
 fn escape_leaves_what_has_the_keyboard_and_not_the_window() {
     let mut harness = saturn();
-    harness.get_by_role_and_label(Role::TextInput, "Search a body by name").focus();
+    harness.get_by_role_and_label(Role::TextInput, "Search for a body").focus();
     harness.run_steps(2);
     pressed(&mut harness, &[Key::Escape]);
     assert!(!harness.state().quits, "Escape in a field ended the program");
-    harness.get_by_role_and_label(Role::ComboBox, "from").click();
+    harness.get_by_role_and_label(Role::ComboBox, "View from").click();
     harness.run_steps(2);
-    harness.get_by_label("from Mars");
+    harness.get_by_label("Centre of Mars");
     pressed(&mut harness, &[Key::Escape]);
-    assert!(harness.query_by_label("from Mars").is_none() && !harness.state().quits, "Escape closes a list and no more");
+    assert!(harness.query_by_label("Centre of Mars").is_none() && !harness.state().quits, "Escape closes a list and no more");
     harness.state_mut().help_shown = true;
     harness.run_steps(2);
     pressed(&mut harness, &[Key::Escape]);

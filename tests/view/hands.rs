@@ -7,7 +7,7 @@ use egui::{Event, Key, Modifiers, OutputCommand, PointerButton, Pos2, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
-use orrery::scene::request::{Purpose, ViewRequest};
+use orrery::scene::request::{Purpose, Quality, ViewRequest};
 use orrery::session::{Earlier, Session};
 use orrery::time::Instant;
 use orrery::view::interface::{Interface, Tab};
@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 const SATURN: NaifId = NaifId(699);
 const TIME: &str = "2017-05-17T00:00:00Z";
-const SEARCH: &str = "Search a body by name";
+const SEARCH: &str = "Search for a body";
 
 type Window = Harness<'static, Interface>;
 
@@ -227,7 +227,7 @@ fn prepared(window: &mut Window, search: Search) {
             click(window, Pos2::new(620.0, 300.0), false);
         }
         Search::Menu => {
-            window.get_by_role_and_label(Role::ComboBox, "from").click();
+            window.get_by_role_and_label(Role::ComboBox, "View from").click();
             window.run_steps(3);
         }
     }
@@ -239,7 +239,7 @@ fn open_things(window: &Window) -> usize {
     let (is_focused, text) = field(window);
     let things = [
         is_focused || !text.is_empty() || window.query_by_label_contains("No body is called").is_some(),
-        window.query_by_label("from Mars").is_some(),
+        window.query_by_label("Centre of Mars").is_some(),
         state.warning.is_some(),
         state.help_shown,
         state.tab.is_some(),
@@ -366,9 +366,9 @@ fn sharing(file: &Path) -> Window {
     let mut window = harness(interface(SATURN, TIME));
     window.state_mut().tab = Some(Tab::Share);
     settle(&mut window);
-    window.get_by_label_contains("File, .png or .exr").set_text_value_accesskit(&file.display().to_string());
+    window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&file.display().to_string());
     window.run_steps(2);
-    for (field, value) in [("Width, pixels", 24.0), ("Height, pixels", 16.0), ("Frames of the sequence", 3.0)] {
+    for (field, value) in [("Width, pixels", 24.0), ("Height, pixels", 16.0), ("Number of frames", 3.0)] {
         window.get_by_label(field).set_value_accesskit(value);
         window.run_steps(2);
     }
@@ -417,7 +417,7 @@ fn pictures_are_saved_beside_what_is_there_and_the_whole_path_is_told() {
     assert!(bytes(0) != bytes(1) && bytes(1) != bytes(2));
     // What cannot be written says where.
     let nowhere = PathBuf::from("none").join("p.png");
-    window.get_by_label_contains("File, .png or .exr").set_text_value_accesskit(&at("").join(nowhere).display().to_string());
+    window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&at("").join(nowhere).display().to_string());
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::S);
     settle(&mut window);
@@ -529,7 +529,7 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
     let now = sky(&window);
     let (w, h, middle) = lit(&mut window, now);
     draws.store(true, Ordering::Relaxed);
-    window.state_mut().viewer.sight.quality = "standard".into();
+    window.state_mut().viewer.sight.quality = Quality::Standard;
     settle(&mut window);
     let now = sky(&window);
     let drawn = lit(&mut window, now);
@@ -554,7 +554,8 @@ fn compared_pictures_are_never_stretched() {
     let mut seen = std::collections::BTreeSet::new();
     for size in [[1100.0, 640.0], [1500.0, 640.0], [900.0, 700.0], [1100.0, 1000.0], [1300.0, 420.0]] {
         window.set_size(size.into());
-        for (page, image) in [("Split", "draft to the left"), ("Beside", "draft"), ("Beside", "reference"), ("Difference", "Difference of")]
+        for (page, image) in
+            [("Split", "draft to the left"), ("Side by side", "draft"), ("Side by side", "reference"), ("Difference", "Difference of")]
         {
             window.get_by_label(page).click();
             window.run_steps(3);
@@ -562,11 +563,11 @@ fn compared_pictures_are_never_stretched() {
             let rect = window.query_all_by_role(Role::Image).find(image).expect("a picture").rect();
             let case = format!("{page} at {size:?}: {rect}, of shape {shape}");
             seen.insert(((rect.width() * 10.0) as i32, (rect.height() * 10.0) as i32));
-            if page != "Beside" {
+            if page != "Side by side" {
                 assert!((f64::from(rect.width() / rect.height()) / shape - 1.0).abs() < 0.02, "{case}");
             }
             // The Moon is round in what is painted there, wherever none of it is cut off.
-            if page == "Beside" && rect.bottom() < size[1] - 40.0 {
+            if page == "Side by side" && rect.bottom() < size[1] - 40.0 {
                 let (width, height, _) = lit(&mut window, rect);
                 assert!(width > 20.0 && (width / height - 1.0).abs() < 0.15, "{case}: the Moon is {width} by {height}");
             }

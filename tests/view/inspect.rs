@@ -56,7 +56,7 @@ fn the_source_names_the_feature_that_draws_the_rings_shadow() {
     {
         press(&mut harness, language);
         assert!(!names(&harness, word).is_empty(), "{language} without {word}");
-        assert!(names(&harness, "asked for line").is_empty(), "{language} has no source map");
+        assert!(names(&harness, ", needed by ").is_empty(), "{language} has no source map");
     }
     // The ring itself throws no shadow on itself.
     press(&mut harness, "WGSL");
@@ -79,7 +79,7 @@ fn another_dimension_is_another_key_with_its_difference() {
     press(&mut harness, "Key");
     assert_eq!(names(&harness, "changed by hand").len(), 1);
     let first = names(&harness, "features differ");
-    assert!(first[0].contains("lines go"), "{first:?}");
+    assert!(first[0].contains("lines removed"), "{first:?}");
     assert!(!names(&harness, "ring-shadow.").is_empty(), "the difference is told by feature");
     press(&mut harness, "Back to the drawn key");
     assert!(names(&harness, "features differ").is_empty());
@@ -90,9 +90,9 @@ fn a_pixel_is_told_in_both_precisions() {
     let studio = Prompt::new(session());
     let mut harness = harness(&studio, saturn());
     open(&mut harness, "Probe");
-    assert!(names(&harness, "apart").is_empty(), "nothing before a click");
-    press(&mut harness, "The middle of the picture");
-    let head = names(&harness, "apart");
+    assert!(names(&harness, "f64 difference").is_empty(), "nothing before a click");
+    press(&mut harness, "Centre of the image");
+    let head = names(&harness, "f64 difference");
     assert!(head.iter().any(|h| h.contains("f32") && h.contains("f64")), "{head:?}");
     let red = names(&harness, "colour red");
     let numbers: Vec<f64> = red[0].split_whitespace().filter_map(|w| w.parse().ok()).collect();

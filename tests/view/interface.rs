@@ -4,7 +4,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
 use orrery::catalog::NaifId;
 use orrery::render::plan::Fineness;
-use orrery::scene::request::ViewRequest;
+use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use orrery::view::interface::{Interface, SessionPlaces, Tab};
@@ -41,7 +41,7 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let sunward = places.between_km(target, NaifId::SUN, time).expect("a place").normalize();
     let pole = places.body_from_icrf(target, time).expect("an orientation").row(2);
     let mut sight = Sight::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
-    sight.quality = "draft".into();
+    sight.quality = Quality::Draft;
     let mut viewer = Viewer::new(subjects.collect(), sight, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.pace.toggle_pause();
     Interface::new(viewer, Settings::default())
@@ -102,9 +102,9 @@ fn sky_pixels(harness: &Harness<'static, Interface>) -> (u32, u32) {
 fn saturn_is_found_by_search_and_flown_to() {
     let mut harness = harness(interface(NaifId::EARTH, "2017-05-17T00:00:00Z"));
     harness.run_steps(2);
-    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search a body by name").focus();
+    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search for a body").focus();
     harness.run_steps(1);
-    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search a body by name").type_text("satu");
+    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search for a body").type_text("satu");
     harness.run_steps(2);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(1);
@@ -129,7 +129,7 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     assert_eq!(toggle.accesskit_node().toggled(), Some(egui::accesskit::Toggled::True));
     toggle.click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.effects, "-ring-shadow");
+    assert_eq!(harness.state().viewer.sight.effects.to_text(), "-ring-shadow");
     let decided = harness.state().drawing().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
     let shadow = decided.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
     assert!(!shadow.on);
@@ -142,9 +142,9 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     // Given back to the scene it is as it was.
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
-    harness.get_by_label("Only what the scene needs").click();
+    harness.get_by_label("Reset to automatic").click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.effects, "");
+    assert_eq!(harness.state().viewer.sight.effects.to_text(), "");
 }
 
 #[test]
@@ -198,14 +198,14 @@ fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
     use orrery::view::sight::Eye;
     let mut harness = harness(interface(NaifId::EARTH, "2024-04-08T18:17:16Z"));
     settle(&mut harness);
-    harness.get_by_label("Stand there").click();
+    harness.get_by_label("Stand on surface").click();
     settle(&mut harness);
     let state = harness.state();
     assert!(matches!(state.viewer.sight.eye, Eye::Ground { body: NaifId::EARTH, .. }));
     assert!(state.said().is_empty() && state.drawing().is_some(), "{}", state.said());
-    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "from").click();
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "View from").click();
     harness.run_steps(2);
-    harness.get_by_label("from Mars").click();
+    harness.get_by_label("Centre of Mars").click();
     settle(&mut harness);
     let state = harness.state();
     assert_eq!(state.viewer.sight.eye, Eye::Centre { body: NaifId(499) });
@@ -218,7 +218,7 @@ fn the_information_panel_tells_of_the_selected_body() {
     let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     harness.state_mut().tab = Some(Tab::Information);
     settle(&mut harness);
-    for label in ["distance", "illuminated", "right ascension", "rises"] {
+    for label in ["distance", "illuminated", "right ascension", "rise"] {
         harness.get_by_label(label);
     }
     harness.state_mut().tab = Some(Tab::Performance);

@@ -157,9 +157,9 @@ fn the_renderer_is_chosen_in_the_window() {
     harness.set_size(egui::vec2(700.0, 400.0));
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
-    harness.get_by_label("plain").click();
+    harness.get_by_label("clipped").click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.tone_map, "plain");
+    assert_eq!(harness.state().viewer.sight.tone_map, ToneMap::Plain);
     assert_eq!(harness.state().drawing().expect("a picture").scene.tone_map, ToneMap::Plain);
     let (choices, now) = session.renderers();
     assert_eq!(now, RendererWish::Software);

@@ -56,7 +56,7 @@ fn select_all(ctx: &egui::Context, field: Id, text: &str) {
 /// The search field, with what it completes to below it, or why it found nothing.
 pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let field = TextEdit::singleline(&mut interface.browse.wanted).hint_text("Search (/)").desired_width(150.0);
-    let response = ui.add(field).on_hover_text("Search a body by name");
+    let response = ui.add(field).on_hover_text("Search for a body");
     let is_wanted = std::mem::take(&mut interface.browse.focus);
     if is_wanted {
         response.request_focus();
@@ -140,8 +140,8 @@ fn command(interface: &mut Interface, actions: &mut Vec<Action>) -> Option<Resul
     let typed = interface.browse.wanted.trim().to_owned();
     if typed.starts_with(['+', '-']) && typed.contains(char::is_alphabetic) {
         let sight = &mut interface.viewer.sight;
-        let both = if sight.effects.is_empty() { typed } else { format!("{},{typed}", sight.effects) };
-        return Some(EffectOverrides::parse(&both).map(|overrides| sight.effects = overrides.to_text()).map_err(|e| e.to_string()));
+        let both = format!("{},{typed}", sight.effects.to_text());
+        return Some(EffectOverrides::parse(&both).map(|overrides| sight.effects = overrides).map_err(|e| e.to_string()));
     }
     match Instant::parse(&typed) {
         Ok(time) if typed.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
@@ -221,5 +221,5 @@ fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut
     } else if response.clicked() {
         actions.push(Action::Select(body.id));
     }
-    response.on_hover_text("Click selects, double-click flies there");
+    response.on_hover_text("Click to select, double-click to fly there");
 }

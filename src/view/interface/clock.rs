@@ -19,7 +19,7 @@ const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (DAY_S, "d"), (36
 pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         entry(interface, ui, actions);
-        if ui.button("Now").on_hover_text("The clock's time, at its own pace (t)").clicked() {
+        if ui.button("Now").on_hover_text("Current time, in real time (t)").clicked() {
             actions.push(Action::Now);
         }
         ui.separator();
@@ -28,13 +28,13 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
         if ui.button("Slower").on_hover_text("Slower (,)").clicked() {
             actions.push(Action::Slower);
         }
-        if ui.selectable_label(backward, "Reverse").on_hover_text("Time runs backward (j)").clicked() {
+        if ui.selectable_label(backward, "Reverse").on_hover_text("Run time backward (j)").clicked() {
             actions.push(Action::Backward);
         }
         if ui.selectable_label(paused, "Pause").on_hover_text("Pause (Space)").clicked() {
             actions.push(Action::TogglePause);
         }
-        if ui.selectable_label(!paused && !backward, "Play").on_hover_text("Time runs forward (l)").clicked() {
+        if ui.selectable_label(!paused && !backward, "Play").on_hover_text("Run time forward (l)").clicked() {
             actions.push(Action::Forward);
         }
         if ui.button("Faster").on_hover_text("Faster (.)").clicked() {
@@ -85,7 +85,7 @@ fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
     let mut day = minutes * 60.0 / DAY_S;
     let before = day;
     let slider = egui::Slider::new(&mut day, 0.0..=365.99).show_value(false);
-    if ui.add(slider).on_hover_text("Drag through the year").changed() {
+    if ui.add(slider).on_hover_text("Day of the year").changed() {
         actions.push(Action::Step((day - before) * DAY_S));
     }
 }

@@ -1,12 +1,10 @@
 //! Effects on and off: each with what the scene decided and why, and what it costs in time and light; who draws, how bright, how fine.
 
-use super::Interface;
-use crate::scene::draw::PixelView;
+use super::{Interface, named};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
-use crate::scene::request::{ToneMap, ViewRequest};
+use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{Price, RendererWish, Session, ShowWish};
 use crate::view::answers::Answers;
-use crate::view::sight::{QUALITIES, quality_name};
 use crate::view::studio::Studio;
 use egui::{ComboBox, ScrollArea};
 
@@ -14,11 +12,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
     let sight = &mut interface.viewer.sight;
     ui.horizontal_wrapped(|ui| {
         ui.label("Quality");
-        for quality in QUALITIES {
-            let name = quality_name(quality);
-            if ui.selectable_label(sight.quality == name, name).clicked() {
-                sight.quality = name.to_owned();
-            }
+        for quality in Quality::ALL {
+            ui.selectable_value(&mut sight.quality, quality, quality.name());
         }
     });
     renderers(ui, studio, &mut interface.settings.shown_by);
@@ -26,11 +21,11 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
     let mut automatic = sight.exposure_stops.is_none();
     let drawn_stops = interface.sky.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
-        if ui.checkbox(&mut automatic, "automatic exposure").changed() {
+        if ui.checkbox(&mut automatic, "Automatic exposure").changed() {
             sight.exposure_stops = if automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut sight.exposure_stops {
-            ui.add(egui::Slider::new(stops, -20.0..=30.0).text("stops")).on_hover_text("Exposure in stops");
+            ui.add(egui::Slider::new(stops, -20.0..=30.0).text("stops")).on_hover_text("Exposure, stops");
         } else {
             ui.label(format!("{drawn_stops:+.2} stops"));
         }
@@ -40,28 +35,27 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
     }
     let sight = &mut interface.viewer.sight;
     ui.horizontal_wrapped(|ui| {
-        ui.label("Beyond white");
-        for (tone_map, hover) in [(ToneMap::Film, "True to 0.8 of white, then a shoulder"), (ToneMap::Plain, "True up to white, then cut")]
-        {
-            if ui.selectable_label(sight.tone_map == tone_map.name(), tone_map.name()).on_hover_text(hover).clicked() {
-                sight.tone_map = tone_map.name().to_owned();
-            }
+        ui.label("Highlights");
+        for (tone_map, hover) in [
+            (ToneMap::Film, "Tone mapping: linear up to 0.8 of white, then a shoulder"),
+            (ToneMap::Plain, "Tone mapping: linear up to white, then clipped"),
+        ] {
+            ui.selectable_value(&mut sight.tone_map, tone_map, tone_map.name()).on_hover_text(hover);
         }
-        ui.checkbox(&mut sight.bloom, "bloom").on_hover_text("Light beyond white spreads, as in a lens");
+        ui.checkbox(&mut sight.bloom, "Bloom").on_hover_text("Light above white spreads, as in a lens");
     });
-    ComboBox::from_label("what each pixel shows").selected_text(sight.pixels.clone()).show_ui(ui, |ui| {
-        for view in PixelView::ALL {
-            ui.selectable_value(&mut sight.pixels, view.name().to_owned(), view.name());
-        }
+    ui.horizontal(|ui| {
+        ui.label("Show");
+        named::pixel_views(ui, &mut sight.pixels, "Show");
     });
     ui.separator();
-    let mut overrides = EffectOverrides::parse(&sight.effects).unwrap_or_default();
+    let mut overrides = sight.effects.clone();
     let name = interface.viewer.name(interface.viewer.selected).to_owned();
     ui.horizontal_wrapped(|ui| {
-        ui.label("Switch");
-        ui.selectable_value(&mut interface.effects_of_one, false, "for all bodies");
-        ui.selectable_value(&mut interface.effects_of_one, true, format!("for {name} alone"));
-        if ui.button("Only what the scene needs").on_hover_text("Takes back everything that was switched by hand").clicked() {
+        ui.label("Apply to");
+        ui.selectable_value(&mut interface.effects_of_one, false, "all bodies");
+        ui.selectable_value(&mut interface.effects_of_one, true, format!("{name} only"));
+        if ui.button("Reset to automatic").on_hover_text("Remove everything that you set by hand").clicked() {
             overrides = EffectOverrides::default();
         }
     });
@@ -94,7 +88,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
             ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, d.feature, d.said()));
         }
     });
-    interface.viewer.sight.effects = overrides.to_text();
+    overrides.prune();
+    interface.viewer.sight.effects = overrides;
 }
 
 /// What the effects of the view at rest cost, as far as it is measured.
@@ -143,9 +138,9 @@ fn renderers(ui: &mut egui::Ui, studio: &dyn Studio, shown_by: &mut ShowWish) {
         ui.label("Renderer");
         for wish in choices.iter().copied() {
             let hover = match wish {
-                RendererWish::Auto => "A hardware GPU where there is one, else software",
-                RendererWish::Gpu => "Any adapter, a driver on the processor too",
-                RendererWish::Software => "The processor alone",
+                RendererWish::Auto => "A hardware GPU if there is one, otherwise the CPU",
+                RendererWish::Gpu => "Any graphics adapter, even a software driver",
+                RendererWish::Software => "CPU only",
             };
             if ui.selectable_label(now == wish, wish.name()).on_hover_text(hover).clicked() {
                 // Off this thread: a device may be at work.
@@ -157,11 +152,11 @@ fn renderers(ui: &mut egui::Ui, studio: &dyn Studio, shown_by: &mut ShowWish) {
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label("Window shown by");
+        ui.label("Display via");
         let ways = [
-            (ShowWish::Auto, "auto", "The GPU where it is hardware and draws the pictures, else the processor"),
-            (ShowWish::Device, "device", "Whatever device draws the pictures: they are not read back"),
-            (ShowWish::Processor, "processor", "Pictures are read back from the device, the interface is painted without it"),
+            (ShowWish::Auto, "auto", "The GPU if it is hardware and draws the images, otherwise the CPU"),
+            (ShowWish::Device, "GPU", "The adapter that draws the images: they are not read back"),
+            (ShowWish::Processor, "CPU", "Images are read back from the GPU, and the CPU paints the interface"),
         ];
         for (wish, name, hover) in ways {
             ui.selectable_value(shown_by, wish, name).on_hover_text(hover);
@@ -178,17 +173,17 @@ fn row(
     short: bool,
     overrides: &mut EffectOverrides,
 ) {
-    let reason = decided.as_ref().map_or("nothing here has it", |d| d.1.as_str());
+    let reason = decided.as_ref().map_or("not available for this body", |d| d.1.as_str());
     let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
     let asked = overrides.asked(effect);
     let mut on = asked.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
     ui.horizontal(|ui| {
-        let hover = format!("Switch {} on or off by hand", effect.name());
+        let hover = format!("Set {} on or off", effect.name());
         if ui.checkbox(&mut on, effect.name()).on_hover_text(hover).clicked() {
             overrides.set(effect, on);
         }
         if !effect.ways().is_empty() {
-            let now = overrides.way(effect).unwrap_or("by need");
+            let now = overrides.way(effect).unwrap_or("automatic");
             let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
                 for way in effect.ways() {
                     if ui.selectable_label(now == *way, *way).clicked() {
@@ -199,18 +194,18 @@ fn row(
             });
             let said = || egui::WidgetInfo {
                 current_text_value: Some(now.to_owned()),
-                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("How {} is computed", effect.name()))
+                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("Method of {}", effect.name()))
             };
             choice.response.widget_info(said);
         }
-        if asked.is_some() && ui.small_button("×").on_hover_text(format!("Let the scene decide on {}", effect.name())).clicked() {
+        if asked.is_some() && ui.small_button("×").on_hover_text(format!("Reset {} to automatic", effect.name())).clicked() {
             overrides.forget(effect);
         }
         if let Some(Ok(price)) = price {
             let words = egui::RichText::new(price_words(price)).weak();
             ui.add(egui::Label::new(words).truncate()).on_hover_text(
-                "Drawn with it and without it, in software and small, counted up to this picture: milliseconds it adds, light it adds or takes, \
-                 and in brackets the light it moves about",
+                "Measured on a small software rendering with and without it, scaled to this image: time added, net change of light, and in parentheses \
+                 the light that moves",
             );
         }
         if short {

@@ -1,7 +1,8 @@
-//! What is known of the selected body now, and of the sky over a place.
+//! Facts about the selected body now, and where it stands in the sky over a place on the Earth.
 
 use super::{Interface, named};
 use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::horizon::{Day, Passage, Place, Sky};
 use crate::scene::BodyInView;
@@ -59,8 +60,10 @@ fn grouped(value: f64, digits: usize) -> String {
 /// The answers for one body, place and minute.
 struct SkyReport {
     apparent: Option<ApparentPlace>,
-    altitude_azimuth_deg: Result<[f64; 2], String>,
-    day: Result<Day, String>,
+    /// `None` for the Earth itself, on which the observer stands.
+    altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
+    /// Likewise.
+    day: Option<Result<Day, String>>,
     passage: Result<Option<Passage>, String>,
     /// Of the Sun and the Moon in that passage.
     radii: String,
@@ -105,7 +108,7 @@ impl InformationPanel {
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
     ui.horizontal(|ui| {
-        ui.label("Lengths in");
+        ui.label("Units");
         for unit in Unit::ALL {
             ui.selectable_value(&mut interface.information.unit, unit, unit.name());
         }
@@ -129,9 +132,9 @@ fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
 
 fn degrees(value: f64) -> String {
     match value.abs() {
-        v if v >= 1.0 => format!("{value:.3} deg"),
-        v if v >= 1.0 / 60.0 => format!("{:.2} arcmin", value * 60.0),
-        _ => format!("{:.2} arcsec", value * 3600.0),
+        v if v >= 1.0 => format!("{value:.3}°"),
+        v if v >= 1.0 / 60.0 => format!("{:.2}′", value * 60.0),
+        _ => format!("{:.2}″", value * 3600.0),
     }
 }
 
@@ -140,31 +143,31 @@ fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
         line(ui, "distance", unit.tell(body.distance_km, radius_km));
-        line(ui, "light takes", seconds(body.distance_km / SPEED_OF_LIGHT_KM_S));
-        line(ui, "apparent size", degrees(body.angular_diameter_deg));
-        line(ui, "on the picture", format!("{:.1} px", body.diameter_px));
+        line(ui, "light time", seconds(body.distance_km / SPEED_OF_LIGHT_KM_S));
+        line(ui, "angular diameter", degrees(body.angular_diameter_deg));
+        line(ui, "size on screen", format!("{:.1} px", body.diameter_px));
         line(ui, "magnitude", body.magnitude.map_or("none".into(), |m| format!("{m:+.2}")));
         if body.id != NaifId::SUN {
             line(ui, "phase angle", degrees(body.phase_angle_deg));
             let lit = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
             line(ui, "illuminated", format!("{:.1} %", lit * 100.0));
         }
-        let point = |p: crate::scene::SubPoint| format!("{:+.2} lat, {:+.2} east", p.latitude_deg, p.longitude_deg);
-        line(ui, "below the eye", point(body.sub_viewer));
+        let point = |p: crate::scene::SubPoint| latitude_longitude(p.latitude_deg, p.longitude_deg);
+        line(ui, "sub-observer point", point(body.sub_viewer));
         if let Some(sun) = body.sub_solar {
-            line(ui, "below the Sun", point(sun));
+            line(ui, "sub-solar point", point(sun));
         }
-        line(ui, "radius", unit.tell(radius_km, radius_km));
+        line(ui, "equatorial radius", unit.tell(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
-            line(ui, "albedo", format!("{:.3} geometric", known.geometric_albedo));
+            line(ui, "geometric albedo", format!("{:.3}", known.geometric_albedo));
             for estimate in known.estimated() {
                 line(ui, "estimate", estimate);
             }
             for (file, how) in &body.invented {
-                line(ui, "invented", format!("{file}: {how}"));
+                line(ui, "invented map", format!("{file}: {how}"));
             }
             if let Some(air) = &known.atmosphere {
-                line(ui, "air", air.species.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", "));
+                line(ui, "atmosphere", air.species.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", "));
             }
         }
     });
@@ -181,14 +184,14 @@ fn seconds(s: f64) -> String {
 
 fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
-    ui.strong("Seen from the Earth");
+    ui.strong("From a place on Earth");
     ui.horizontal_wrapped(|ui| {
-        ui.label("at");
-        let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix(" deg");
-        for (value, most, what) in [
-            (&mut panel.home.latitude_deg, 90.0, "Latitude of the place, degrees north"),
-            (&mut panel.home.longitude_deg, 180.0, "Longitude of the place, degrees east"),
+        let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
+        for (value, most, label, what) in [
+            (&mut panel.home.latitude_deg, 90.0, "Latitude", "Latitude of the place, degrees north"),
+            (&mut panel.home.longitude_deg, 180.0, "Longitude (E)", "Longitude of the place, degrees east"),
         ] {
+            ui.label(label);
             named::number(ui, drag(value, -most..=most), what);
         }
     });
@@ -206,28 +209,29 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studi
         panel.ticket = Some(ask(studio, move |session| report(session, question, time)));
     }
     let Some((_, report)) = panel.report.as_ref().filter(|(of, _)| of.body == body.id) else {
-        ui.weak("computing");
+        ui.weak("computing…");
         return;
     };
     Grid::new("from a place").num_columns(2).striped(true).show(ui, |ui| {
         if let Some(a) = &report.apparent {
             line(ui, "right ascension", hours(a.true_of_date.ra_deg));
-            line(ui, "declination", sexagesimal(a.true_of_date.dec_deg, "d"));
-            line(ui, "ephemeris", format!("{:?}, error below {:.2e} arcsec", a.source, a.error_arcsec));
+            line(ui, "declination", declination(a.true_of_date.dec_deg));
+            line(ui, "source", source_text(a.source, a.error_arcsec));
         }
         match &report.altitude_azimuth_deg {
-            Ok([altitude, azimuth]) => {
-                line(ui, "altitude", format!("{altitude:+.2} deg, airless"));
-                line(ui, "azimuth", format!("{azimuth:.2} deg from north by east"));
+            Some(Ok([altitude, azimuth])) => {
+                line(ui, "altitude", format!("{altitude:+.2}° (no refraction)"));
+                line(ui, "azimuth", format!("{azimuth:.2}°"));
             }
-            Err(why) => line(ui, "altitude", why.clone()),
+            Some(Err(why)) => line(ui, "altitude", why.clone()),
+            None => {}
         }
-        if let Ok(day) = &report.day {
+        if let Some(Ok(day)) = &report.day {
             let clock = |t: Option<Instant>, none: &str| t.map_or(none.to_owned(), |t| t.to_utc_iso());
-            let never = if day.up_at_start { "always up" } else { "always down" };
-            line(ui, "rises", clock(day.rise, never));
-            line(ui, "highest", day.transit.map_or("-".into(), |(t, deg)| format!("{} at {deg:.1} deg", t.to_utc_iso())));
-            line(ui, "sets", clock(day.set, never));
+            let never = if day.up_at_start { "up all day" } else { "down all day" };
+            line(ui, "rise", clock(day.rise, never));
+            line(ui, "transit", day.transit.map_or("-".into(), |(t, deg)| format!("{}, altitude {deg:.1}°", t.to_utc_iso())));
+            line(ui, "set", clock(day.set, never));
         }
     });
     eclipse(ui, report);
@@ -236,10 +240,10 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studi
 /// What the Moon does to the Sun over the place that day.
 fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     ui.add_space(6.0);
-    ui.strong("Eclipse of the Sun that day");
+    ui.strong("Solar eclipse today");
     match &report.passage {
         Ok(None) => {
-            ui.weak("none at this place");
+            ui.weak("none here");
         }
         Ok(Some(p)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
@@ -251,8 +255,8 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
                 line(ui, "greatest", p.greatest.to_utc_iso());
                 line(ui, "last contact", p.ends.to_utc_iso());
                 line(ui, "magnitude", format!("{:.4}", p.magnitude));
-                line(ui, "the Sun stands", format!("{:+.1} deg high", p.altitude_deg));
-                line(ui, "radii", report.radii.clone());
+                line(ui, "altitude of the Sun", format!("{:+.1}°", p.altitude_deg));
+                line(ui, "radii used", report.radii.clone());
             });
         }
         Err(why) => {
@@ -267,30 +271,50 @@ fn report(session: &Session, of: Question, time: Instant) -> SkyReport {
     let words = |e: crate::ephemeris::EphemerisError| e.to_string();
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
-    let on_it = || "you stand on it".to_owned();
-    let elsewhere = of.body != NaifId::EARTH;
+    let elsewhere = (of.body != NaifId::EARTH).then_some(of.body);
     SkyReport {
-        apparent: apparent_place(session.ephemeris(), of.body, time).ok().filter(|_| elsewhere),
-        altitude_azimuth_deg: if elsewhere {
-            sky.look(of.body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(words)
-        } else {
-            Err(on_it())
-        },
-        day: if elsewhere { sky.day(of.body, midnight, SECONDS_PER_DAY).map_err(words) } else { Err(on_it()) },
+        apparent: elsewhere.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
+        altitude_azimuth_deg: elsewhere.map(|body| sky.look(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(words)),
+        day: elsewhere.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(words)),
         passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(words),
         radii: session.catalog().eclipse_radii_in_words(),
     }
 }
 
-fn hours(ra_deg: f64) -> String {
-    sexagesimal(ra_deg / 15.0, "h")
+/// `12.34° N, 56.78° E`.
+fn latitude_longitude(latitude_deg: f64, longitude_deg: f64) -> String {
+    let side = |deg: f64, positive, negative| format!("{:.2}° {}", deg.abs(), if deg < 0.0 { negative } else { positive });
+    format!("{}, {}", side(latitude_deg, 'N', 'S'), side(longitude_deg, 'E', 'W'))
 }
 
-/// `-12d 34m 56.7s`.
-fn sexagesimal(value: f64, unit: &str) -> String {
+/// `kernel (±0.017″)`.
+fn source_text(source: Source, error_arcsec: f64) -> String {
+    let name = match source {
+        Source::Kernel => "kernel",
+        Source::Series => "series",
+        Source::Mean => "mean elements",
+    };
+    let digits = if error_arcsec < 1.0 { 3 } else { 0 };
+    if error_arcsec.is_finite() { format!("{name} (±{error_arcsec:.digits$}″)") } else { name.to_owned() }
+}
+
+/// `5h 34m 31.9s`.
+fn hours(ra_deg: f64) -> String {
+    let (_, hours, minutes, seconds) = sexagesimal(ra_deg / 15.0);
+    format!("{hours}h {minutes:02}m {seconds:04.1}s")
+}
+
+/// `+8° 05′ 01.5″`.
+fn declination(deg: f64) -> String {
+    let (sign, whole, minutes, seconds) = sexagesimal(deg);
+    format!("{sign}{whole}° {minutes:02}′ {seconds:04.1}″")
+}
+
+/// Sign, whole part, minutes and seconds to a tenth.
+fn sexagesimal(value: f64) -> (char, u64, u64, f64) {
     let tenths = (value.abs() * 36_000.0).round() as u64;
-    let (whole, minutes, rest) = (tenths / 36_000, tenths / 600 % 60, tenths % 600);
-    format!("{}{whole}{unit} {minutes:02}m {:04.1}s", if value < 0.0 { "-" } else { "" }, rest as f64 / 10.0)
+    let sign = if value < 0.0 { '-' } else { '+' };
+    (sign, tenths / 36_000, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
 }
 
 #[cfg(test)]
@@ -303,7 +327,10 @@ mod tests {
         assert_eq!(grouped(12.0, 0), "12");
         assert_eq!(Unit::AstronomicalUnits.tell(KM_PER_AU, 1.0), "1.000000 au");
         assert_eq!(Unit::BodyRadii.tell(12.0, 4.0), "3.000 radii");
-        assert_eq!(sexagesimal(-0.5, "d"), "-0d 30m 00.0s");
+        assert_eq!(declination(-0.5), "-0° 30′ 00.0″");
+        assert_eq!(declination(8.083_75), "+8° 05′ 01.5″");
+        assert_eq!(latitude_longitude(-33.3, 0.1), "33.30° S, 0.10° E");
+        assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.017″)");
         assert_eq!(hours(359.999_999_9), "24h 00m 00.0s");
         assert_eq!(seconds(90.0 * 60.0), "90.0 min");
     }

@@ -310,7 +310,7 @@ impl Interface {
     fn top(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
         egui::Panel::top("top").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
-                ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("The list of bodies (b)");
+                ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
                 browse::search(self, ui, actions);
                 if ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back")).on_hover_text("Previous view (Backspace)").clicked()
                 {
@@ -325,12 +325,12 @@ impl Interface {
                         self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
                     }
                 }
-                ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Names of bodies over the picture (n)");
-                ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Markers of small bodies (m)");
-                ui.toggle_value(&mut self.viewer.sight.orbits, "Orbits").on_hover_text("Lines of the orbits (o)");
+                ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
+                ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
+                ui.toggle_value(&mut self.viewer.sight.orbits, "Orbits").on_hover_text("Show orbits (o)");
                 ui.toggle_value(&mut self.settings.outline, "Outline")
-                    .on_hover_text("A line of light around the selected body, where the view is of another (x)");
-                ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keys and mouse (?)");
+                    .on_hover_text("Outline the selected body, unless it is the target (x)");
+                ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
             });
         });
         egui::Panel::bottom("time").show(ui, |ui| clock::bar(self, ui, actions));
@@ -468,7 +468,7 @@ impl Interface {
 
 /// What drew the picture, how fast.
 fn studio_line(interface: &Interface) -> String {
-    let Some(d) = interface.drawing() else { return "drawing the first picture".into() };
+    let Some(d) = interface.drawing() else { return "drawing the first image".into() };
     format!("{} · {}×{} · {:.0} ms", d.by.renderer, d.width, d.height, d.took_ms)
 }
 

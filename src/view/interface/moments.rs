@@ -14,7 +14,8 @@ pub struct MomentsPanel {
 }
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, actions: &mut Vec<Action>) {
-    ui.add(egui::TextEdit::singleline(&mut interface.moments.wanted).hint_text("Filter")).on_hover_text("Moments whose name contains this");
+    ui.add(egui::TextEdit::singleline(&mut interface.moments.wanted).hint_text("Filter"))
+        .on_hover_text("Show moments whose name contains this text");
     let wanted = interface.moments.wanted.to_lowercase();
     let catalog = studio.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -30,7 +31,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, 
                 if ui.button(&moment.name).on_hover_text(hover).clicked() {
                     match sight_of(moment, catalog, &SessionPlaces(studio.session()), &interface.viewer.sight) {
                         Some(sight) => actions.push(Action::Show(Box::new(sight))),
-                        None => interface.message = format!("{}: the ephemeris has no place for it", moment.name),
+                        None => interface.message = format!("{}: outside the range of the ephemeris", moment.name),
                     }
                 }
                 ui.weak(format!("{} · {}", moment.time.to_utc_iso().get(..10).unwrap_or_default(), moment.about));

@@ -54,13 +54,13 @@ impl PerformancePanel {
 
 fn words_of(frames: &VecDeque<Frame>) -> String {
     if frames.is_empty() {
-        return "no picture yet".into();
+        return "no frame yet".into();
     }
     let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
     let most = frames.iter().map(|f| f.whole).fold(0.0, f64::max);
     let stages: Vec<String> = SHOWN.iter().map(|s| format!("{} {:.1} ms", s.name(), mean(&|f| f.by_stage[*s as usize]))).collect();
     let whole = mean(&|f| f.whole);
-    format!("{} pictures, {whole:.1} ms each in the mean, {most:.1} ms at most: {}", frames.len(), stages.join(", "))
+    format!("{} frames: mean {whole:.1} ms, maximum {most:.1} ms; {}", frames.len(), stages.join(", "))
 }
 
 /// Milliseconds by pass: of the device where it tells, of the processor in software.
@@ -91,7 +91,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
                 let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
                 plot.line(Line::new(format!("pass {pass}"), line(&of)));
             }
-            plot.line(Line::new("whole", line(&|f| f.whole)));
+            plot.line(Line::new("total", line(&|f| f.whole)));
         },
     );
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Frame times"));
@@ -108,10 +108,10 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.end_row();
         };
         line("renderer", drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
-        line("shown by", if interface.on_device { "the device" } else { "the processor" }.into());
-        line("picture", format!("{}x{} px", drawing.width, drawing.height));
+        line("displayed via", if interface.on_device { "GPU" } else { "CPU" }.into());
+        line("image", format!("{}x{} px", drawing.width, drawing.height));
         line("frame", format!("{:.1} ms", drawing.took_ms));
-        line("pictures", format!("{:.1} a second", account.came_s.len() as f64 / RATED_S));
+        line("frame rate", format!("{:.1} per second", account.came_s.len() as f64 / RATED_S));
         for stage in SHOWN {
             line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
         }
@@ -119,7 +119,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             line(&format!("pass {pass}"), format!("{ms:.2} ms"));
         }
         if let Some(timings) = &drawing.by.software {
-            line("triangles given", timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
+            line("triangles submitted", timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
             line("triangles culled", timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
             line("triangles clipped", timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
             line("triangles shaded", timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
@@ -129,12 +129,13 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line("points", drawing.scene.points.len().to_string());
         let shown = drawing.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
         line("bodies shown", format!("{shown} of {}", drawing.scene.bodies.len()));
-        if let Ok(serde_json::Value::Object(library)) = serde_json::to_value(drawing.library) {
-            for (name, value) in library {
-                line(&format!("library, {}", name.replace('_', " ")), value.to_string());
-            }
-        }
-        line("memory", resident_mib().map_or("not told by this system".into(), |m| format!("{m:.0} MiB")));
+        let library = &drawing.library;
+        line("shaders from memory", library.from_memory.to_string());
+        line("shaders from disk", format!("{} in {:.3} s", library.from_disk, library.reading_s));
+        line("shaders compiled", format!("{} in {:.3} s", library.emitted, library.emitting_s));
+        line("shaders written", format!("{} in {:.3} s", library.written, library.writing_s));
+        line("shaders repaired", library.healed.to_string());
+        line("memory", resident_mib().map_or("not available".into(), |m| format!("{m:.0} MiB")));
     };
     // A small window has no room for all of it.
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -156,14 +157,14 @@ mod tests {
     #[test]
     fn the_plot_is_told_in_words_that_stay_for_a_while() {
         let mut panel = PerformancePanel::default();
-        assert_eq!(panel.words(0.0), "no picture yet");
+        assert_eq!(panel.words(0.0), "no frame yet");
         for whole in [10.0, 20.0, 60.0] {
             let mut by_stage = [0.0; Stage::ALL.len()];
             by_stage[Stage::Draw as usize] = whole / 2.0;
             panel.frames.push_back(Frame { by_stage, by_pass: Vec::new(), whole });
         }
-        assert_eq!(panel.words(RATED_S), "no picture yet");
+        assert_eq!(panel.words(RATED_S), "no frame yet");
         let words = panel.words(RATED_S + 0.1);
-        assert!(words.starts_with("3 pictures, 30.0 ms each in the mean, 60.0 ms at most") && words.contains("draw 15.0 ms"), "{words}");
+        assert!(words.starts_with("3 frames: mean 30.0 ms, maximum 60.0 ms") && words.contains("draw 15.0 ms"), "{words}");
     }
 }

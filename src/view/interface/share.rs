@@ -88,7 +88,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     ui.strong("This view");
     let link = interface.viewer.shared().to_link();
     ui.horizontal(|ui| {
-        if ui.button("Copy link").on_hover_text("A link that restores this very view").clicked() {
+        if ui.button("Copy link").on_hover_text("Copy a link that restores this view").clicked() {
             ui.ctx().copy_text(link.clone());
             interface.message = "Link copied".into();
         }
@@ -102,7 +102,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         }
     });
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text("File that keeps a view");
+        ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text("View file");
         let path = PathBuf::from(&interface.share.file);
         if ui.button("Save view").clicked() {
             let text = interface.viewer.shared().to_json();
@@ -135,28 +135,28 @@ fn saved(path: &Path) -> String {
 
 fn pictures(interface: &mut Interface, ui: &mut egui::Ui) {
     let panel = &mut interface.share;
-    ui.strong("Pictures");
+    ui.strong("Images");
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut panel.picture).desired_width(150.0))
-            .on_hover_text("File, .png or .exr, in the folder below unless it names one; a name that is taken gets a number. %05d counts the frames of a sequence");
+            .on_hover_text("Image file: .png or .exr. No file is replaced: the next free number is added to the name. %05d stands for the frame number of a sequence");
         named::number(ui, side(&mut panel.size[0]), "Width, pixels");
         ui.label("x");
         named::number(ui, side(&mut panel.size[1]), "Height, pixels");
-        ui.checkbox(&mut panel.names, "with names").on_hover_text("Names and markers of bodies in saved pictures");
+        ui.checkbox(&mut panel.names, "Labels").on_hover_text("Draw names and markers of bodies into saved images");
     });
     let folder =
         whole(Path::new(&panel.picture)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
     ui.add(egui::Label::new(egui::RichText::new(format!("Folder: {folder}/")).small().weak()).truncate());
     let busy = panel.is_busy();
-    if ui.add_enabled(!busy, egui::Button::new("Save picture")).on_hover_text("Save a picture (Ctrl+S)").clicked() {
+    if ui.add_enabled(!busy, egui::Button::new("Save image")).on_hover_text("Save an image (Ctrl+S)").clicked() {
         panel.wants_picture = true;
     }
     ui.horizontal(|ui| {
         ui.label("Sequence:");
-        named::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), "Frames of the sequence");
+        named::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), "Number of frames");
         ui.label("frames,");
         // A century at the most.
-        named::number(ui, DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s"), "Scene seconds between frames");
+        named::number(ui, DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s"), "Simulated seconds between frames");
         ui.label("apart");
     });
     if ui.add_enabled(!busy, egui::Button::new("Export sequence")).clicked() {
@@ -174,8 +174,8 @@ fn progress(interface: &mut Interface, ui: &mut egui::Ui) {
     let Some(run) = &interface.share.run else { return };
     let part = run.done as f32 / run.frames.max(1) as f32;
     let cancelled = ui.horizontal(|ui| {
-        ui.add(ProgressBar::new(part).desired_width(180.0).show_percentage()).accessible_name("Frames that are done");
-        ui.button("Cancel").on_hover_text("Frames that are done stay").clicked()
+        ui.add(ProgressBar::new(part).desired_width(180.0).show_percentage()).accessible_name("Progress of the export");
+        ui.button("Cancel").on_hover_text("Stop the export; the frames written so far stay").clicked()
     });
     if cancelled.inner {
         interface.share.run = None;
@@ -187,13 +187,13 @@ pub fn work(interface: &mut Interface, studio: &dyn Studio) {
     let panel = &mut interface.share;
     let (picture, sequence) = (std::mem::take(&mut panel.wants_picture), std::mem::take(&mut panel.wants_sequence));
     if picture && panel.is_busy() {
-        interface.message = "A picture is being saved already".into();
+        interface.message = "An image is already being saved".into();
     } else if picture {
         match free_names(&panel.picture) {
             Ok(files) => {
                 let (sight, size, names) = (interface.viewer.shared(), panel.size, panel.names);
                 panel.shot = Some(ask(studio, move |session| save(session, &sight, size, names, files)));
-                interface.message = format!("Saving a picture of {}×{} pixels", size[0], size[1]);
+                interface.message = format!("Saving an image of {}×{} pixels", size[0], size[1]);
             }
             Err(why) => interface.message = why,
         }
@@ -252,7 +252,7 @@ fn save(
     let path = files.peek().cloned().unwrap_or_default();
     let known = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_exr(&path);
     if !known {
-        return Err(format!("{}: pictures end in .png or .exr", path.display()));
+        return Err(format!("{}: an image file ends in .png or .exr", path.display()));
     }
     let mut request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
     request.layers.labels = names;

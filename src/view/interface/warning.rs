@@ -13,7 +13,7 @@ pub fn show(interface: &mut Interface, ctx: &Context) {
         ui.set_max_width(WIDTH_POINTS);
         let told = ui.add(Label::new(line).wrap());
         ui.ctx().accesskit_node_builder(told.id, |node| node.set_live(Live::Assertive));
-        ui.weak("The window shows its first view instead.");
+        ui.weak("The default view is shown instead.");
         let close = ui.button("Close");
         if ui.memory(|memory| memory.focused().is_none()) {
             close.request_focus();

@@ -11,9 +11,9 @@ use crate::image::Picture;
 use crate::render::plan::Fineness;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::ViewRequest;
+use crate::scene::request::{Quality, ViewRequest};
 use crate::session::Session;
-use crate::view::sight::{QUALITIES, Sight, quality_name};
+use crate::view::sight::Sight;
 use crate::view::studio::{Studio, Ticket, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
@@ -32,7 +32,7 @@ enum Renderer {
 
 impl Renderer {
     const ALL: [(Self, &'static str); 3] =
-        [(Self::Window, "as the window"), (Self::Software, "software, f32"), (Self::Double, "software, f64")];
+        [(Self::Window, "as in the window"), (Self::Software, "software, f32"), (Self::Double, "software, f64")];
 
     fn name(self) -> &'static str {
         Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| name)
@@ -42,10 +42,10 @@ impl Renderer {
 /// One way to draw the view.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Way {
-    quality: String,
-    /// As `--effects` takes them, over those of the view.
+    quality: Quality,
+    /// What is typed: as `--effects` takes them, over those of the view.
     effects: String,
-    pixels: String,
+    pixels: PixelView,
     renderer: Renderer,
 }
 
@@ -54,7 +54,7 @@ struct Way {
 struct Asked {
     request: ViewRequest,
     ways: [Way; 2],
-    view_effects: String,
+    view_effects: EffectOverrides,
 }
 
 impl Asked {
@@ -79,9 +79,9 @@ pub struct ComparePanel {
 
 /// At the start the view itself against the quickest one.
 fn first_ways(sight: &Sight) -> [Way; 2] {
-    let as_seen = Way { quality: sight.quality.clone(), pixels: sight.pixels.clone(), ..Way::default() };
-    let quality = if sight.quality == "draft" { "reference" } else { "draft" };
-    [as_seen.clone(), Way { quality: quality.into(), ..as_seen }]
+    let as_seen = Way { quality: sight.quality, pixels: sight.pixels, ..Way::default() };
+    let quality = if sight.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
+    [as_seen.clone(), Way { quality, ..as_seen }]
 }
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
@@ -105,13 +105,13 @@ impl ComparePanel {
         });
         let mut swapped = false;
         ui.horizontal(|ui| {
-            swapped = ui.button("Swap").on_hover_text("Left becomes right").clicked();
-            if ui.button("Start over").on_hover_text("The view as it is against the quickest one").clicked() {
+            swapped = ui.button("Swap").on_hover_text("Swap left and right").clicked();
+            if ui.button("Reset").on_hover_text("Compare the current view with draft quality").clicked() {
                 ways = first_ways(sight);
             }
             if self.coming.is_some() {
-                named::coming(ui, "Both are being drawn");
-                ui.weak("drawing both");
+                named::coming(ui, "Drawing both images");
+                ui.weak("drawing both images");
             }
         });
         if swapped {
@@ -132,14 +132,14 @@ impl ComparePanel {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
             Some(Ok(pair)) => self.view.show(ui, pair, [&names[0], &names[1]]),
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
-            None => drop(ui.weak("Both are drawn once the picture stands still.")),
+            None => drop(ui.weak("The images are drawn once the view stops moving.")),
         });
     }
 
     /// Asks for both once the view stands still.
     fn ask(&mut self, interface: &Interface, ui: &egui::Ui, studio: &dyn Studio, ways: &[Way; 2]) {
         let Some(drawing) = interface.drawing() else { return };
-        let quality = interface.viewer.sight.quality();
+        let quality = interface.viewer.sight.quality;
         let still = drawing.order.request.quality == quality && drawing.order.fineness == Fineness::of(quality);
         if self.coming.is_some() || !still || interface.viewer.races() {
             return;
@@ -175,49 +175,41 @@ fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
 fn choose(ui: &mut egui::Ui, way: &mut Way, side: &str) {
     ui.strong(side);
     ui.horizontal(|ui| {
-        for quality in QUALITIES {
-            let name = quality_name(quality);
-            let hover = format!("{side}: {name} quality");
-            if ui.selectable_label(way.quality == name, name).on_hover_text(hover).clicked() {
-                way.quality = name.to_owned();
-            }
+        for quality in Quality::ALL {
+            let hover = format!("{side}: {} quality", quality.name());
+            ui.selectable_value(&mut way.quality, quality, quality.name()).on_hover_text(hover);
         }
     });
-    let combo = |what: &str| ComboBox::new((side, what.to_owned()), what.to_owned()).width(150.0);
     ui.horizontal(|ui| {
-        let shown = combo("pixels").selected_text(way.pixels.clone()).show_ui(ui, |ui| {
-            for view in PixelView::ALL {
-                ui.selectable_value(&mut way.pixels, view.name().to_owned(), view.name());
-            }
-        });
-        shown.response.on_hover_text(format!("{side}: what each pixel shows"));
+        ui.label("Show");
+        named::pixel_views(ui, &mut way.pixels, &format!("{side}: show"));
     });
     ui.horizontal(|ui| {
-        let shown = combo("renderer").selected_text(way.renderer.name()).show_ui(ui, |ui| {
+        let shown = ComboBox::new((side, "renderer"), "renderer").width(150.0).selected_text(way.renderer.name()).show_ui(ui, |ui| {
             for (renderer, name) in Renderer::ALL {
                 ui.selectable_value(&mut way.renderer, renderer, name);
             }
         });
-        shown.response.on_hover_text(format!("{side}: who computes"));
+        shown.response.on_hover_text(format!("{side}: renderer"));
     });
     let field = TextEdit::singleline(&mut way.effects).hint_text("+eclipse=linear,-normal").desired_width(f32::INFINITY);
-    ui.add(field).on_hover_text(format!("{side}: effects over those of the view"));
+    ui.add(field).on_hover_text(format!("{side}: effects in addition to those of the view"));
 }
 
 fn name_of(way: &Way) -> String {
-    let mut words = vec![way.quality.as_str()];
-    words.extend((way.pixels != PixelView::Shaded.name()).then_some(way.pixels.as_str()));
+    let mut words = vec![way.quality.name()];
+    words.extend((way.pixels != PixelView::Shaded).then(|| named::pixel_view(way.pixels)));
     words.extend((!way.effects.trim().is_empty()).then_some(way.effects.trim()));
     words.extend((way.renderer != Renderer::Window).then_some(way.renderer.name()));
     words.join(" ")
 }
 
 fn draw(session: &Session, asked: &Asked, way: &Way) -> Result<Half, String> {
-    let text = format!("{},{}", asked.view_effects, way.effects);
+    let text = format!("{},{}", asked.view_effects.to_text(), way.effects);
     let mut request = asked.request.clone();
     request.effects = EffectOverrides::parse(&text).map_err(|e| e.to_string())?;
-    request.quality = QUALITIES.into_iter().find(|q| quality_name(*q) == way.quality).unwrap_or_default();
-    request.pixel_view = PixelView::ALL.into_iter().find(|p| p.name() == way.pixels).unwrap_or_default();
+    request.quality = way.quality;
+    request.pixel_view = way.pixels;
     let fineness = Fineness::of(request.quality);
     let failed = |e: crate::session::SessionError| e.to_string();
     // Modules and maps come in before the clock runs.

@@ -45,9 +45,9 @@ enum Shows {
 
 impl Shows {
     const ALL: [(Self, &'static str, &'static str); 3] = [
-        (Self::Split, "Split", "Both in one place, a line between them that can be dragged"),
-        (Self::Beside, "Beside", "One beside the other"),
-        (Self::Difference, "Difference", "The difference of each channel, the largest white"),
+        (Self::Split, "Split", "Both images in one place, with a divider that can be dragged"),
+        (Self::Beside, "Side by side", "One image beside the other"),
+        (Self::Difference, "Difference", "Absolute difference of each channel, scaled so that the largest is white"),
     ];
 }
 
@@ -78,7 +78,7 @@ impl PairView {
             }
             if self.shows == Shows::Split {
                 let split = self.split.get_or_insert(0.5);
-                ui.add(Slider::new(split, 0.0..=1.0).show_value(false).text("line")).on_hover_text("Where the line between them stands");
+                ui.add(Slider::new(split, 0.0..=1.0).show_value(false).text("divider")).on_hover_text("Position of the divider");
             }
         });
         let [left, right] = names;
@@ -112,7 +112,7 @@ impl PairView {
 
     fn show_split(&mut self, ui: &mut egui::Ui, size: Vec2, textures: [egui::TextureId; 2], [left, right]: [&str; 2]) {
         let (rect, response) = ui.allocate_exact_size(fitted(ui, size), Sense::click_and_drag());
-        let about = format!("{left} to the left of the line, {right} to the right");
+        let about = format!("{left} to the left of the divider, {right} to the right");
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &about));
         if let Some(at) = response.interact_pointer_pos() {
             self.split = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));

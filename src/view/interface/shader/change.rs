@@ -58,7 +58,7 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     }
     let ids = keys.map(ModuleId::Planet);
     let Some((first, second)) = both(&mut panel.work, seen.studio, &ids) else {
-        named::coming(ui, "Both modules are being read");
+        named::coming(ui, "Loading both modules");
         return;
     };
     let lines = match panel.work.difference(seen.studio, &ids) {
@@ -82,12 +82,12 @@ fn both(work: &mut Work, studio: &dyn Studio, ids: &[ModuleId; 2]) -> Option<(Ar
 fn lines_text(by_feature: &[FeatureDifference]) -> String {
     let count = |of: fn(&FeatureDifference) -> usize| by_feature.iter().map(of).sum::<usize>();
     let (gone, new) = (count(|d| d.only_first.len()), count(|d| d.only_second.len()));
-    format!("{} features differ, {gone} lines go and {new} come", by_feature.len())
+    format!("{} features differ, {gone} lines removed, {new} added", by_feature.len())
 }
 
 /// `from` and `to` with the difference between them.
 fn signed(from: usize, to: usize) -> String {
-    if from == to { format!("{to} (as before)") } else { format!("{from} to {to} ({:+})", to as i64 - from as i64) }
+    if from == to { format!("{to} (unchanged)") } else { format!("{from} to {to} ({:+})", to as i64 - from as i64) }
 }
 
 /// Operations over lanes of the software renderer's tapes.
@@ -136,8 +136,7 @@ fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, keys: &
 /// The view on screen with this key in place of the drawn one.
 fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let (Some(draw), Some(key), true) = (seen.draw, seen.key(), seen.is_changed()) else { return };
-    ui.checkbox(&mut panel.change.in_view, "in this view")
-        .on_hover_text("Draws the view on screen with this key in place of the drawn one");
+    ui.checkbox(&mut panel.change.in_view, "Draw in this view").on_hover_text("Draw the current view with this key in place of its own");
     if !panel.change.in_view {
         return;
     }
@@ -151,7 +150,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     match change.last.as_ref().filter(|(of, _)| *of == key) {
         Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"]),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => drop(named::coming(ui, "Both are being drawn")),
+        None => drop(named::coming(ui, "Drawing both images")),
     }
 }
 
@@ -162,13 +161,13 @@ fn smaller(request: &ViewRequest) -> ViewRequest {
 }
 
 fn timing(work: &mut Work, ui: &mut egui::Ui, studio: &dyn Studio, ids: &[ModuleId; 2], names: [&str; 2]) {
-    if ui.button("Time both").on_hover_text("Draws a million pixels' worth of the sample body with each, in software").clicked() {
+    if ui.button("Time both").on_hover_text("Draw a megapixel of the sample body with each key, in software").clicked() {
         ids.iter().for_each(|id| work.time(studio, id));
     }
     for (id, name) in ids.iter().zip(names) {
         match work.timed(id) {
-            Some(Ok(Some(ms))) => drop(ui.label(format!("{name}: {ms:.1} ms a million pixels in software"))),
-            Some(Ok(None)) => drop(ui.label(format!("{name}: not timed, only bodies that are met by view rays are"))),
+            Some(Ok(Some(ms))) => drop(ui.label(format!("{name}: {ms:.1} ms per megapixel in software"))),
+            Some(Ok(None)) => drop(ui.label(format!("{name}: not timed (only ray-traced bodies are)"))),
             Some(Err(e)) => drop(ui.label(e)),
             None => {}
         }
@@ -177,7 +176,7 @@ fn timing(work: &mut Work, ui: &mut egui::Ui, studio: &dyn Studio, ids: &[Module
 
 fn feature(ui: &mut egui::Ui, d: &FeatureDifference) {
     let dark = ui.visuals().dark_mode;
-    let title = format!("{}: {} lines go, {} come", d.feature, d.only_first.len(), d.only_second.len());
+    let title = format!("{}: {} lines removed, {} added", d.feature, d.only_first.len(), d.only_second.len());
     let title = RichText::new(title).color(feature_colour(&d.feature, dark));
     CollapsingHeader::new(title).id_salt(&d.feature).default_open(false).show(ui, |ui| {
         let font = TextStyle::Monospace.resolve(ui.style());
@@ -204,9 +203,9 @@ pub fn cost_rows() -> [CostRow; 10] {
         ("operations in the IR", |m| m.ir.operations.values().sum::<u32>() as usize),
         ("texture reads", |m| m.ir.texture_reads as usize),
         ("uniform bytes", |m| m.ir.uniform_bytes as usize),
-        ("a pixel's operations", fragment),
-        ("a corner's operations", vertex),
-        ("operations once a draw", |m| m.tapes.iter().map(|t| t.uniform_operations).sum()),
+        ("operations per pixel", fragment),
+        ("operations per vertex", vertex),
+        ("operations per draw", |m| m.tapes.iter().map(|t| t.uniform_operations).sum()),
         ("slots and registers", registers),
     ]
 }

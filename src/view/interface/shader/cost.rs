@@ -10,19 +10,19 @@ use std::collections::BTreeMap;
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let Some(module) = panel.work.whole(seen.studio, &seen.id) else {
-        named::coming(ui, "The module is being read");
+        named::coming(ui, "Loading the module");
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         grid(ui, "cost", &[("count", &module)]);
         if seen.key().is_some() {
             ui.horizontal(|ui| {
-                if ui.button("Time it").on_hover_text("Draws the sample body in software and takes the best of five").clicked() {
+                if ui.button("Time it").on_hover_text("Draw the sample body in software; best of five").clicked() {
                     panel.work.time(seen.studio, &seen.id);
                 }
                 match panel.work.timed(&seen.id) {
-                    Some(Ok(Some(ms))) => drop(ui.label(format!("{ms:.1} ms a million pixels in software"))),
-                    Some(Ok(None)) => drop(ui.label("not timed: only bodies that are met by view rays are")),
+                    Some(Ok(Some(ms))) => drop(ui.label(format!("{ms:.1} ms per megapixel in software"))),
+                    Some(Ok(None)) => drop(ui.label("not timed (only ray-traced bodies are)")),
                     Some(Err(e)) => drop(ui.label(e)),
                     None => {}
                 }
@@ -32,15 +32,15 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         ui.strong("Library");
         if let Some(origin) = module.origin {
             let how = match origin.how {
-                Arrival::Read => "a hit: read from disk",
-                Arrival::Emitted => "emitted",
-                Arrival::Healed => "healed: its entry was damaged and is made anew,",
+                Arrival::Read => "loaded from disk",
+                Arrival::Emitted => "compiled",
+                Arrival::Healed => "recompiled, because its entry was damaged,",
             };
-            ui.label(format!("This module was {how} in {:.2} ms, and comes from memory since.", origin.took_ms));
+            ui.label(format!("This module was {how} in {:.2} ms and is now in memory.", origin.took_ms));
         }
         match &module.entry {
             Some((path, bytes)) => drop(ui.label(format!("{:.1} kB in {}", *bytes as f64 / 1e3, path.display()))),
-            None => drop(ui.label("It is in memory only.")),
+            None => drop(ui.label("In memory only.")),
         }
         statistics(ui, &seen.drawing.library);
         ui.separator();
@@ -50,7 +50,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
             let operations: BTreeMap<&str, usize> = tape.operations.iter().map(|(k, n)| (k.as_str(), *n)).collect();
             kinds(ui, &format!("Operations of the {} tape", tape.stage), &operations);
             let line = format!(
-                "{}: {} once a draw, {} texture reads, {} jumps, {} slots, {} registers",
+                "{}: {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
                 tape.stage, tape.uniform_operations, tape.texture_reads, tape.jumps, tape.slots, tape.registers
             );
             ui.label(line);
@@ -65,9 +65,9 @@ fn statistics(ui: &mut egui::Ui, s: &Statistics) {
         let rows = [
             ("from memory", s.from_memory, String::new()),
             ("from disk", s.from_disk, each(s.reading_s, s.from_disk)),
-            ("emitted", s.emitted, each(s.emitting_s, s.emitted)),
+            ("compiled", s.emitted, each(s.emitting_s, s.emitted)),
             ("written", s.written, each(s.writing_s, s.written)),
-            ("healed", s.healed, String::new()),
+            ("repaired", s.healed, String::new()),
         ];
         for (what, n, took) in rows {
             ui.label(what);

@@ -23,7 +23,7 @@ struct Tile {
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let (Some(drawn), Some(key)) = (seen.drawn, seen.key()) else {
-        ui.label("This module has no key, and so no neighbours.");
+        ui.label("This module has no key and no neighbours.");
         return;
     };
     ui.horizontal(|ui| {
@@ -35,7 +35,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
                 ui.selectable_value(&mut panel.gallery.dimension, Some(d.name), d.name);
             }
         });
-        list.response.labelled_by(label.id).on_hover_text("Which dimension of the key changes from picture to picture");
+        list.response.labelled_by(label.id).on_hover_text("The dimension of the key that varies from image to image");
     });
     let base = panel.asked.unwrap_or(seen.draw.map_or(*drawn.needs(), |d| d.needs));
     let tiles = tiles(&base, panel.gallery.dimension);

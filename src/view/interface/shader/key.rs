@@ -14,7 +14,7 @@ pub struct KeyPage {
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let (Some(drawn), Some(key)) = (seen.drawn, seen.key()) else {
-        ui.label("This module has no key: every picture that needs it uses the same one.");
+        ui.label("This module has no key: there is one variant of it.");
         return;
     };
     let base = seen.draw.map_or(*drawn.needs(), |d| d.needs);
@@ -37,7 +37,7 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut Needs) {
     ui.horizontal(|ui| {
         let label = ui.label("Another key");
         let field = TextEdit::singleline(&mut page.typed).hint_text("lambert.albedo.sun1.ellipsoid").desired_width(f32::INFINITY);
-        let response = ui.add(field).labelled_by(label.id).on_hover_text("A key's text, then Enter");
+        let response = ui.add(field).labelled_by(label.id).on_hover_text("Type a key and press Enter");
         if response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
             match page.typed.trim().parse::<ShaderKey>() {
                 Ok(key) => {
@@ -71,7 +71,7 @@ fn dimensions(ui: &mut egui::Ui, asked: &mut Needs, drawn: &Needs, shown: &Needs
             let label = ui.label(name).on_hover_text(format!("Part of the key: {}", d.part.name()));
             control(ui, d, value, asked, label.id);
             let (words, weak) = match because(d).filter(|_| value != effective) {
-                Some(why) => (format!("changes nothing: {why}"), true),
+                Some(why) => (format!("no effect: {why}"), true),
                 None => (meaning(d, effective).to_owned(), effective == 0 && is_switch(d)),
             };
             let text = RichText::new(words).size(11.0);

@@ -37,12 +37,12 @@ enum Page {
 
 impl Page {
     const ALL: [(Self, &'static str, &'static str); 6] = [
-        (Self::Key, "Key", "The key by dimension; change one and see what would change"),
-        (Self::Source, "Source", "The generated source, with the feature of each line"),
+        (Self::Key, "Key", "The key by dimension: change one and see its effect"),
+        (Self::Source, "Source", "The generated source, with the feature that needs each line"),
         (Self::Values, "Values", "Uniforms by name, layout and textures"),
-        (Self::Cost, "Cost", "Operations, texture reads, registers; how the library came by the module"),
+        (Self::Cost, "Cost", "Operations, texture reads, registers and compile time"),
         (Self::Probe, "Probe", "Every value of one pixel in f32 and f64"),
-        (Self::Gallery, "Gallery", "What neighbouring keys would draw"),
+        (Self::Gallery, "Gallery", "Images of neighbouring keys"),
     ];
 }
 
@@ -116,7 +116,7 @@ impl ShaderPanel {
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
         self.work.keep_up(studio);
         let Some(drawing) = interface.drawing() else {
-            ui.label("The first picture is being drawn.");
+            ui.label("The first image is being drawn.");
             return;
         };
         let body = interface.viewer.selected;
@@ -171,7 +171,7 @@ impl ShaderPanel {
         ui.horizontal_wrapped(|ui| {
             ui.strong(name);
             if draws.is_empty() {
-                ui.weak("is no disc here: a point, or out of sight.");
+                ui.weak("is drawn as a point, or not visible.");
             }
             for draw in draws {
                 let part = Wanted::Part(draw.part.name());
@@ -182,7 +182,7 @@ impl ShaderPanel {
             }
             ui.separator();
             for shared in SIMPLE_MODULES {
-                let hover = "A module that the whole picture shares";
+                let hover = "A utility shader that all bodies share";
                 if ui.selectable_label(current == Some(Wanted::Shared(shared)), shared.replace('_', " ")).on_hover_text(hover).clicked() {
                     self.wanted = Some(Wanted::Shared(shared));
                 }
@@ -200,7 +200,7 @@ impl ShaderPanel {
             if let Some(key) = seen.key() {
                 for (pin, name) in self.pins.iter_mut().zip(["A", "B"]) {
                     let pinned = *pin == Some(key);
-                    let hover = format!("Keep this key as {name}, to compare");
+                    let hover = format!("Keep this key as {name} for comparison");
                     if ui.selectable_label(pinned, format!("Pin {name}")).on_hover_text(hover).clicked() {
                         *pin = if pinned { None } else { Some(key) };
                     }
@@ -218,7 +218,7 @@ impl ShaderPanel {
 
 fn show_broken(ui: &mut egui::Ui, broken: &work::Broken) {
     ui.colored_label(ui.visuals().error_fg_color, &broken.why);
-    ui.weak("The last good picture stays.");
+    ui.weak("The last valid image stays.");
     ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         ui.add(egui::Label::new(RichText::new(&broken.diagnosis).monospace()).extend());
     });

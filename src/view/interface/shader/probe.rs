@@ -42,15 +42,15 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
         page.seen = Some(done);
     }
     let Some(pixel) = interface.sky.picked_px else {
-        ui.label("Click a place in the picture: every value that its pixel is made of is shown here, in f32 and in f64.");
-        if ui.button("The middle of the picture").clicked() {
+        ui.label("Click the image to see every value computed for that pixel, in f32 and in f64.");
+        if ui.button("Centre of the image").clicked() {
             page.typed_px = Some(interface.sky.size_px.map(|side| side / 2));
         }
         return;
     };
     page.ask(seen, interface, pixel);
     let Some(answer) = &page.seen else {
-        named::coming(ui, "The pixel is being computed");
+        named::coming(ui, "Computing the pixel");
         return;
     };
     let [single, double] = match answer {
@@ -68,12 +68,12 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
             page.typed_px = Some([x, y]);
         }
         if page.coming.is_some() {
-            named::coming(ui, "Another pixel is being computed");
+            named::coming(ui, "Computing another pixel");
         }
     });
     ui.label(format!("radiance {level}; exposure {:+.2} stops; {}", single.exposure_stops, single.time.to_utc_iso()));
     if single.draws.is_empty() {
-        ui.label("No draw shades this pixel: it is black, or a point's or the glow's.");
+        ui.label("No draw shades this pixel: it is background, a point or glare.");
         return;
     }
     let mut chosen = page.draw.min(single.draws.len() - 1);
@@ -89,15 +89,15 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     let first = &single.draws[chosen];
     ui.add(egui::Label::new(RichText::new(first.module.to_string()).monospace().size(11.0)).wrap());
     if let Some([latitude, longitude]) = first.ground_deg {
-        ui.label(format!("ground at latitude {latitude:+.4}, east longitude {longitude:+.4} degrees"));
+        ui.label(format!("surface at latitude {latitude:+.4}°, longitude {longitude:+.4}° (E)"));
     }
     // The two precisions may disagree on who covers an edge pixel.
     let second = double.draws.iter().find(|d| d.body == first.body && d.part == first.part);
     ui.horizontal(|ui| {
-        let label = ui.label("named");
+        let label = ui.label("Filter");
         ui.add(TextEdit::singleline(&mut page.wanted).desired_width(160.0))
             .labelled_by(label.id)
-            .on_hover_text("Show only values whose names hold this");
+            .on_hover_text("Show only values whose name contains this text");
         if ui.small_button("Copy").on_hover_text("Copy all values").clicked() {
             ui.ctx().copy_text(rows(first, second).iter().map(|r| format!("{}\n", r.text())).collect());
         }
@@ -109,7 +109,7 @@ impl ProbePage {
     /// Asks when the pixel or a standing view changes.
     fn ask(&mut self, seen: &Seen<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.sky.size_px;
-        let request = ViewRequest { width, height, quality: interface.viewer.sight.quality(), ..seen.drawing.order.request.clone() };
+        let request = ViewRequest { width, height, quality: interface.viewer.sight.quality, ..seen.drawing.order.request.clone() };
         let current = self.asked.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
         if current || self.coming.is_some() || interface.viewer.races() || pixel[0] >= width || pixel[1] >= height {
             return;
@@ -132,11 +132,11 @@ struct Row {
 
 impl Row {
     fn text(&self) -> String {
-        let number = |v: f64, digits: usize| if v.is_nan() { "not reached".to_owned() } else { format!("{v:.digits$e}") };
-        let double = self.double.map_or("not there".to_owned(), |v| number(v, 9));
+        let number = |v: f64, digits: usize| if v.is_nan() { "not evaluated".to_owned() } else { format!("{v:.digits$e}") };
+        let double = self.double.map_or("no value".to_owned(), |v| number(v, 9));
         let apart = self.double.map(|d| (self.single - d).abs()).filter(|a| a.is_finite());
         let apart = apart.map_or(String::new(), |a| if a == 0.0 { "0".to_owned() } else { format!("{a:.1e}") });
-        format!("{:<34} {:>14} {double:>17} {apart:>8}", self.name, number(self.single, 7))
+        format!("{:<34} {:>14} {double:>17} {apart:>10}", self.name, number(self.single, 7))
     }
 }
 
@@ -160,7 +160,7 @@ fn rows(first: &DrawSeen, second: Option<&DrawSeen>) -> Vec<Row> {
 fn table(ui: &mut egui::Ui, rows: &[Row], wanted: &str) {
     let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(wanted.trim())).collect();
     let small = |text: String| RichText::new(text).monospace().size(11.5);
-    ui.label(small(format!("{:<34} {:>14} {:>17} {:>8}", format!("{} values", shown.len()), "f32", "f64", "apart")).strong());
+    ui.label(small(format!("{:<34} {:>14} {:>17} {:>10}", format!("{} values", shown.len()), "f32", "f64", "difference")).strong());
     ui.spacing_mut().item_spacing.y = 1.0;
     let height = ui.text_style_height(&TextStyle::Monospace);
     ScrollArea::both().auto_shrink(false).show_rows(ui, height, shown.len(), |ui, range| {

@@ -60,7 +60,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
     let text = match panel.work.text(seen.studio, &seen.id, language) {
         Some(Ok(text)) => text,
         Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => return drop(named::coming(ui, "The source is being written")),
+        None => return drop(named::coming(ui, "Generating the source")),
     };
     page.find(ui, &text);
     if !text.features.is_empty() {
@@ -84,7 +84,7 @@ impl SourcePage {
             }
             if !text.features.is_empty() {
                 let mut margin = !self.no_margin;
-                ui.checkbox(&mut margin, "features beside").on_hover_text("Name the feature of each line beside it");
+                ui.checkbox(&mut margin, "Show features").on_hover_text("Name the feature that needs each line");
                 self.no_margin = !margin;
             }
             if self.needle.is_empty() {
@@ -107,14 +107,14 @@ impl SourcePage {
             }
             let Some((_, _, lines)) = &self.found else { return };
             if lines.is_empty() {
-                ui.weak("nowhere");
+                ui.weak("no match");
                 return;
             }
             if step != 0 {
                 self.at = (self.at as i64 + step).rem_euclid(lines.len() as i64) as usize;
                 self.jump = lines.get(self.at).copied();
             }
-            ui.weak(format!("line {} of {}", self.at + 1, lines.len()));
+            ui.weak(format!("match {} of {}", self.at + 1, lines.len()));
         });
     }
 
@@ -132,7 +132,7 @@ impl SourcePage {
                 for (k, (name, lines)) in all {
                     let chosen = self.feature.as_ref() == Some(name);
                     let words = RichText::new(format!("{name} {lines}")).size(11.0).color(feature_colour(name, dark));
-                    let hover = format!("{lines} lines that {name} asked for: go where most of them are; once more, to the next place");
+                    let hover = format!("{lines} lines for {name}: click to go to the longest block, again for the next one");
                     if ui.selectable_label(chosen, words).on_hover_text(hover).clicked() {
                         self.go_to(text, k, chosen);
                     }
@@ -142,7 +142,7 @@ impl SourcePage {
         ui.horizontal(|ui| {
             // Another module may not have it.
             if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
-                ui.checkbox(&mut self.only, format!("only lines of {feature}"));
+                ui.checkbox(&mut self.only, format!("Only lines for {feature}"));
                 if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
                     (self.feature, self.only) = (None, false);
                 }
@@ -185,7 +185,7 @@ impl SourcePage {
         let margin = !text.features.is_empty();
         let mut clicked = None;
         let stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
-        let about = "Lines of the source: arrow keys go from one to the next, Enter marks the feature that asked for it";
+        let about = "Lines of the source: arrow keys move between them, Enter marks the feature of a line";
         stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, about));
         let (at_keys, moved) = keys(ui, &stop, row_of(self.at_keys).min(count.saturating_sub(1)), count);
         if moved {
@@ -221,7 +221,7 @@ impl SourcePage {
                         ui.ctx().accesskit_node_builder(stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
                         let feature = text.features.get(usize::from(line.feature)).filter(|_| margin);
                         if let Some((feature, _)) = feature {
-                            ui.ctx().accesskit_node_builder(shown.id, |node| node.set_description(format!("{feature} asked for it")));
+                            ui.ctx().accesskit_node_builder(shown.id, |node| node.set_description(format!("needed by {feature}")));
                         }
                     }
                 });
@@ -252,7 +252,7 @@ impl SourcePage {
                 let painter = ui.painter().with_clip_rect(names.intersect(ui.clip_rect()));
                 painter.text(names.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
             }
-            let said = format!("{name} asked for line {}", i + 1);
+            let said = format!("Line {}, needed by {name}", i + 1);
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &said));
         }
         response.on_hover_text(format!("{name}\n{}", line.origin)).clicked()

@@ -18,7 +18,7 @@ pub struct ValuesPage {
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let Some(module) = panel.work.whole(seen.studio, &seen.id) else {
-        named::coming(ui, "The module is being read");
+        named::coming(ui, "Loading the module");
         return;
     };
     let layout = &module.module.layout;
@@ -29,14 +29,14 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     };
     ui.horizontal(|ui| {
         ui.strong(format!("{} uniforms, {} bytes", layout.fields.len(), layout.uniform_size));
-        let label = ui.label("named");
+        let label = ui.label("Filter");
         ui.add(TextEdit::singleline(&mut panel.values.wanted).desired_width(120.0))
             .labelled_by(label.id)
-            .on_hover_text("Show only uniforms whose names hold this");
+            .on_hover_text("Show only uniforms whose name contains this text");
     });
     match &bytes {
-        None => drop(ui.weak("The picture does not run this module.")),
-        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, format!("this draw has no amounts for this key: {e}"))),
+        None => drop(ui.weak("This image does not use the module.")),
+        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, format!("this draw has no uniforms for this key: {e}"))),
         Some(Ok(_)) => {}
     }
     let bytes = bytes.and_then(Result::ok);
@@ -85,7 +85,7 @@ fn uniforms(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &s
     /// Rows of four that are shown of a long array.
     const ROWS: usize = 3;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for head in ["at", "bytes", "type", "name", "value"] {
+        for head in ["offset", "bytes", "type", "name", "value"] {
             ui.weak(head);
         }
         ui.end_row();
@@ -100,7 +100,7 @@ fn uniforms(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &s
             let more = rows.len().saturating_sub(ROWS);
             let mut text = rows[..rows.len().min(ROWS)].join("\n");
             if more > 0 {
-                text.push_str(&format!("\nand {more} rows more"));
+                text.push_str(&format!("\nand {more} more rows"));
             }
             let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(11.0)).wrap());
             if more > 0 {
@@ -130,15 +130,15 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
                             ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
                         }
                         Some(Err(why)) => drop(ui.label(why)),
-                        None => drop(named::coming(ui, "The map is being read")),
+                        None => drop(named::coming(ui, "Loading the map")),
                     }
                 }
                 (None, Some(table)) => {
-                    ui.label("the ring's profile");
+                    ui.label("ring profile");
                     ui.label(format!("{}x{}, f32", table.width, table.height));
                 }
                 (None, None) => {
-                    ui.weak("not of this draw");
+                    ui.weak("not used by this draw");
                     ui.label("");
                 }
             }

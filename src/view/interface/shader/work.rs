@@ -226,7 +226,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -
             draw.needs = *swap.key.needs();
         }
     }
-    let plan = plan::plan(&scene, session, fineness).map_err(|e| format!("this view has no amounts for that key: {e}"))?;
+    let plan = plan::plan(&scene, session, fineness).map_err(|e| format!("this view has no uniforms for that key: {e}"))?;
     let start = Moment::now();
     let (frame, _) = session.aside().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
