@@ -7,13 +7,14 @@ use orrery::render::plan::Fineness;
 use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, SessionPlaces, Tab};
+use orrery::view::interface::{Interface, Tab};
 use orrery::view::kept::restored;
 use orrery::view::paint::{Canvas, Painter};
+use orrery::view::places::{Places, SessionPlaces};
 use orrery::view::settings::Settings;
 use orrery::view::sight::Sight;
 use orrery::view::studio::{Drawing, Order, Prompt, Studio, Task, Threaded};
-use orrery::view::viewer::{Places, Subject, Viewer};
+use orrery::view::viewer::{Subject, Viewer};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 

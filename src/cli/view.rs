@@ -61,8 +61,9 @@ mod windowed {
     use crate::session::Session;
     use crate::time::Instant;
     use crate::view::first::first_view;
-    use crate::view::interface::{Interface, SessionPlaces};
+    use crate::view::interface::Interface;
     use crate::view::kept::{SCHEME, is_link, restored};
+    use crate::view::places::SessionPlaces;
     use crate::view::settings::Settings;
     use crate::view::sight::Sight;
     use crate::view::viewer::{Subject, Viewer};

@@ -2,8 +2,8 @@
 //!
 //! In: a body, a time, where bodies are. Out: a [`Sight`]. It knows no text and no window.
 
+use super::places::Places;
 use super::sight::Sight;
-use super::viewer::Places;
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
 use glam::{DQuat, DVec3};

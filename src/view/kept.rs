@@ -5,7 +5,7 @@
 //! now; the lit side at 3.5 radii; who stands on the ground looks south. A text that no view can have is refused with all its faults. It reads no file.
 
 use super::first::first_view;
-use super::interface::SessionPlaces;
+use super::places::SessionPlaces;
 use super::sight::{Eye, Sight, standing};
 use crate::catalog::{Catalog, NaifId};
 use crate::session::Session;

@@ -17,6 +17,7 @@ pub mod pace;
 pub mod paint;
 pub mod pieces;
 pub mod place;
+pub mod places;
 pub mod present;
 pub mod settings;
 pub mod sight;

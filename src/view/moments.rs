@@ -3,8 +3,8 @@
 //! In: a [`Moment`], where bodies are. Out: a [`Sight`]. It invents no place: a vantage that the ephemeris cannot give has no view.
 
 use super::orbit::Orbit;
+use super::places::Places;
 use super::sight::{Eye, FOV_DEG, Sight, orbit_eye};
-use super::viewer::Places;
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
 

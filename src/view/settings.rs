@@ -3,7 +3,6 @@
 //! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
 //! overwritten; fields that a file lacks keep their defaults.
 
-use super::interface::{Home, Unit};
 use super::place::Place;
 use super::sight::Sight;
 use crate::session::{Readers, ShowWish, write_whole};
@@ -16,6 +15,31 @@ use std::path::{Path, PathBuf};
 pub const ZOOMS: RangeInclusive<f32> = 0.6..=3.0;
 /// Views that are remembered without being kept.
 const RECENT: usize = 20;
+
+/// The unit of lengths in the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Unit {
+    #[default]
+    Kilometres,
+    AstronomicalUnits,
+    Miles,
+    BodyRadii,
+}
+
+/// The observer's place on the Earth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Home {
+    pub latitude_deg: f64,
+    pub longitude_deg: f64,
+}
+
+impl Default for Home {
+    fn default() -> Self {
+        // The Royal Observatory in Greenwich.
+        Self { latitude_deg: 51.4769, longitude_deg: 0.0 }
+    }
+}
 
 /// A view with a name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,6 +6,7 @@
 use super::flight::{Flight, Pose};
 use super::orbit::Orbit;
 use super::pace::Pace;
+use super::places::Places;
 use super::sight::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG, Sight, looking_aside, looking_over_horizon, orbit_eye, standing};
 use crate::catalog::{Body, Kind, NaifId};
 use crate::scene::viewpoint::ground_point_km;
@@ -35,14 +36,6 @@ impl Subject {
             radii_km: body.radii_km,
         }
     }
-}
-
-/// Where bodies are and how they are turned, for whoever moves the eye.
-pub trait Places {
-    /// From the centre of `from` to that of `to`, ICRF kilometres.
-    fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// Rows are the body's axes in ICRF.
-    fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
 }
 
 /// What a key, a button or the mouse asks for. Pixels are those of the window.

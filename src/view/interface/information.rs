@@ -9,21 +9,9 @@ use crate::scene::BodyInView;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
-use crate::view::settings::Settings;
+use crate::view::settings::{Home, Settings, Unit};
 use crate::view::studio::{Studio, Ticket, ask};
 use egui::{Grid, ScrollArea};
-use serde::{Deserialize, Serialize};
-
-/// In what lengths are told.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Unit {
-    #[default]
-    Kilometres,
-    AstronomicalUnits,
-    Miles,
-    BodyRadii,
-}
 
 impl Unit {
     const ALL: [Self; 4] = [Self::Kilometres, Self::AstronomicalUnits, Self::Miles, Self::BodyRadii];
@@ -75,20 +63,6 @@ struct Question {
     body: NaifId,
     place: [f64; 2],
     minute: i64,
-}
-
-/// A place on the Earth by name, for those who look from there.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Home {
-    pub latitude_deg: f64,
-    pub longitude_deg: f64,
-}
-
-impl Default for Home {
-    fn default() -> Self {
-        // The Royal Observatory in Greenwich.
-        Self { latitude_deg: 51.4769, longitude_deg: 0.0 }
-    }
 }
 
 #[derive(Default)]

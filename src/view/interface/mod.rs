@@ -19,22 +19,20 @@ mod sky;
 mod stance;
 mod warning;
 
-pub use information::{Home, Unit};
-
 use super::adaptation::Adaptation;
+use super::places::SessionPlaces;
 use super::settings::Settings;
 use super::sight::Sight;
 use super::studio::{Drawing, Order, Studio};
 use super::tempo::Tempo;
-use super::viewer::{Action, Places, Viewer};
+use super::viewer::{Action, Viewer};
 use crate::catalog::NaifId;
 use crate::render::plan::{Fineness, PictureOnDevice};
 use crate::scene::marks::{Lettering, Mark, marks};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{Readiness, RendererWish, Session};
-use crate::time::Instant;
+use crate::session::{Readiness, RendererWish};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What the right side shows.
@@ -507,16 +505,4 @@ fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
 pub(super) fn colour_image(width: u32, height: u32, rgba: Vec<[u8; 4]>) -> ColorImage {
     let pixels = rgba.into_iter().map(|[r, g, b, _]| Color32::from_rgb(r, g, b)).collect();
     ColorImage::new([width as usize, height as usize], pixels)
-}
-
-/// The places of a session's ephemeris.
-pub struct SessionPlaces<'a>(pub &'a Session);
-
-impl Places for SessionPlaces<'_> {
-    fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
-        self.0.ephemeris().state(to, from, time, None).ok().map(|a| a.state.pos_km)
-    }
-    fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3> {
-        self.0.ephemeris().body_from_icrf(body, time).ok()
-    }
 }

@@ -1,8 +1,9 @@
 //! The list of well-known moments, one click away, and the views that were kept.
 
-use super::{Interface, SessionPlaces};
+use super::Interface;
 use crate::catalog::moments::KINDS;
 use crate::view::moments::sight_of;
+use crate::view::places::SessionPlaces;
 use crate::view::studio::Studio;
 use crate::view::viewer::Action;
 use egui::ScrollArea;
