@@ -7,14 +7,14 @@ use orrery::render::plan::Fineness;
 use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, Tab};
-use orrery::view::kept::restored;
-use orrery::view::paint::{Canvas, Painter};
-use orrery::view::places::{Places, SessionPlaces};
-use orrery::view::settings::Settings;
-use orrery::view::sight::Sight;
-use orrery::view::studio::{Drawing, Order, Prompt, Studio, Task, Threaded};
-use orrery::view::viewer::{Subject, Viewer};
+use orrery::view::app::places::{Places, SessionPlaces};
+use orrery::view::app::settings::Settings;
+use orrery::view::app::view_state::Sight;
+use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::cpu_painter::{Canvas, Painter};
+use orrery::view::worker::render_worker::{Drawing, Order, Prompt, Studio, Task, Threaded};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -196,7 +196,7 @@ fn time_is_typed_stepped_and_refused() {
 
 #[test]
 fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
-    use orrery::view::sight::Eye;
+    use orrery::view::app::view_state::Eye;
     let mut harness = harness(interface(NaifId::EARTH, "2024-04-08T18:17:16Z"));
     settle(&mut harness);
     harness.get_by_label("Stand on surface").click();

@@ -7,9 +7,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, Tab};
-use orrery::view::kept::restored;
-use orrery::view::sight::Eye;
+use orrery::view::app::view_state::Eye;
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
 
 const SATURN: NaifId = NaifId(699);
 

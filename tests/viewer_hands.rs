@@ -10,10 +10,10 @@ use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, Quality, ViewRequest};
 use orrery::session::{Earlier, Session};
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, Tab};
-use orrery::view::kept::restored;
-use orrery::view::paint::Painter;
-use orrery::view::studio::{Drawing, Order, Prompt, Studio, Task};
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::cpu_painter::Painter;
+use orrery::view::worker::render_worker::{Drawing, Order, Prompt, Studio, Task};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -460,7 +460,7 @@ fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
         let sight = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
         // In a window of its own, and in one where time does the other.
         let subjects = window.state().viewer.subjects().to_vec();
-        let opened = orrery::view::viewer::Viewer::new(subjects, sight.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
+        let opened = orrery::view::app::viewer::Viewer::new(subjects, sight.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
         assert_eq!(opened.pace.is_paused(), paused);
         let mut other = harness(interface(NaifId::EARTH, TIME));
         if paused {

@@ -5,9 +5,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
-use orrery::view::interface::{Interface, Tab};
-use orrery::view::studio::Prompt;
-use orrery::view::watch::Watch;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::shader_watcher::Watch;
+use orrery::view::worker::render_worker::Prompt;
 use std::collections::BTreeSet;
 
 /// Saturn from its lit side, the ring's shadow on the globe; time stands still.

@@ -10,7 +10,7 @@ use orrery::scene::effects::Effect;
 use orrery::scene::request::{ExposureRequest, Position, Quality, ToneMap, ViewRequest};
 use orrery::session::{Readiness, RendererWish, Session, Sources};
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, Tab};
+use orrery::view::panels::{Interface, Tab};
 use std::fmt::Write;
 
 const SATURN: NaifId = NaifId(699);

@@ -9,8 +9,8 @@ use egui::epaint::{ImageData, ImageDelta};
 use orrery::image::{Difference, Picture};
 use orrery::render::plan::{self, Plan};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
-use orrery::view::paint::{Canvas, Painter};
-use orrery::view::pieces::{ON_DEVICE, pieces};
+use orrery::view::window::cpu_painter::{Canvas, Painter};
+use orrery::view::window::primitives::{ON_DEVICE, pieces};
 
 const SIZE: [u32; 2] = [320, 200];
 const SCALE: f32 = 1.25;

@@ -60,15 +60,15 @@ mod windowed {
     use crate::ephemeris::order::by_distance;
     use crate::session::Session;
     use crate::time::Instant;
-    use crate::view::first::first_view;
-    use crate::view::interface::Interface;
-    use crate::view::kept::{SCHEME, is_link, restored};
-    use crate::view::places::SessionPlaces;
-    use crate::view::settings::Settings;
-    use crate::view::sight::Sight;
-    use crate::view::viewer::{Subject, Viewer};
-    use crate::view::watch::Watch;
+    use crate::view::app::initial_view::first_view;
+    use crate::view::app::places::SessionPlaces;
+    use crate::view::app::settings::Settings;
+    use crate::view::app::view_state::Sight;
+    use crate::view::app::viewer::{Subject, Viewer};
+    use crate::view::link::{SCHEME, is_link, restored};
+    use crate::view::panels::Interface;
     use crate::view::window;
+    use crate::view::window::shader_watcher::Watch;
     use crate::wording::echo;
     use std::sync::{Arc, Mutex, PoisonError};
 

@@ -1,0 +1,143 @@
+//! How the window's eye adapts: automatic exposure glides to what is metered.
+//!
+//! In: what was drawn and metered, the real time, the view. Out: the exposure to ask for. Always: the stops approach the metered ones by
+//! exp(-t / [`TIME_CONSTANT_S`]) of real time, whatever the rate of pictures; they jump at once where there is nothing to glide from: the first picture,
+//! another target or stance that no flight leads to, and after stops that were set by hand. It reads no clock, and changes no picture that is kept: a link, a
+//! file and a run of frames are exposed by their instant alone.
+
+use crate::catalog::NaifId;
+use crate::scene::Exposure;
+use crate::scene::request::ExposureRequest;
+use crate::view::app::view_state::{Eye, Sight};
+use std::mem::{Discriminant, discriminant};
+
+/// A camera's automatic exposure follows within half a second; the eye's first, neural adaptation is as quick, its slow one of minutes nobody waits for.
+/// Chosen by eye.
+pub const TIME_CONSTANT_S: f64 = 0.4;
+
+/// What a view has to share with the last one for the eye to glide.
+type Stance = (NaifId, NaifId, Discriminant<Eye>);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Adapted {
+    stops: f64,
+    metered_stops: f64,
+    at_s: f64,
+}
+
+#[derive(Default)]
+pub struct Adaptation {
+    stance: Option<Stance>,
+    /// Nothing before the first picture.
+    adapted: Option<Adapted>,
+    /// When a picture was asked for last, and whether it has not come yet.
+    asked_s: f64,
+    awaited: bool,
+}
+
+impl Adaptation {
+    /// Forgets what it is adapted to where the view was cut to another.
+    fn watch(&mut self, sight: &Sight) {
+        let stance = (sight.target, sight.eye.body(), discriminant(&sight.eye));
+        let flies = |s: &Stance| {
+            s.2 == discriminant(&Eye::Free {
+                body: s.1,
+                offset_km: Default::default(),
+                forward: Default::default(),
+                up: Default::default(),
+            })
+        };
+        let cut = self.stance.replace(stance).is_some_and(|last| last != stance && !flies(&last) && !flies(&stance));
+        if cut || sight.exposure_stops.is_some() {
+            self.adapted = None;
+        }
+    }
+
+    /// What the next picture of a view is to be asked for.
+    pub fn ask(&mut self, sight: &Sight, now_s: f64) -> ExposureRequest {
+        self.watch(sight);
+        (self.asked_s, self.awaited) = (now_s, true);
+        match (sight.exposure_stops, self.adapted) {
+            (Some(stops), _) => ExposureRequest::Stops(stops),
+            (None, None) => ExposureRequest::Auto,
+            (None, Some(from)) => {
+                let part = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
+                ExposureRequest::Gliding { from_stops: from.stops, part }
+            }
+        }
+    }
+
+    /// A picture has come.
+    pub fn drew(&mut self, exposure: &Exposure, asked: ExposureRequest) {
+        self.awaited = false;
+        let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.asked_s };
+        self.adapted = (!matches!(asked, ExposureRequest::Stops(_))).then_some(adapted);
+    }
+
+    /// Whether another picture of the same view would be nearer to what was metered.
+    pub fn glides(&self) -> bool {
+        !self.awaited && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::Instant;
+    use glam::DVec3;
+
+    fn sight(target: NaifId) -> Sight {
+        Sight::around(target, DVec3::X * 1e5, 6378.0, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.0))
+    }
+
+    /// What a scene that is metered so makes of a request.
+    fn exposed(asked: ExposureRequest, metered_stops: f64) -> Exposure {
+        Exposure { stops: asked.stops_of(metered_stops), metered_stops, reason: String::new() }
+    }
+
+    /// From 0 to 10 stops, by pictures at several rates: after one time constant all have gone 1 - 1/e of the way, and all end there.
+    #[test]
+    fn stops_glide_with_the_time_constant_at_any_rate() {
+        for rate_hz in [5.0, 20.0, 100.0] {
+            let (mut eye, view) = (Adaptation::default(), sight(NaifId::EARTH));
+            let mut step = |now_s: f64, metered: f64| {
+                let asked = eye.ask(&view, now_s);
+                let exposure = exposed(asked, metered);
+                eye.drew(&exposure, asked);
+                (exposure.stops, eye.glides())
+            };
+            assert_eq!(step(0.0, 0.0), (0.0, false), "the first picture jumps");
+            let (mut last, mut at_constant) = (0.0, f64::NAN);
+            for k in 1..=(4.0 * rate_hz) as u32 {
+                let now_s = f64::from(k) / rate_hz;
+                let (stops, glides) = step(now_s, 10.0);
+                assert!((stops > last || last == 10.0) && stops <= 10.0, "{stops} after {last}");
+                assert_eq!(glides, stops != 10.0);
+                if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
+                    at_constant = stops;
+                }
+                last = stops;
+            }
+            assert!((at_constant - 10.0 * (1.0 - (-1.0_f64).exp())).abs() < 1e-6, "{at_constant} at {rate_hz} Hz");
+            assert_eq!(last, 10.0, "at rest it is the metered one");
+        }
+    }
+
+    /// A new target is a cut, a flight to it is none; stops set by hand hold at once.
+    #[test]
+    fn a_cut_jumps_and_a_flight_glides() {
+        let free =
+            Sight { eye: Eye::Free { body: NaifId::MOON, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z }, ..sight(NaifId::MOON) };
+        let by_hand = Sight { exposure_stops: Some(3.0), ..sight(NaifId::EARTH) };
+        let after = |next: &Sight| {
+            let (mut eye, first) = (Adaptation::default(), sight(NaifId::EARTH));
+            let asked = eye.ask(&first, 0.0);
+            eye.drew(&exposed(asked, 0.0), asked);
+            eye.ask(next, 0.1)
+        };
+        assert_eq!(after(&sight(NaifId::MOON)), ExposureRequest::Auto);
+        assert!(matches!(after(&free), ExposureRequest::Gliding { from_stops: 0.0, .. }));
+        assert!(matches!(after(&sight(NaifId::EARTH)), ExposureRequest::Gliding { .. }));
+        assert_eq!(after(&by_hand), ExposureRequest::Stops(3.0));
+    }
+}

@@ -1,0 +1,508 @@
+//! Everything the window shows, as egui draws it: the sky with its marks, the panels around it.
+//!
+//! In: the studio's drawings, egui's input. Out: shapes, and orders for the next picture. Always: the panels change nothing but the [`Viewer`]
+//! and their own folds; a picture that could not be drawn leaves the last good one and says why. It works without a window, so tests press its
+//! buttons by name.
+
+mod accessible;
+mod body_browser;
+mod compare;
+mod effects;
+mod information;
+mod moments;
+mod performance;
+mod shader;
+mod share;
+mod shortcuts;
+mod standpoint;
+mod time_bar;
+mod viewport;
+mod warning;
+
+use crate::catalog::NaifId;
+use crate::render::plan::{Fineness, PictureOnDevice};
+use crate::scene::marks::{Lettering, Mark, marks};
+use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
+use crate::session::{Readiness, RendererWish};
+use crate::view::app::exposure_adaptation::Adaptation;
+use crate::view::app::places::SessionPlaces;
+use crate::view::app::settings::Settings;
+use crate::view::app::view_state::Sight;
+use crate::view::app::viewer::{Action, Viewer};
+use crate::view::worker::adaptive_resolution::Tempo;
+use crate::view::worker::render_worker::{Drawing, Order, Studio};
+use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
+use glam::DVec3;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What the right side shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tab {
+    Moments,
+    Effects,
+    Shader,
+    Compare,
+    Information,
+    Performance,
+    Share,
+}
+
+impl Tab {
+    pub const ALL: [Self; 7] =
+        [Self::Moments, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
+
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Moments => "Moments",
+            Self::Effects => "Effects",
+            Self::Shader => "Shader",
+            Self::Compare => "Compare",
+            Self::Information => "Information",
+            Self::Performance => "Performance",
+            Self::Share => "Share",
+        }
+    }
+
+    fn is_wide(self) -> bool {
+        matches!(self, Self::Shader | Self::Compare)
+    }
+
+    fn width_points(self) -> f32 {
+        if self.is_wide() { 560.0 } else { 330.0 }
+    }
+}
+
+/// Of the panels at the left and the right, points: a window that was small for a moment leaves them as they were.
+const LEAST_WIDTHS: [f32; 2] = [190.0, 280.0];
+/// After this long without input a whole frame replaces the coarse one.
+const STILL_AFTER_S: f64 = 0.18;
+/// How often to look whether the GPU is ready for a picture at rest.
+const READY_LOOK_S: f64 = 0.1;
+/// So long a line of the session stays.
+const NOTICE_S: f64 = 8.0;
+/// So long stays the answer to what someone did: a path has to be read.
+const MESSAGE_S: f64 = 20.0;
+/// While time runs no faster than the clock, a picture a second is enough.
+const CALM_INTERVAL_S: f64 = 1.0;
+
+/// The state of the interface: the viewer and what is unfolded.
+pub struct Interface {
+    pub viewer: Viewer,
+    pub settings: Settings,
+    /// What the right side shows, if anything.
+    pub tab: Option<Tab>,
+    pub bodies_shown: bool,
+    pub help_shown: bool,
+    /// Effects are switched for the selected body alone.
+    pub effects_of_one: bool,
+    /// Someone asked to leave.
+    pub quits: bool,
+    /// The window shall fill its screen.
+    pub fullscreen: bool,
+    /// The window is shown by the device that draws: pictures may stay there.
+    pub on_device: bool,
+    /// Why the window shows another view than the one it was opened with, until it is closed.
+    pub warning: Option<String>,
+    /// A control has the keyboard.
+    has_keyboard: bool,
+    /// What was typed after `/` in one turn: the search field has the keyboard in the next.
+    typed_ahead: Vec<egui::Event>,
+    /// The answer to what someone did last, for the line below the sky.
+    pub message: String,
+    /// What of it is shown, and until when.
+    message_shown: (String, f64),
+    /// Why there is no picture of the view as it is.
+    no_picture: Option<String>,
+    /// Lines that the session says: a fallback, a map that cannot be read.
+    pub heard: Arc<Mutex<Vec<String>>>,
+    /// The last of them, and until when it shows.
+    notice: Option<(String, f64)>,
+    browse: body_browser::Browse,
+    clock: time_bar::Clock,
+    shader: shader::ShaderPanel,
+    compare: compare::ComparePanel,
+    information: information::InformationPanel,
+    moments: moments::MomentsPanel,
+    stance: standpoint::Stance,
+    prices: effects::Prices,
+    performance: performance::PerformancePanel,
+    share: share::SharePanel,
+    sky: Sky,
+    adaptation: Adaptation,
+}
+
+/// The picture on screen and how it came there.
+struct Sky {
+    texture: Option<TextureHandle>,
+    drawing: Option<Drawing>,
+    ordered: Option<Order>,
+    ordered_s: f64,
+    moved_s: f64,
+    last_s: f64,
+    tempo: Tempo,
+    /// Pixels of the sky's part of the window.
+    size_px: [u32; 2],
+    /// The pixel that was clicked last, of a picture of that size.
+    picked_px: Option<[u32; 2]>,
+    /// How many pictures were shown.
+    drawings: u64,
+    /// Names what the modules of the pictures were made of, and who was wished to draw them.
+    made_by: Option<(Arc<str>, RendererWish)>,
+    marks: Vec<Mark>,
+}
+
+/// More than running time does while the picture waits: someone set the clock.
+const LEAP_S: f64 = 120.0;
+/// Poles wander by less than this in such a leap, radians: the fastest is that of Mimas, 13.6 degrees about at 1 degree a day (PCK), 5.7e-6. A hand that
+/// moves the eye by less is answered all the same: while it moves the view is not calm.
+const WANDERING: f64 = 1e-5;
+
+impl Interface {
+    pub fn new(viewer: Viewer, settings: Settings) -> Self {
+        Self {
+            viewer,
+            information: information::InformationPanel::with(&settings),
+            settings,
+            tab: None,
+            bodies_shown: true,
+            help_shown: false,
+            effects_of_one: false,
+            quits: false,
+            fullscreen: false,
+            on_device: false,
+            warning: None,
+            has_keyboard: false,
+            typed_ahead: Vec::new(),
+            message: String::new(),
+            message_shown: Default::default(),
+            no_picture: None,
+            heard: Arc::default(),
+            notice: None,
+            browse: body_browser::Browse::default(),
+            clock: time_bar::Clock::default(),
+            shader: shader::ShaderPanel::default(),
+            compare: compare::ComparePanel::default(),
+            moments: moments::MomentsPanel::default(),
+            stance: standpoint::Stance::default(),
+            prices: effects::Prices::default(),
+            performance: performance::PerformancePanel::default(),
+            share: share::SharePanel::default(),
+            sky: Sky {
+                texture: None,
+                drawing: None,
+                ordered: None,
+                ordered_s: f64::NEG_INFINITY,
+                moved_s: f64::NEG_INFINITY,
+                last_s: f64::NAN,
+                tempo: Tempo::default(),
+                size_px: [1, 1],
+                picked_px: None,
+                drawings: 0,
+                made_by: None,
+                marks: Vec::new(),
+            },
+            adaptation: Adaptation::default(),
+        }
+    }
+
+    /// The last good picture.
+    pub fn drawing(&self) -> Option<&Drawing> {
+        self.sky.drawing.as_ref()
+    }
+
+    /// The last picture, where it lies on the device.
+    pub fn picture_on_device(&self) -> Option<&PictureOnDevice> {
+        self.sky.drawing.as_ref().and_then(|d| d.on_device.as_ref())
+    }
+
+    /// The picture lies on a device that does not show the window (any more): another one is ordered.
+    pub fn lose_picture(&mut self) {
+        if let Some(drawing) = &mut self.sky.drawing {
+            drawing.on_device = None;
+        }
+        self.sky.ordered = None;
+    }
+
+    /// One turn: time passes, pictures arrive, panels are shown, the next picture is ordered.
+    pub fn ui(&mut self, ui: &mut egui::Ui, studio: &dyn Studio) {
+        let now_s = ui.input(|i| i.time);
+        let passed_s = if self.sky.last_s.is_nan() { 0.0 } else { now_s - self.sky.last_s };
+        self.sky.last_s = now_s;
+        self.viewer.pass(passed_s);
+        if let Some(line) = self.heard.lock().unwrap_or_else(PoisonError::into_inner).drain(..).next_back() {
+            self.notice = Some((line, now_s + NOTICE_S));
+        }
+        self.notice.take_if(|(_, until_s)| *until_s <= now_s);
+        if self.message != self.message_shown.0 {
+            self.message_shown = (self.message.clone(), now_s + MESSAGE_S);
+        } else if self.message_shown.1 <= now_s {
+            self.message.clear();
+        }
+        self.receive(ui.ctx(), studio);
+        let looks = match self.settings.dark {
+            Some(true) => egui::ThemePreference::Dark,
+            Some(false) => egui::ThemePreference::Light,
+            None => egui::ThemePreference::System,
+        };
+        ui.ctx().set_theme(looks);
+        // A slider under the mouse must not move away from it while it is dragged.
+        if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
+            ui.ctx().set_zoom_factor(self.settings.zoom);
+        }
+        let mut actions = Vec::new();
+        shortcuts::pressed(self, ui.ctx(), &mut actions);
+        share::work(self, studio);
+        self.top(ui, &mut actions);
+        if self.bodies_shown {
+            egui::Panel::left("bodies").default_size(190.0).min_size(LEAST_WIDTHS[0]).show(ui, |ui| {
+                // Where there is little room each has its part and is scrolled.
+                let most = 0.6 * ui.available_height();
+                egui::Panel::bottom("stance").show(ui, |ui| {
+                    egui::ScrollArea::vertical()
+                        .max_height(most)
+                        .min_scrolled_height(most)
+                        .show(ui, |ui| standpoint::panel(self, ui, &mut actions));
+                });
+                body_browser::tree(self, ui, &mut actions);
+            });
+        }
+        if let Some(tab) = self.tab {
+            // A panel's width is kept by its name: source wants more room than a list.
+            let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
+            egui::Panel::right(name).default_size(tab.width_points()).min_size(LEAST_WIDTHS[1]).show(ui, |ui| {
+                ui.heading(tab.title());
+                match tab {
+                    Tab::Moments => moments::panel(self, ui, studio, &mut actions),
+                    Tab::Effects => effects::panel(self, ui, studio),
+                    Tab::Shader => shader::panel(self, ui, studio),
+                    Tab::Compare => compare::panel(self, ui, studio),
+                    Tab::Information => information::panel(self, ui, studio),
+                    Tab::Performance => performance::panel(self, ui),
+                    Tab::Share => share::panel(self, ui, studio, &mut actions),
+                }
+            });
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, &mut actions));
+        if self.help_shown {
+            shortcuts::help(self, ui.ctx());
+        }
+        warning::show(self, ui.ctx());
+        self.has_keyboard = ui.memory(|m| m.focused().is_some());
+        let height_px = f64::from(self.sky.size_px[1]);
+        let places = SessionPlaces(studio.session());
+        if !actions.is_empty() {
+            self.sky.moved_s = now_s;
+        }
+        for action in actions {
+            if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
+                let sight = self.viewer.settled().clone();
+                let name = format!("{} {}", self.viewer.name(sight.target), sight.time().to_utc_iso().get(..16).unwrap_or_default());
+                self.settings.remember(name, sight);
+            }
+            self.viewer.apply(action, height_px, &places);
+        }
+        self.order(ui.ctx(), studio, now_s);
+        ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
+    }
+
+    fn top(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+        egui::Panel::top("top").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
+                body_browser::search(self, ui, actions);
+                if ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back")).on_hover_text("Previous view (Backspace)").clicked()
+                {
+                    actions.push(Action::Back);
+                }
+                if ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Forward")).on_hover_text("Next view").clicked() {
+                    actions.push(Action::Ahead);
+                }
+                ui.separator();
+                for tab in Tab::ALL {
+                    if ui.selectable_label(self.tab == Some(tab), tab.title()).clicked() {
+                        self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
+                    }
+                }
+                ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
+                ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
+                ui.toggle_value(&mut self.viewer.sight.orbits, "Orbits").on_hover_text("Show orbits (o)");
+                ui.toggle_value(&mut self.settings.outline, "Outline")
+                    .on_hover_text("Outline the selected body, unless it is the target (x)");
+                ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
+            });
+        });
+        egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, actions));
+    }
+
+    /// Takes a finished picture.
+    fn receive(&mut self, ctx: &egui::Context, studio: &dyn Studio) {
+        match studio.take() {
+            None => {}
+            Some(Err(why)) => self.no_picture = Some(why),
+            Some(Ok(mut drawing)) => {
+                self.no_picture = None;
+                let pixels = u64::from(drawing.width) * u64::from(drawing.height);
+                if drawing.order.fineness == Fineness::of(Quality::Draft) {
+                    self.sky.tempo.learn(pixels, drawing.took_ms);
+                }
+                let pixels = std::mem::take(&mut drawing.rgba);
+                if drawing.on_device.is_some() {
+                    self.sky.texture = None;
+                } else {
+                    let image = colour_image(drawing.width, drawing.height, pixels);
+                    match &mut self.sky.texture {
+                        Some(texture) => texture.set(image, TextureOptions::LINEAR),
+                        none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
+                    }
+                }
+                self.performance.note(&drawing, self.sky.last_s);
+                self.adaptation.drew(&drawing.scene.exposure, drawing.order.request.exposure);
+                // What is kept of the order is the view, not the way that the eye went to it.
+                if let ExposureRequest::Gliding { .. } = drawing.order.request.exposure {
+                    drawing.order.request.exposure = ExposureRequest::Auto;
+                }
+                self.sky.drawing = Some(drawing);
+                self.sky.drawings += 1;
+            }
+        }
+    }
+
+    fn refresh_marks(&mut self, lettering: &Lettering) {
+        let Some(drawing) = &self.sky.drawing else { return };
+        let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
+        self.sky.marks = marks(&drawing.scene.camera, &drawing.scene.bodies, self.viewer.selected, parent, lettering);
+    }
+
+    /// Asks for the picture of the view as it is now, coarse while things move.
+    fn order(&mut self, ctx: &egui::Context, studio: &dyn Studio, now_s: f64) {
+        // The first picture of all is a coarse one, too: it is there a moment after the window.
+        let moving = self.viewer.races() || now_s - self.sky.moved_s < STILL_AFTER_S || self.sky.drawing.is_none();
+        let [width, height] = self.sky.size_px;
+        let divisor = if moving { self.sky.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
+        let session = studio.session();
+        let made_by = (session.library().generator(), session.renderers().1);
+        let readiness = session.readiness();
+        if self.sky.made_by.replace(made_by.clone()).is_some_and(|before| before != made_by) || readiness == Readiness::JustReady {
+            // The same view is another picture.
+            self.sky.ordered = None;
+        }
+        let sight = &self.viewer.sight;
+        let request = sight.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
+        let mut request = match request {
+            Ok(r) => r,
+            Err(why) => {
+                self.no_picture = Some(why);
+                return;
+            }
+        };
+        if moving {
+            request.quality = Quality::Draft;
+        }
+        // The body that fills the view needs no line around it.
+        let selected = self.viewer.selected;
+        request.layers.outline = self.settings.outline && selected != self.viewer.sight.target;
+        request.selected = request.layers.outline.then_some(selected);
+        let order = Order { fineness: Fineness::of(request.quality), request, on_device: self.on_device };
+        // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
+        let interval_s = CALM_INTERVAL_S.max(1e-2 * self.sky.drawing.as_ref().map_or(0.0, |d| d.took_ms));
+        let calm = !moving && now_s - self.sky.ordered_s < interval_s;
+        let stale =
+            self.sky.ordered.as_ref().is_none_or(|last| last.fineness != order.fineness || differs(&last.request, &order.request, calm));
+        if stale || self.adaptation.glides() {
+            self.sky.ordered = Some(order.clone());
+            self.sky.ordered_s = now_s;
+            let exposure = self.adaptation.ask(&self.viewer.sight, now_s);
+            studio.order(Order { request: ViewRequest { exposure, ..order.request }, ..order });
+        }
+        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
+        let waits = [
+            self.viewer.frame_interval_s(),
+            (moving && !self.viewer.races()).then_some(STILL_AFTER_S - (now_s - self.sky.moved_s) + 0.005),
+            (readiness == Readiness::Preparing).then_some(READY_LOOK_S),
+            self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
+            (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),
+        ];
+        if let Some(wait) = waits.into_iter().flatten().reduce(f64::min) {
+            ctx.request_repaint_after(std::time::Duration::from_secs_f64(wait.max(0.0)));
+        }
+    }
+
+    /// The interface itself took so long, painting included.
+    pub fn note_painting(&mut self, took: std::time::Duration) {
+        self.performance.interface_ms = took.as_secs_f64() * 1e3;
+    }
+
+    /// What to say below the sky: why there is no picture, else the answer to what someone did, else what the session said lately.
+    pub fn said(&self) -> &str {
+        match (&self.no_picture, self.message.as_str()) {
+            (Some(why), _) => why,
+            (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
+            (None, message) => message,
+        }
+    }
+
+    /// A picture or a run of frames is on its way to a file.
+    pub fn is_saving(&self) -> bool {
+        self.share.is_busy()
+    }
+
+    /// For the window's title bar.
+    pub fn title(&self) -> String {
+        let sight = &self.viewer.sight;
+        format!("{} · {} · {} · Orrery", self.viewer.name(sight.target), sight.time().to_utc_iso(), self.viewer.pace.label())
+    }
+
+    /// The title for a screen reader: without the time, whose running it would tell all the while.
+    fn spoken_title(&self) -> String {
+        format!("{} · {} · Orrery", self.viewer.name(self.viewer.sight.target), self.viewer.pace.label())
+    }
+
+    /// Shows a kept view.
+    pub fn show(&mut self, sight: Sight, studio: &dyn Studio) {
+        let places = SessionPlaces(studio.session());
+        self.viewer.apply(Action::Show(Box::new(sight)), f64::from(self.sky.size_px[1]), &places);
+    }
+}
+
+/// What drew the picture, how fast.
+fn studio_line(interface: &Interface) -> String {
+    let Some(d) = interface.drawing() else { return "drawing the first image".into() };
+    format!("{} · {}×{} · {:.0} ms", d.by.renderer, d.width, d.height, d.took_ms)
+}
+
+/// Whether a new picture is wanted. `calm`: that time alone went on is no reason.
+fn differs(last: &ViewRequest, new: &ViewRequest, calm: bool) -> bool {
+    if !calm {
+        return last != new;
+    }
+    let leap_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
+    *last != at_time_of(last, new) || leap_s.abs() > LEAP_S
+}
+
+/// A request as it would have been when the last one was made: time moves the eye a little, too, because bodies' poles wander.
+fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
+    let near = |a: DVec3, b: DVec3| a.distance(b) <= WANDERING * a.length();
+    let position = match (last.position, new.position) {
+        (Position::Offset { body, offset_km, axes }, Position::Offset { body: b, offset_km: o, axes: a })
+            if (body, axes) == (b, a) && near(offset_km, o) =>
+        {
+            last.position
+        }
+        _ => new.position,
+    };
+    let look = match (last.look, new.look) {
+        (Look::Along { direction, axes }, Look::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.look,
+        _ => new.look,
+    };
+    let up = match (last.up, new.up) {
+        (Up::Along { direction, axes }, Up::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.up,
+        _ => new.up,
+    };
+    ViewRequest { time: last.time, position, look, up, ..new.clone() }
+}
+
+/// Opaque display bytes as egui's picture.
+pub(super) fn colour_image(width: u32, height: u32, rgba: Vec<[u8; 4]>) -> ColorImage {
+    let pixels = rgba.into_iter().map(|[r, g, b, _]| Color32::from_rgb(r, g, b)).collect();
+    ColorImage::new([width as usize, height as usize], pixels)
+}
