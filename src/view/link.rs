@@ -1,15 +1,15 @@
 //! A view as text: a link, or what a file keeps as JSON.
 //!
-//! In: a [`Sight`], or a text. Out: the text, or the sight that it restores. Always: what is written down restores the view to the last bit; a text
+//! In: a [`ViewState`], or a text. Out: the text, or the sight that it restores. Always: what is written down restores the view to the last bit; a text
 //! may name bodies or give their codes, and may leave fields out, which are then those that the window begins with: the body that the eye is at, else the Earth;
 //! now; the lit side at 3.5 radii; who stands on the ground looks south. A text that no view can have is refused with all its faults. It reads no file.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::session::Session;
 use crate::time::Instant;
-use crate::view::app::initial_view::first_view;
+use crate::view::app::initial_view::initial_view;
 use crate::view::app::places::SessionPlaces;
-use crate::view::app::view_state::{Eye, Sight, standing};
+use crate::view::app::view_state::{CameraPose, ViewState, standing};
 use crate::wording::did_you_mean;
 use glam::DVec3;
 use serde::Serialize;
@@ -43,21 +43,21 @@ fn query_of(link: &str) -> Option<&str> {
 ///
 /// # Errors
 /// One line that names each field that cannot be read, or what no view can have.
-pub fn restored(text: &str, session: &Session, now: Instant) -> Result<Sight, String> {
+pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState, String> {
     let catalog = session.catalog();
-    let mut told = Told::of(text);
+    let mut told = PartialView::of(text);
     told.name_bodies(catalog);
     let target = told.target();
     let time = told.time().unwrap_or(now);
-    let usual = first_view(catalog, &SessionPlaces(session), target, time)?;
-    let sight = told.over(&usual, catalog)?;
+    let usual = initial_view(catalog, &SessionPlaces(session), target, time)?;
+    let view = told.over(&usual, catalog)?;
     // What fields say together, and what the ephemeris knows, is found now, not with each picture.
-    let request = sight.request(catalog, session.ephemeris(), 64, 64)?;
+    let request = view.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request).map_err(|e| e.to_string())?;
-    Ok(sight)
+    Ok(view)
 }
 
-impl Sight {
+impl ViewState {
     /// `orrery://view?target=699&eye.kind=orbit&…`: every field of the value by its path.
     pub fn to_link(&self) -> String {
         let mut pairs = Vec::new();
@@ -71,12 +71,12 @@ impl Sight {
 }
 
 /// The fields that a text tells, and what is wrong with it.
-struct Told {
+struct PartialView {
     fields: Map<String, Value>,
     faults: Vec<String>,
 }
 
-impl Told {
+impl PartialView {
     fn of(text: &str) -> Self {
         if text.len() > MOST_BYTES {
             Self::refused(format!("too long for a view: {} bytes, the limit is {MOST_BYTES}", text.len()))
@@ -193,7 +193,7 @@ impl Told {
     }
 
     /// The view; what is not told is as in `usual`, an orbit. The written time is in that already.
-    fn over(mut self, usual: &Sight, catalog: &Catalog) -> Result<Sight, String> {
+    fn over(mut self, usual: &ViewState, catalog: &Catalog) -> Result<ViewState, String> {
         let fields = std::mem::take(&mut self.fields);
         let mut whole = object_of(usual);
         for (name, value) in fields {
@@ -202,14 +202,14 @@ impl Told {
                     let eye = self.eye_over(told, usual);
                     whole.extend(eye.map(|eye| (name, Value::Object(eye))));
                 }
-                value => self.put::<Sight>("", &mut whole, &name, value),
+                value => self.put::<ViewState>("", &mut whole, &name, value),
             }
         }
-        let sight: Option<Sight> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
+        let view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
         // Where a field could not be read its usual value stands, which has no fault.
-        sight.iter().flat_map(|sight| sight.faults(catalog)).for_each(|why| self.fault(why));
-        match (sight, self.faults.as_slice()) {
-            (Some(sight), []) => Ok(sight),
+        view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
+        match (view, self.faults.as_slice()) {
+            (Some(view), []) => Ok(view),
             (_, [one]) => Err(one.clone()),
             (_, all) => {
                 let left_out = if all.len() > MOST_FAULTS { "; …" } else { "" };
@@ -236,18 +236,18 @@ impl Told {
     }
 
     /// The eye that a text tells: an orbit unless it says otherwise.
-    fn eye_over(&mut self, mut told: Map<String, Value>, usual: &Sight) -> Option<Map<String, Value>> {
+    fn eye_over(&mut self, mut told: Map<String, Value>, usual: &ViewState) -> Option<Map<String, Value>> {
         let body = usual.target;
         let kind = told.remove("kind").unwrap_or_else(|| "orbit".into());
         let mut whole = match kind.as_str() {
             Some("orbit") => object_of(&usual.eye),
             Some("ground") => object_of(&standing(body, 0.0, 0.0)),
-            Some("centre") => object_of(&Eye::Centre { body }),
+            Some("centre") => object_of(&CameraPose::Centre { body }),
             Some("free") => {
                 for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !told.contains_key(*name)) {
                     self.fault(format!("eye.{name} is missing: a free camera has no default"));
                 }
-                object_of(&Eye::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
+                object_of(&CameraPose::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
             }
             _ => {
                 self.fault(format!("eye.kind {kind}: one of orbit, ground, centre, free"));
@@ -255,7 +255,7 @@ impl Told {
             }
         };
         for (name, value) in told {
-            self.put::<Eye>("eye.", &mut whole, &name, value);
+            self.put::<CameraPose>("eye.", &mut whole, &name, value);
         }
         Some(whole)
     }
@@ -320,21 +320,21 @@ mod tests {
     use super::*;
     use crate::scene::effects::EffectOverrides;
     use crate::scene::request::{Quality, ToneMap};
-    use crate::view::app::view_state::Eye;
+    use crate::view::app::view_state::CameraPose;
     use glam::DVec3;
 
-    fn sight() -> Sight {
+    fn view() -> ViewState {
         let time = Instant::from_tdb_seconds_past_j2000(765_894_000.123_456_7);
-        let mut s = Sight::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
+        let mut s = ViewState::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
         s.effects = EffectOverrides::parse("+eclipse=linear,-rings").expect("effects");
         s.exposure_stops = Some(-1.25);
         s
     }
 
     /// Another view than those that are written here.
-    fn usual() -> Sight {
+    fn usual() -> ViewState {
         let time = Instant::from_tdb_seconds_past_j2000(5.0);
-        Sight::around(NaifId::MOON, DVec3::new(0.0, 6e3, 1e3), 1737.4, DVec3::Z, time)
+        ViewState::around(NaifId::MOON, DVec3::new(0.0, 6e3, 1e3), 1737.4, DVec3::Z, time)
     }
 
     fn catalog() -> &'static Catalog {
@@ -342,20 +342,20 @@ mod tests {
         CATALOG.get_or_init(Catalog::embedded)
     }
 
-    fn over_usual(mut told: Told) -> Result<Sight, String> {
+    fn over_usual(mut told: PartialView) -> Result<ViewState, String> {
         told.name_bodies(catalog());
         told.over(&usual(), catalog())
     }
 
-    fn of_link(link: &str) -> Result<Sight, String> {
-        over_usual(Told::of_link(link))
+    fn of_link(link: &str) -> Result<ViewState, String> {
+        over_usual(PartialView::of_link(link))
     }
 
     #[test]
     fn links_and_files_restore_the_view_to_the_last_bit() {
         let eyes = [
-            sight().eye,
-            Eye::Ground {
+            view().eye,
+            CameraPose::Ground {
                 body: NaifId::EARTH,
                 latitude_deg: -33.3,
                 longitude_deg: 0.1 + 0.2,
@@ -363,18 +363,18 @@ mod tests {
                 azimuth_deg: 270.0,
                 altitude_deg: 5.0,
             },
-            Eye::Centre { body: NaifId::EARTH },
-            Eye::Free { body: NaifId::MOON, offset_km: DVec3::new(1e9, 1.0 / 3.0, 0.0), forward: DVec3::X, up: DVec3::Z },
+            CameraPose::Centre { body: NaifId::EARTH },
+            CameraPose::Free { body: NaifId::MOON, offset_km: DVec3::new(1e9, 1.0 / 3.0, 0.0), forward: DVec3::X, up: DVec3::Z },
         ];
         for (eye, paused) in eyes.into_iter().zip([None, Some(true), Some(false), Some(true)]) {
-            let sight = Sight { eye, paused, ..sight() };
-            assert_eq!(of_link(&sight.to_link()).as_ref(), Ok(&sight), "{}", sight.to_link());
-            assert_eq!(over_usual(Told::of_json(&sight.to_json())), Ok(sight));
+            let view = ViewState { eye, paused, ..view() };
+            assert_eq!(of_link(&view.to_link()).as_ref(), Ok(&view), "{}", view.to_link());
+            assert_eq!(over_usual(PartialView::of_json(&view.to_json())), Ok(view));
         }
-        let link = sight().to_link();
+        let link = view().to_link();
         assert!(link.contains("target=699&"), "{link}");
         for form in [link.replacen("orrery://view?", "Orrery://VIEW/?", 1), format!(" {link}\n")] {
-            assert!(is_link(&form) && of_link(&form) == Ok(sight()), "{form}");
+            assert!(is_link(&form) && of_link(&form) == Ok(view()), "{form}");
         }
         assert!(!is_link("orrery.json") && !is_link("or"));
     }
@@ -382,22 +382,23 @@ mod tests {
     #[test]
     fn what_a_link_leaves_out_is_as_the_window_begins() {
         assert_eq!(of_link("orrery://view"), Ok(usual()));
-        assert_eq!(of_link("orrery://view?fov_deg=3"), Ok(Sight { fov_deg: 3.0, ..usual() }));
-        let Ok(Sight { eye: Eye::Orbit { distance_radii: 9.0, azimuth_deg, .. }, .. }) = of_link("orrery://view?eye.distance_radii=9")
+        assert_eq!(of_link("orrery://view?fov_deg=3"), Ok(ViewState { fov_deg: 3.0, ..usual() }));
+        let Ok(ViewState { eye: CameraPose::Orbit { distance_radii: 9.0, azimuth_deg, .. }, .. }) =
+            of_link("orrery://view?eye.distance_radii=9")
         else {
             panic!("an orbit at 9 radii")
         };
-        assert!(matches!(usual().eye, Eye::Orbit { azimuth_deg: usual, .. } if usual == azimuth_deg));
+        assert!(matches!(usual().eye, CameraPose::Orbit { azimuth_deg: usual, .. } if usual == azimuth_deg));
         let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|s| s.eye);
         assert_eq!(ground, Ok(standing(NaifId::MOON, 51.5, 0.0)));
         let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|s| s.eye);
-        assert_eq!(centre, Ok(Eye::Centre { body: NaifId::EARTH }));
+        assert_eq!(centre, Ok(CameraPose::Centre { body: NaifId::EARTH }));
     }
 
     #[test]
     fn the_body_and_the_time_of_a_link_are_found_first() {
         let told = |query: &str| {
-            let mut told = Told::of_link(&format!("orrery://view?{query}"));
+            let mut told = PartialView::of_link(&format!("orrery://view?{query}"));
             told.name_bodies(catalog());
             told
         };
@@ -421,10 +422,13 @@ mod tests {
             let names = [body.name.clone(), body.name.to_uppercase(), body.id.0.to_string()];
             for name in names.iter().chain(&body.aliases) {
                 let link = format!("orrery://view?target={}&eye.body={}", escaped(name), escaped(name));
-                let sight = of_link(&link).expect(&link);
-                assert_eq!((sight.target, sight.eye.body()), (body.id, body.id), "{link}");
+                let view = of_link(&link).expect(&link);
+                assert_eq!((view.target, view.eye.body()), (body.id, body.id), "{link}");
                 let json = format!("{{\"target\": {}}}", Value::from(name.as_str()));
-                assert!(name.parse::<i32>().is_ok() || over_usual(Told::of_json(&json)).is_ok_and(|s| s.target == body.id), "{json}");
+                assert!(
+                    name.parse::<i32>().is_ok() || over_usual(PartialView::of_json(&json)).is_ok_and(|s| s.target == body.id),
+                    "{json}"
+                );
             }
         }
         for bad in ["target=jupitre", "target=", "eye.body=planet%20nine", "target=earth-moon%20barycenter", "target=1.5", "target=true"] {
@@ -439,7 +443,7 @@ mod tests {
     fn names_of_earlier_versions_are_read() {
         let old = of_link("orrery://view?tone_map=plain&pixels=shaded&quality=reference&effects=-rings").expect("a view");
         let effects = EffectOverrides::parse("-rings").expect("effects");
-        assert_eq!(old, Sight { tone_map: ToneMap::Plain, quality: Quality::Reference, effects, ..usual() });
+        assert_eq!(old, ViewState { tone_map: ToneMap::Plain, quality: Quality::Reference, effects, ..usual() });
         assert!(old.to_link().contains("tone_map=clipped&") && old.to_link().contains("pixels=final&"), "{}", old.to_link());
         assert_eq!(of_link("orrery://view?tone_map=film"), Ok(usual()));
     }
@@ -463,7 +467,7 @@ mod tests {
 
     #[test]
     fn broken_links_are_refused_in_one_line() {
-        let good = sight().to_link();
+        let good = view().to_link();
         for (bad, names) in [
             (good.replace("view?", "look?"), "orrery://"),
             (good.replace("target", "aim"), "aim"),
@@ -481,12 +485,12 @@ mod tests {
             (format!("orrery://view?{}", "a=1&".repeat(30_000)), "bytes"),
             ("orrery://view?quality=be%0Ast".into(), "quality"),
         ] {
-            let why = over_usual(Told::of(&bad)).expect_err(names);
+            let why = over_usual(PartialView::of(&bad)).expect_err(names);
             assert!(why.contains(names) && !why.contains('\n') && why.len() < 1000, "{}: {why}", brief(&bad));
         }
         assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
         for bad in ["", "[1]", "{\"target\":", "7"] {
-            assert!(over_usual(Told::of_json(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
+            assert!(over_usual(PartialView::of_json(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
         }
     }
 

@@ -8,7 +8,7 @@
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
 use crate::scene::request::ExposureRequest;
-use crate::view::app::view_state::{Eye, Sight};
+use crate::view::app::view_state::{CameraPose, ViewState};
 use std::mem::{Discriminant, discriminant};
 
 /// A camera's automatic exposure follows within half a second; the eye's first, neural adaptation is as quick, its slow one of minutes nobody waits for.
@@ -16,7 +16,7 @@ use std::mem::{Discriminant, discriminant};
 pub const TIME_CONSTANT_S: f64 = 0.4;
 
 /// What a view has to share with the last one for the eye to glide.
-type Stance = (NaifId, NaifId, Discriminant<Eye>);
+type Standpoint = (NaifId, NaifId, Discriminant<CameraPose>);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Adapted {
@@ -26,8 +26,8 @@ struct Adapted {
 }
 
 #[derive(Default)]
-pub struct Adaptation {
-    stance: Option<Stance>,
+pub struct ExposureAdaptation {
+    standpoint: Option<Standpoint>,
     /// Nothing before the first picture.
     adapted: Option<Adapted>,
     /// When a picture was asked for last, and whether it has not come yet.
@@ -35,29 +35,29 @@ pub struct Adaptation {
     awaited: bool,
 }
 
-impl Adaptation {
+impl ExposureAdaptation {
     /// Forgets what it is adapted to where the view was cut to another.
-    fn watch(&mut self, sight: &Sight) {
-        let stance = (sight.target, sight.eye.body(), discriminant(&sight.eye));
-        let flies = |s: &Stance| {
-            s.2 == discriminant(&Eye::Free {
+    fn watch(&mut self, view: &ViewState) {
+        let standpoint = (view.target, view.eye.body(), discriminant(&view.eye));
+        let flies = |s: &Standpoint| {
+            s.2 == discriminant(&CameraPose::Free {
                 body: s.1,
                 offset_km: Default::default(),
                 forward: Default::default(),
                 up: Default::default(),
             })
         };
-        let cut = self.stance.replace(stance).is_some_and(|last| last != stance && !flies(&last) && !flies(&stance));
-        if cut || sight.exposure_stops.is_some() {
+        let cut = self.standpoint.replace(standpoint).is_some_and(|last| last != standpoint && !flies(&last) && !flies(&standpoint));
+        if cut || view.exposure_stops.is_some() {
             self.adapted = None;
         }
     }
 
     /// What the next picture of a view is to be asked for.
-    pub fn ask(&mut self, sight: &Sight, now_s: f64) -> ExposureRequest {
-        self.watch(sight);
+    pub fn ask(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
+        self.watch(view);
         (self.asked_s, self.awaited) = (now_s, true);
-        match (sight.exposure_stops, self.adapted) {
+        match (view.exposure_stops, self.adapted) {
             (Some(stops), _) => ExposureRequest::Stops(stops),
             (None, None) => ExposureRequest::Auto,
             (None, Some(from)) => {
@@ -86,8 +86,8 @@ mod tests {
     use crate::time::Instant;
     use glam::DVec3;
 
-    fn sight(target: NaifId) -> Sight {
-        Sight::around(target, DVec3::X * 1e5, 6378.0, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.0))
+    fn view(target: NaifId) -> ViewState {
+        ViewState::around(target, DVec3::X * 1e5, 6378.0, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
     /// What a scene that is metered so makes of a request.
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn stops_glide_with_the_time_constant_at_any_rate() {
         for rate_hz in [5.0, 20.0, 100.0] {
-            let (mut eye, view) = (Adaptation::default(), sight(NaifId::EARTH));
+            let (mut eye, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
             let mut step = |now_s: f64, metered: f64| {
                 let asked = eye.ask(&view, now_s);
                 let exposure = exposed(asked, metered);
@@ -126,18 +126,20 @@ mod tests {
     /// A new target is a cut, a flight to it is none; stops set by hand hold at once.
     #[test]
     fn a_cut_jumps_and_a_flight_glides() {
-        let free =
-            Sight { eye: Eye::Free { body: NaifId::MOON, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z }, ..sight(NaifId::MOON) };
-        let by_hand = Sight { exposure_stops: Some(3.0), ..sight(NaifId::EARTH) };
-        let after = |next: &Sight| {
-            let (mut eye, first) = (Adaptation::default(), sight(NaifId::EARTH));
+        let free = ViewState {
+            eye: CameraPose::Free { body: NaifId::MOON, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z },
+            ..view(NaifId::MOON)
+        };
+        let by_hand = ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) };
+        let after = |next: &ViewState| {
+            let (mut eye, first) = (ExposureAdaptation::default(), view(NaifId::EARTH));
             let asked = eye.ask(&first, 0.0);
             eye.drew(&exposed(asked, 0.0), asked);
             eye.ask(next, 0.1)
         };
-        assert_eq!(after(&sight(NaifId::MOON)), ExposureRequest::Auto);
+        assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);
         assert!(matches!(after(&free), ExposureRequest::Gliding { from_stops: 0.0, .. }));
-        assert!(matches!(after(&sight(NaifId::EARTH)), ExposureRequest::Gliding { .. }));
+        assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Gliding { .. }));
         assert_eq!(after(&by_hand), ExposureRequest::Stops(3.0));
     }
 }

@@ -10,7 +10,7 @@ const DIGITS: usize = 5;
 
 /// A name with a place for a number.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Numbered {
+pub struct NumberedName {
     before: String,
     digits: usize,
     after: String,
@@ -22,7 +22,7 @@ fn split(name: &str) -> (&str, &str) {
     name.split_at(name.len() - ending)
 }
 
-impl Numbered {
+impl NumberedName {
     /// The place that a name has for a number, `%d` or `%05d`; `None`: it has none.
     ///
     /// # Errors
@@ -61,7 +61,7 @@ impl Numbered {
 /// # Errors
 /// How to write a number.
 pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, String> {
-    if let Some(numbered) = Numbered::of(name)? {
+    if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
     }
     let (before, after) = split(name);
@@ -97,7 +97,7 @@ mod tests {
     fn a_sequence_takes_names_that_none_of_its_frames_has() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name).display().to_string();
-        let sequence = |name: &str, frames| Numbered::of_sequence(&at(name), frames).expect(name);
+        let sequence = |name: &str, frames| NumberedName::of_sequence(&at(name), frames).expect(name);
         // A plain name, as the field has it at first, gets the number by itself.
         assert_eq!(sequence("orrery.png", 100).path(7).display().to_string(), at("orrery-00007.png"));
         assert_eq!(sequence("x-%d.exr", 100).path(7).display().to_string(), at("x-7.exr"));
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-2-00000.png"));
         std::fs::write(at("orrery-2-00000.png"), "").expect("a file");
         assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-3-00000.png"));
-        assert!(Numbered::of_sequence("%s.png", 3).is_err());
+        assert!(NumberedName::of_sequence("%s.png", 3).is_err());
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! The view that the window begins with: a body from its lit side.
 //!
-//! In: a body, a time, where bodies are. Out: a [`Sight`]. It knows no text and no window.
+//! In: a body, a time, where bodies are. Out: a [`ViewState`]. It knows no text and no window.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
 use crate::view::app::places::Places;
-use crate::view::app::view_state::Sight;
+use crate::view::app::view_state::ViewState;
 use glam::{DQuat, DVec3};
 
 /// The first picture is taken from this far, in equatorial radii.
@@ -15,11 +15,11 @@ const ASIDE_DEG: f64 = 30.0;
 
 /// # Errors
 /// That the catalog has no such body, in one line.
-pub fn first_view(catalog: &Catalog, places: &dyn Places, target: NaifId, time: Instant) -> Result<Sight, String> {
+pub fn initial_view(catalog: &Catalog, places: &dyn Places, target: NaifId, time: Instant) -> Result<ViewState, String> {
     let body = catalog.body(target).ok_or_else(|| format!("no body has the code {}", target.0))?;
     let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
     let side = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, ASIDE_DEG.to_radians()) * sun);
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
     let radius_km = body.radii_km.x;
-    Ok(Sight::around(target, side * (START_RADII * radius_km), radius_km, pole, time))
+    Ok(ViewState::around(target, side * (START_RADII * radius_km), radius_km, pole, time))
 }

@@ -4,8 +4,8 @@
 //! overwritten; fields that a file lacks keep their defaults.
 
 use crate::session::{Readers, ShowWish, write_whole};
-use crate::view::app::view_state::Sight;
-use crate::view::window::placement::Place;
+use crate::view::app::view_state::ViewState;
+use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::ops::RangeInclusive;
@@ -45,7 +45,8 @@ impl Default for Home {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bookmark {
     pub name: String,
-    pub sight: Sight,
+    #[serde(alias = "sight")]
+    pub view: ViewState,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,7 +65,7 @@ pub struct Settings {
     pub unit: Unit,
     pub home: Home,
     /// `None`: it was never closed.
-    pub place: Option<Place>,
+    pub place: Option<WindowPlacement>,
     pub bookmarks: Vec<Bookmark>,
     /// Newest first.
     pub recent: Vec<Bookmark>,
@@ -90,9 +91,9 @@ impl Default for Settings {
 
 impl Settings {
     /// Puts a view at the head of the recent ones.
-    pub fn remember(&mut self, name: String, sight: Sight) {
-        self.recent.retain(|r| r.sight != sight);
-        self.recent.insert(0, Bookmark { name, sight });
+    pub fn remember(&mut self, name: String, view: ViewState) {
+        self.recent.retain(|r| r.view != view);
+        self.recent.insert(0, Bookmark { name, view });
         self.recent.truncate(RECENT);
     }
 
@@ -141,8 +142,8 @@ mod tests {
     use crate::time::Instant;
     use glam::DVec3;
 
-    fn sight(id: i32) -> Sight {
-        Sight::around(NaifId(id), DVec3::new(1e5, 0.0, 0.3), 1e4, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.1))
+    fn view(id: i32) -> ViewState {
+        ViewState::around(NaifId(id), DVec3::new(1e5, 0.0, 0.3), 1e4, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.1))
     }
 
     #[test]
@@ -150,11 +151,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("deep").join("settings.json");
         let mut settings = Settings { zoom: 1.25, dark: None, ..Settings::default() };
-        settings.bookmarks.push(Bookmark { name: "Saturn's \"ears\"".into(), sight: sight(699) });
+        settings.bookmarks.push(Bookmark { name: "Saturn's \"ears\"".into(), view: view(699) });
         for i in 0..40 {
-            settings.remember(format!("view {i}"), sight(i));
+            settings.remember(format!("view {i}"), view(i));
         }
-        settings.remember("again".into(), sight(39));
+        settings.remember("again".into(), view(39));
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (RECENT, "again"));
         settings.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (settings, None));

@@ -10,13 +10,13 @@ const LONGEST_STEP_S: f64 = 2.0;
 
 /// How fast and which way scene time runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Pace {
+pub struct TimeRate {
     step: usize,
     backward: bool,
     paused: bool,
 }
 
-impl Pace {
+impl TimeRate {
     pub fn faster(&mut self) {
         self.step = (self.step + 1).min(LADDER.len() - 1);
         self.paused = false;
@@ -85,33 +85,33 @@ mod tests {
 
     #[test]
     fn keys_climb_and_descend_and_turn() {
-        let mut pace = Pace::default();
+        let mut time_rate = TimeRate::default();
         for _ in 0..99 {
-            pace.faster();
+            time_rate.faster();
         }
-        assert_eq!(pace.label(), "1 yr/s");
-        pace.backward();
-        assert_eq!(pace.rate(), -LADDER[LADDER.len() - 1]);
+        assert_eq!(time_rate.label(), "1 yr/s");
+        time_rate.backward();
+        assert_eq!(time_rate.rate(), -LADDER[LADDER.len() - 1]);
         for _ in 0..99 {
-            pace.slower();
+            time_rate.slower();
         }
-        assert_eq!(pace.label(), "-1 s/s");
-        pace.toggle_pause();
-        assert_eq!((pace.rate(), pace.label().as_str()), (0.0, "paused"));
-        pace.forward();
-        assert!(!pace.is_paused() && pace.rate() == 1.0);
+        assert_eq!(time_rate.label(), "-1 s/s");
+        time_rate.toggle_pause();
+        assert_eq!((time_rate.rate(), time_rate.label().as_str()), (0.0, "paused"));
+        time_rate.forward();
+        assert!(!time_rate.is_paused() && time_rate.rate() == 1.0);
     }
 
     #[test]
     fn a_stall_does_not_leap_but_at_the_clocks_own_pace() {
-        let mut pace = Pace::default();
-        assert_eq!((pace.scene_seconds(3600.0), pace.scene_seconds(-1.0)), (3600.0, 0.0));
-        pace.faster();
-        assert_eq!(pace.scene_seconds(3600.0), 10.0 * LONGEST_STEP_S);
-        pace.reset();
-        pace.backward();
-        assert_eq!(pace.scene_seconds(3600.0), -LONGEST_STEP_S);
-        pace.toggle_pause();
-        assert_eq!(pace.scene_seconds(3600.0), 0.0);
+        let mut time_rate = TimeRate::default();
+        assert_eq!((time_rate.scene_seconds(3600.0), time_rate.scene_seconds(-1.0)), (3600.0, 0.0));
+        time_rate.faster();
+        assert_eq!(time_rate.scene_seconds(3600.0), 10.0 * LONGEST_STEP_S);
+        time_rate.reset();
+        time_rate.backward();
+        assert_eq!(time_rate.scene_seconds(3600.0), -LONGEST_STEP_S);
+        time_rate.toggle_pause();
+        assert_eq!(time_rate.scene_seconds(3600.0), 0.0);
     }
 }

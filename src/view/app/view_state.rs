@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// Where the viewer stands and which way it faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Eye {
+pub enum CameraPose {
     /// Around a body, facing it but for a look aside; elevation counts from its equator.
     Orbit {
         body: NaifId,
@@ -38,7 +38,7 @@ pub enum Eye {
     Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
 }
 
-impl Eye {
+impl CameraPose {
     /// The body that carries the eye.
     pub fn body(&self) -> NaifId {
         match *self {
@@ -81,12 +81,12 @@ impl Eye {
 /// A view. Fields that a text leaves out keep their defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Sight {
+pub struct ViewState {
     /// Seconds past J2000.
     pub tdb_s: f64,
     /// Looked at, and what the exposure is for.
     pub target: NaifId,
-    pub eye: Eye,
+    pub eye: CameraPose,
     /// The eye follows the target; else it faces what its angles say.
     #[serde(default = "yes")]
     pub tracks: bool,
@@ -125,14 +125,14 @@ pub const FOV_DEG: f64 = 45.0;
 pub const FOV_LEAST_DEG: f64 = 1e-4;
 pub const FOV_MOST_DEG: f64 = 120.0;
 
-impl Sight {
+impl ViewState {
     /// Around a body at `offset_km` (ICRF), facing it.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
         let o = Orbit::from_offset(offset_km, radius_km, pole);
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
             target: body,
-            eye: orbit_eye(body, false, o),
+            eye: orbit_pose(body, false, o),
             tracks: true,
             fov_deg: FOV_DEG,
             roll_deg: 0.0,
@@ -213,7 +213,7 @@ impl Sight {
         let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
         let aside = self.target != body.id && self.tracks;
         Ok(match self.eye {
-            Eye::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
                 let pole = if fixed { DVec3::Z } else { turned(body.id)?.row(2) };
                 let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
@@ -230,7 +230,7 @@ impl Sight {
                 let (forward, up) = looking_aside(forward, pole, yaw_deg, pitch_deg);
                 Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
             }
-            Eye::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+            CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let position = Position::Ground { body: body.id, latitude_deg, longitude_deg, height_km };
                 if aside {
                     return Ok(Pose { position, look: Look::Target, up: Up::Zenith });
@@ -240,8 +240,8 @@ impl Sight {
                 let axes = Axes::BodyFixed;
                 Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
             }
-            Eye::Centre { .. } => Pose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
-            Eye::Free { offset_km, forward, up, .. } => Pose {
+            CameraPose::Centre { .. } => Pose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
+            CameraPose::Free { offset_km, forward, up, .. } => Pose {
                 position: Position::Offset { body: body.id, offset_km, axes: Axes::Icrf },
                 look: Look::Along { direction: forward, axes: Axes::Icrf },
                 up: Up::Along { direction: up, axes: Axes::Icrf },
@@ -256,8 +256,8 @@ struct Pose {
     up: Up,
 }
 
-pub fn orbit_eye(body: NaifId, fixed: bool, o: Orbit) -> Eye {
-    Eye::Orbit {
+pub fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
+    CameraPose::Orbit {
         body,
         fixed,
         azimuth_deg: o.azimuth_rad.to_degrees(),
@@ -272,8 +272,8 @@ pub fn orbit_eye(body: NaifId, fixed: bool, o: Orbit) -> Eye {
 const STANDING_KM: f64 = 0.01;
 
 /// On the ground, facing south over the horizon.
-pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> Eye {
-    Eye::Ground {
+pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
+    CameraPose::Ground {
         body,
         latitude_deg: latitude_deg.clamp(-90.0, 90.0),
         longitude_deg: (longitude_deg + 180.0).rem_euclid(360.0) - 180.0,

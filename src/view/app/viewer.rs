@@ -1,6 +1,6 @@
 //! What the window shows and how input changes it: the view, its pace, flights, history. Plain values, no window and no interface.
 //!
-//! In: actions of mouse, keys and panels; seconds that passed. Out: the [`Sight`] to draw now. Always: the eye stays outside the body that
+//! In: actions of mouse, keys and panels; seconds that passed. Out: the [`ViewState`] to draw now. Always: the eye stays outside the body that
 //! carries it; time moves only by its pace; going back restores the view that was left. It reads no clock but the one it is given.
 
 use crate::catalog::{Body, Kind, NaifId};
@@ -9,8 +9,10 @@ use crate::time::Instant;
 use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit::Orbit;
 use crate::view::app::places::Places;
-use crate::view::app::time_rate::Pace;
-use crate::view::app::view_state::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG, Sight, looking_aside, looking_over_horizon, orbit_eye, standing};
+use crate::view::app::time_rate::TimeRate;
+use crate::view::app::view_state::{
+    CameraPose, FOV_LEAST_DEG, FOV_MOST_DEG, ViewState, looking_aside, looking_over_horizon, orbit_pose, standing,
+};
 use glam::{DMat3, DVec3};
 
 /// A body that can be looked at.
@@ -79,7 +81,7 @@ pub enum Action {
     Back,
     Ahead,
     /// A whole view: a bookmark, a link, a moment.
-    Show(Box<Sight>),
+    Show(Box<ViewState>),
 }
 
 /// A new body is shown from this many radii.
@@ -94,24 +96,24 @@ const HISTORY: usize = 64;
 
 /// The state behind the window.
 pub struct Viewer {
-    pub sight: Sight,
-    pub pace: Pace,
+    pub view: ViewState,
+    pub time_rate: TimeRate,
     /// Highlighted; panels tell about it.
     pub selected: NaifId,
     subjects: Vec<Subject>,
-    flight: Option<(Flight, Sight)>,
-    past: Vec<Sight>,
-    future: Vec<Sight>,
+    flight: Option<(Flight, ViewState)>,
+    past: Vec<ViewState>,
+    future: Vec<ViewState>,
     clock: fn() -> Instant,
 }
 
 impl Viewer {
     /// Starts with `sight`; `subjects` in the order in which people name them.
-    pub fn new(subjects: Vec<Subject>, mut sight: Sight, clock: fn() -> Instant) -> Self {
-        let selected = sight.target;
-        let mut pace = Pace::default();
-        pace.set_paused(sight.paused.take().unwrap_or(false));
-        Self { sight, pace, selected, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
+    pub fn new(subjects: Vec<Subject>, mut view: ViewState, clock: fn() -> Instant) -> Self {
+        let selected = view.target;
+        let mut time_rate = TimeRate::default();
+        time_rate.set_paused(view.paused.take().unwrap_or(false));
+        Self { view, time_rate, selected, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
     }
 
     pub fn subjects(&self) -> &[Subject] {
@@ -166,34 +168,34 @@ impl Viewer {
             Action::FlyTo(id) => self.fly_to(id, places),
             Action::Turn(dx, dy) => self.turn(dx, dy, height_px),
             Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px),
-            Action::Roll(deg) => self.sight.roll_deg = (self.sight.roll_deg + deg).rem_euclid(360.0),
+            Action::Roll(deg) => self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0),
             Action::Zoom(notches) => self.zoom(notches),
             Action::Lens(notches) => self.lens(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
             Action::LookAt(id) => self.change(|s| (s.target, s.tracks) = (id, true)),
             Action::LookFrom(id) => self.look_from(id),
             Action::TurnWithBody(fixed) => self.turn_with_body(fixed, places),
-            Action::Track(on) => self.sight.tracks = on,
+            Action::Track(on) => self.view.tracks = on,
             Action::Level => self.level(),
-            Action::SetTime(t) => self.sight.tdb_s = t.tdb_seconds_past_j2000(),
-            Action::Step(seconds) => self.sight.tdb_s += seconds,
-            Action::Faster => self.pace.faster(),
-            Action::Slower => self.pace.slower(),
-            Action::Forward => self.pace.forward(),
-            Action::Backward => self.pace.backward(),
-            Action::TogglePause => self.pace.toggle_pause(),
+            Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
+            Action::Step(seconds) => self.view.tdb_s += seconds,
+            Action::Faster => self.time_rate.faster(),
+            Action::Slower => self.time_rate.slower(),
+            Action::Forward => self.time_rate.forward(),
+            Action::Backward => self.time_rate.backward(),
+            Action::TogglePause => self.time_rate.toggle_pause(),
             Action::Now => {
-                self.sight.tdb_s = self.now().tdb_seconds_past_j2000();
-                self.pace.reset();
+                self.view.tdb_s = self.now().tdb_seconds_past_j2000();
+                self.time_rate.reset();
             }
             Action::Back => self.travel(true),
             Action::Ahead => self.travel(false),
-            Action::Show(mut sight) => {
-                let selected = sight.target;
-                if let Some(paused) = sight.paused.take() {
-                    self.pace.set_paused(paused);
+            Action::Show(mut view) => {
+                let selected = view.target;
+                if let Some(paused) = view.paused.take() {
+                    self.time_rate.set_paused(paused);
                 }
-                self.change(|s| *s = *sight);
+                self.change(|s| *s = *view);
                 self.selected = selected;
             }
         }
@@ -201,21 +203,21 @@ impl Viewer {
 
     /// Lets `real_s` seconds pass.
     pub fn pass(&mut self, real_s: f64) {
-        self.sight.tdb_s += self.pace.scene_seconds(real_s);
+        self.view.tdb_s += self.time_rate.scene_seconds(real_s);
         let Some((flight, goal)) = &mut self.flight else { return };
         if !flight.pass(real_s) {
-            let arrived = Sight { tdb_s: self.sight.tdb_s, ..goal.clone() };
-            self.sight = arrived;
+            let arrived = ViewState { tdb_s: self.view.tdb_s, ..goal.clone() };
+            self.view = arrived;
             self.flight = None;
         } else {
             let Pose { offset_km, forward, up } = flight.pose();
-            self.sight.eye = Eye::Free { body: goal.target, offset_km, forward, up };
+            self.view.eye = CameraPose::Free { body: goal.target, offset_km, forward, up };
         }
     }
 
     /// Seconds between frames that time alone asks for: none when paused, one in real time, else as fast as they come.
     pub fn frame_interval_s(&self) -> Option<f64> {
-        match self.pace.rate().abs() {
+        match self.time_rate.rate().abs() {
             _ if self.flight.is_some() => Some(1.0 / 60.0),
             0.0 => None,
             r if r <= 1.0 => Some(1.0),
@@ -225,13 +227,13 @@ impl Viewer {
 
     /// Every frame differs.
     pub fn races(&self) -> bool {
-        self.pace.rate().abs() > 1.0 || self.flight.is_some()
+        self.time_rate.rate().abs() > 1.0 || self.flight.is_some()
     }
 
     /// Remembers the view, then changes it.
-    fn change(&mut self, how: impl FnOnce(&mut Sight)) {
+    fn change(&mut self, how: impl FnOnce(&mut ViewState)) {
         self.remember();
-        how(&mut self.sight);
+        how(&mut self.view);
     }
 
     fn remember(&mut self) {
@@ -247,13 +249,13 @@ impl Viewer {
     }
 
     /// The view itself; during a flight where it leads.
-    pub fn settled(&self) -> &Sight {
-        self.flight.as_ref().map_or(&self.sight, |(_, goal)| goal)
+    pub fn settled(&self) -> &ViewState {
+        self.flight.as_ref().map_or(&self.view, |(_, goal)| goal)
     }
 
     /// The view as it is kept and shared: with it goes whether time stands still.
-    pub fn shared(&self) -> Sight {
-        Sight { paused: Some(self.pace.is_paused()), ..self.settled().clone() }
+    pub fn shared(&self) -> ViewState {
+        ViewState { paused: Some(self.time_rate.is_paused()), ..self.settled().clone() }
     }
 
     fn travel(&mut self, back: bool) {
@@ -263,7 +265,7 @@ impl Viewer {
         to.push(here);
         self.flight = None;
         self.selected = there.target;
-        self.sight = there;
+        self.view = there;
     }
 
     fn select_next(&mut self, by: i32, places: &dyn Places) {
@@ -280,33 +282,33 @@ impl Viewer {
 
     /// Where the eye is and how it faces, seen from a body.
     fn pose_from(&self, body: NaifId, places: &dyn Places) -> Option<Pose> {
-        let time = self.sight.time();
-        let carrier = self.sight.eye.body();
+        let time = self.view.time();
+        let carrier = self.view.eye.body();
         let to_carrier = if carrier == body { DVec3::ZERO } else { places.between_km(body, carrier, time)? };
         let icrf_from_body = places.body_from_icrf(carrier, time)?.transpose();
-        let (offset_km, forward, up) = match self.sight.eye {
-            Eye::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
-            Eye::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+        let (offset_km, forward, up) = match self.view.eye {
+            CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
+            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(carrier), pole);
                 let (forward, up) = looking_aside(-offset.normalize(), pole, yaw_deg, pitch_deg);
                 (turn * offset, turn * forward, turn * up)
             }
-            Eye::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+            CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let radii_km = self.subject(carrier).map_or(DVec3::ONE, |s| s.radii_km);
                 let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
                 let (forward, up) = looking_over_horizon(normal, azimuth_deg, altitude_deg);
                 let offset_km = icrf_from_body * offset;
-                let target = self.sight.target;
-                let followed = if self.sight.tracks && target != carrier { places.between_km(carrier, target, time) } else { None };
+                let target = self.view.target;
+                let followed = if self.view.tracks && target != carrier { places.between_km(carrier, target, time) } else { None };
                 match followed.and_then(|to| (to - offset_km).try_normalize()) {
                     Some(forward) => (offset_km, forward, icrf_from_body * normal),
                     None => (offset_km, icrf_from_body * forward, icrf_from_body * up),
                 }
             }
-            Eye::Centre { .. } => {
-                let away = places.between_km(carrier, self.sight.target, time)?.try_normalize()?;
+            CameraPose::Centre { .. } => {
+                let away = places.between_km(carrier, self.view.target, time)?.try_normalize()?;
                 (away * self.radius_km(carrier) * 1.5, away, DVec3::Z)
             }
         };
@@ -315,7 +317,7 @@ impl Viewer {
     }
 
     fn fly_to(&mut self, id: NaifId, places: &dyn Places) {
-        let time = self.sight.time();
+        let time = self.view.time();
         let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
@@ -331,39 +333,41 @@ impl Viewer {
         }
         self.remember();
         self.selected = id;
-        let goal = Sight {
+        let goal = ViewState {
             target: id,
-            eye: orbit_eye(id, false, orbit),
+            eye: orbit_pose(id, false, orbit),
             tracks: true,
             roll_deg: 0.0,
             fov_deg: crate::view::app::view_state::FOV_DEG,
-            ..self.sight.clone()
+            ..self.view.clone()
         };
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
         let (_, up) = looking_aside(forward, pole, 0.0, 0.0);
         match from {
             Some(from) => {
-                self.sight =
-                    Sight { eye: Eye::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up }, ..goal.clone() };
+                self.view = ViewState {
+                    eye: CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up },
+                    ..goal.clone()
+                };
                 self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), goal));
             }
-            None => self.sight = goal,
+            None => self.view = goal,
         }
     }
 
     /// Ends a flight where it leads, so that hands on the mouse have an orbit to turn.
     fn land(&mut self) {
         if let Some((_, goal)) = self.flight.take() {
-            self.sight = Sight { tdb_s: self.sight.tdb_s, ..goal };
+            self.view = ViewState { tdb_s: self.view.tdb_s, ..goal };
         }
     }
 
     fn turn(&mut self, dx: f64, dy: f64, height_px: f64) {
         self.land();
-        let fov_rad = self.sight.fov_deg.to_radians();
-        match &mut self.sight.eye {
-            Eye::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
+        let fov_rad = self.view.fov_deg.to_radians();
+        match &mut self.view.eye {
+            CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
                 let mut orbit = Orbit {
                     azimuth_rad: azimuth_deg.to_radians(),
                     elevation_rad: elevation_deg.to_radians(),
@@ -379,26 +383,26 @@ impl Viewer {
     /// The picture follows the mouse: a drag to the right turns the gaze to the left.
     fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
         self.land();
-        let deg_per_px = self.sight.fov_deg / height_px.max(1.0);
-        match &mut self.sight.eye {
-            Eye::Orbit { yaw_deg, pitch_deg, .. } => {
+        let deg_per_px = self.view.fov_deg / height_px.max(1.0);
+        match &mut self.view.eye {
+            CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
                 *yaw_deg = (*yaw_deg + dx * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
                 *pitch_deg = (*pitch_deg - dy * deg_per_px).clamp(-89.0, 89.0);
             }
-            Eye::Ground { azimuth_deg, altitude_deg, body, .. } => {
+            CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
                 *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
                 *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
                 // Who looks around follows nothing else.
-                self.sight.target = *body;
+                self.view.target = *body;
             }
-            Eye::Centre { .. } | Eye::Free { .. } => {}
+            CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
         }
     }
 
     fn zoom(&mut self, notches: f64) {
         self.land();
-        match &mut self.sight.eye {
-            Eye::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
+        match &mut self.view.eye {
+            CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
                 let mut orbit = Orbit {
                     azimuth_rad: azimuth_deg.to_radians(),
                     elevation_rad: elevation_deg.to_radians(),
@@ -412,7 +416,7 @@ impl Viewer {
     }
 
     fn lens(&mut self, notches: f64) {
-        self.sight.fov_deg = (self.sight.fov_deg * (-notches * 0.15).exp()).clamp(FOV_LEAST_DEG, FOV_MOST_DEG);
+        self.view.fov_deg = (self.view.fov_deg * (-notches * 0.15).exp()).clamp(FOV_LEAST_DEG, FOV_MOST_DEG);
     }
 
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
@@ -429,33 +433,33 @@ impl Viewer {
             return;
         }
         // Wide enough for the disc and its surroundings; the wheel does the rest.
-        self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (Eye::Centre { body: from }, target, true, 1.0, 0.0));
+        self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (CameraPose::Centre { body: from }, target, true, 1.0, 0.0));
     }
 
     fn turn_with_body(&mut self, want: bool, places: &dyn Places) {
         self.land();
-        let Eye::Orbit { body, fixed, .. } = self.sight.eye else { return };
+        let CameraPose::Orbit { body, fixed, .. } = self.view.eye else { return };
         if fixed == want {
             return;
         }
         let Some(pose) = self.pose_from(body, places) else { return };
-        let Some(body_from_icrf) = places.body_from_icrf(body, self.sight.time()) else { return };
+        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
         let orbit = if want {
             Orbit::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z)
         } else {
             Orbit::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2))
         };
-        self.sight.eye = orbit_eye(body, want, orbit);
+        self.view.eye = orbit_pose(body, want, orbit);
     }
 
     fn level(&mut self) {
         self.land();
-        self.sight.roll_deg = 0.0;
-        self.sight.tracks = true;
-        if let Eye::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.sight.eye {
+        self.view.roll_deg = 0.0;
+        self.view.tracks = true;
+        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {
             (*yaw_deg, *pitch_deg) = (0.0, 0.0);
-            self.sight.target = *body;
+            self.view.target = *body;
         }
     }
 }

@@ -20,7 +20,7 @@ const ECHO_AT_MOST: usize = 60;
 const COMPLETIONS: usize = 8;
 
 #[derive(Default)]
-pub struct Browse {
+pub struct BodyBrowser {
     wanted: String,
     /// Of the completions.
     highlighted: usize,
@@ -36,7 +36,7 @@ pub struct Browse {
     shown: Option<NaifId>,
 }
 
-impl Browse {
+impl BodyBrowser {
     /// Leaves the search; what it completes to goes with the text. False: there was nothing to leave.
     pub fn give_up(&mut self) -> bool {
         let had_any = !self.wanted.is_empty() || self.failure.is_some();
@@ -139,9 +139,9 @@ fn below(interface: &Interface, ui: &egui::Ui, field: egui::Rect, found: &[(Naif
 fn command(interface: &mut Interface, actions: &mut Vec<Action>) -> Option<Result<(), String>> {
     let typed = interface.browse.wanted.trim().to_owned();
     if typed.starts_with(['+', '-']) && typed.contains(char::is_alphabetic) {
-        let sight = &mut interface.viewer.sight;
-        let both = format!("{},{typed}", sight.effects.to_text());
-        return Some(EffectOverrides::parse(&both).map(|overrides| sight.effects = overrides).map_err(|e| e.to_string()));
+        let view = &mut interface.viewer.view;
+        let both = format!("{},{typed}", view.effects.to_text());
+        return Some(EffectOverrides::parse(&both).map(|overrides| view.effects = overrides).map_err(|e| e.to_string()));
     }
     match Instant::parse(&typed) {
         Ok(time) if typed.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {

@@ -4,52 +4,52 @@ use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{Price, RendererWish, Session, ShowWish};
-use crate::view::worker::query_cache::Answers;
-use crate::view::worker::render_worker::Studio;
+use crate::view::worker::query_cache::QueryCache;
+use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea};
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
-    let sight = &mut interface.viewer.sight;
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+    let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
         ui.label("Quality");
         for quality in Quality::ALL {
-            ui.selectable_value(&mut sight.quality, quality, quality.name());
+            ui.selectable_value(&mut view.quality, quality, quality.name());
         }
     });
-    renderers(ui, studio, &mut interface.settings.shown_by);
-    let sight = &mut interface.viewer.sight;
-    let mut automatic = sight.exposure_stops.is_none();
+    renderers(ui, worker, &mut interface.settings.shown_by);
+    let view = &mut interface.viewer.view;
+    let mut automatic = view.exposure_stops.is_none();
     let drawn_stops = interface.sky.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
         if ui.checkbox(&mut automatic, "Automatic exposure").changed() {
-            sight.exposure_stops = if automatic { None } else { Some(drawn_stops) };
+            view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
         }
-        if let Some(stops) = &mut sight.exposure_stops {
+        if let Some(stops) = &mut view.exposure_stops {
             ui.add(egui::Slider::new(stops, -20.0..=30.0).text("stops")).on_hover_text("Exposure, stops");
         } else {
             ui.label(format!("{drawn_stops:+.2} stops"));
         }
     });
-    if let Some(drawing) = interface.sky.drawing.as_ref().filter(|_| interface.viewer.sight.exposure_stops.is_none()) {
+    if let Some(drawing) = interface.sky.drawing.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
         ui.label(egui::RichText::new(&drawing.scene.exposure.reason).weak().small());
     }
-    let sight = &mut interface.viewer.sight;
+    let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
         ui.label("Highlights");
         for (tone_map, hover) in [
             (ToneMap::Film, "Tone mapping: linear up to 0.8 of white, then a shoulder"),
             (ToneMap::Plain, "Tone mapping: linear up to white, then clipped"),
         ] {
-            ui.selectable_value(&mut sight.tone_map, tone_map, tone_map.name()).on_hover_text(hover);
+            ui.selectable_value(&mut view.tone_map, tone_map, tone_map.name()).on_hover_text(hover);
         }
-        ui.checkbox(&mut sight.bloom, "Bloom").on_hover_text("Light above white spreads, as in a lens");
+        ui.checkbox(&mut view.bloom, "Bloom").on_hover_text("Light above white spreads, as in a lens");
     });
     ui.horizontal(|ui| {
         ui.label("Show");
-        accessible::pixel_views(ui, &mut sight.pixels, "Show");
+        accessible::pixel_views(ui, &mut view.pixels, "Show");
     });
     ui.separator();
-    let mut overrides = sight.effects.clone();
+    let mut overrides = view.effects.clone();
     let name = interface.viewer.name(interface.viewer.selected).to_owned();
     ui.horizontal_wrapped(|ui| {
         ui.label("Apply to");
@@ -71,7 +71,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
     let priced = |e: Effect, d: &Decision| d.on || overrides.asked(e).is_some();
     let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && priced(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
-    weigh(interface, ui.ctx(), studio, of_body, &decided);
+    weigh(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
         // What is drawn, or was switched by hand, comes first; what the scene leaves out follows in short.
@@ -89,7 +89,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
         }
     });
     overrides.prune();
-    interface.viewer.sight.effects = overrides;
+    interface.viewer.view.effects = overrides;
 }
 
 /// What the effects of the view at rest cost, as far as it is measured.
@@ -97,20 +97,20 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
 pub struct Prices {
     /// The view, and the body that is asked about alone.
     of: Option<(ViewRequest, Option<String>)>,
-    known: Answers<Effect, Result<Price, String>>,
+    known: QueryCache<Effect, Result<Price, String>>,
 }
 
 /// A view is measured when it has been at rest so long.
 const WEIGHED_AFTER_S: f64 = 1.0;
 
 /// Measures one effect after the other while the view rests, so that a click waits for one at most.
-fn weigh(interface: &mut Interface, ctx: &egui::Context, studio: &dyn Studio, of_body: Option<String>, effects: &[(Effect, bool)]) {
+fn weigh(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, of_body: Option<String>, effects: &[(Effect, bool)]) {
     let Some(drawing) = &interface.sky.drawing else { return };
-    let request = &drawing.order.request;
+    let request = &drawing.job.request;
     let stops = drawing.scene.exposure.stops;
     let prices = &mut interface.prices;
     if prices.of.as_ref().is_none_or(|(of, body)| super::differs(of, request, true) || *body != of_body) {
-        *prices = Prices { of: Some((request.clone(), of_body.clone())), known: Answers::default() };
+        *prices = Prices { of: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
     }
     let rested_s = interface.sky.last_s - interface.sky.moved_s;
     if interface.viewer.races() {
@@ -124,13 +124,13 @@ fn weigh(interface: &mut Interface, ctx: &egui::Context, studio: &dyn Studio, of
     if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(prices, *effect)) {
         let (request, of_body) = (request.clone(), of_body.clone());
         let question = move |session: &Session| session.price(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| e.to_string());
-        let _ = prices.known.get(studio, &effect, question);
+        let _ = prices.known.get(worker, &effect, question);
     }
 }
 
 /// Who draws, and who shows what is drawn.
-fn renderers(ui: &mut egui::Ui, studio: &dyn Studio, shown_by: &mut ShowWish) {
-    let (choices, now) = studio.session().renderers();
+fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut ShowWish) {
+    let (choices, now) = worker.session().renderers();
     if choices.len() < 2 {
         return;
     }
@@ -144,7 +144,7 @@ fn renderers(ui: &mut egui::Ui, studio: &dyn Studio, shown_by: &mut ShowWish) {
             };
             if ui.selectable_label(now == wish, wish.name()).on_hover_text(hover).clicked() {
                 // Off this thread: a device may be at work.
-                studio.run(Box::new(move |session| session.choose_renderer(wish)));
+                worker.run(Box::new(move |session| session.choose_renderer(wish)));
             }
         }
     });

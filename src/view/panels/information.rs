@@ -10,7 +10,7 @@ use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::settings::{Home, Settings, Unit};
-use crate::view::worker::render_worker::{Studio, Ticket, ask};
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
 
 impl Unit {
@@ -70,7 +70,7 @@ pub struct InformationPanel {
     pub unit: Unit,
     pub home: Home,
     asked: Option<Question>,
-    ticket: Option<Ticket<SkyReport>>,
+    pending: Option<Pending<SkyReport>>,
     report: Option<(Question, SkyReport)>,
 }
 
@@ -80,7 +80,7 @@ impl InformationPanel {
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     ui.horizontal(|ui| {
         ui.label("Units");
         for unit in Unit::ALL {
@@ -88,13 +88,13 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) 
         }
     });
     let selected = interface.viewer.selected;
-    let time = interface.viewer.sight.time();
+    let time = interface.viewer.view.time();
     let Some(body) = interface.sky.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.strong(&body.name);
-        from_here(ui, &body, interface.information.unit, studio.session().catalog());
+        from_here(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();
-        over_a_place(interface, ui, studio, &body, time);
+        over_a_place(interface, ui, worker, &body, time);
     });
 }
 
@@ -156,7 +156,7 @@ fn seconds(s: f64) -> String {
     }
 }
 
-fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, body: &BodyInView, time: Instant) {
+fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
     ui.strong("From a place on Earth");
     ui.horizontal_wrapped(|ui| {
@@ -174,13 +174,13 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studi
         place: [panel.home.latitude_deg, panel.home.longitude_deg],
         minute: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
     };
-    if let Some(report) = panel.ticket.as_ref().and_then(Ticket::take) {
+    if let Some(report) = panel.pending.as_ref().and_then(Pending::take) {
         panel.report = panel.asked.map(|asked| (asked, report));
-        panel.ticket = None;
+        panel.pending = None;
     }
-    if panel.asked != Some(question) && panel.ticket.is_none() {
+    if panel.asked != Some(question) && panel.pending.is_none() {
         panel.asked = Some(question);
-        panel.ticket = Some(ask(studio, move |session| report(session, question, time)));
+        panel.pending = Some(ask(worker, move |session| report(session, question, time)));
     }
     let Some((_, report)) = panel.report.as_ref().filter(|(of, _)| of.body == body.id) else {
         ui.weak("computing…");

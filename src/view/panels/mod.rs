@@ -24,13 +24,13 @@ use crate::render::plan::{Fineness, PictureOnDevice};
 use crate::scene::marks::{Lettering, Mark, marks};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererWish};
-use crate::view::app::exposure_adaptation::Adaptation;
+use crate::view::app::exposure_adaptation::ExposureAdaptation;
 use crate::view::app::places::SessionPlaces;
 use crate::view::app::settings::Settings;
-use crate::view::app::view_state::Sight;
+use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
-use crate::view::worker::adaptive_resolution::Tempo;
-use crate::view::worker::render_worker::{Drawing, Order, Studio};
+use crate::view::worker::adaptive_resolution::AdaptiveResolution;
+use crate::view::worker::render_worker::{Drawing, RenderJob, RenderWorker};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -117,29 +117,29 @@ pub struct Interface {
     pub heard: Arc<Mutex<Vec<String>>>,
     /// The last of them, and until when it shows.
     notice: Option<(String, f64)>,
-    browse: body_browser::Browse,
-    clock: time_bar::Clock,
+    browse: body_browser::BodyBrowser,
+    clock: time_bar::TimeBar,
     shader: shader::ShaderPanel,
     compare: compare::ComparePanel,
     information: information::InformationPanel,
     moments: moments::MomentsPanel,
-    stance: standpoint::Stance,
+    standpoint: standpoint::Standpoint,
     prices: effects::Prices,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
-    sky: Sky,
-    adaptation: Adaptation,
+    sky: Viewport,
+    adaptation: ExposureAdaptation,
 }
 
 /// The picture on screen and how it came there.
-struct Sky {
+struct Viewport {
     texture: Option<TextureHandle>,
     drawing: Option<Drawing>,
-    ordered: Option<Order>,
+    ordered: Option<RenderJob>,
     ordered_s: f64,
     moved_s: f64,
     last_s: f64,
-    tempo: Tempo,
+    tempo: AdaptiveResolution,
     /// Pixels of the sky's part of the window.
     size_px: [u32; 2],
     /// The pixel that was clicked last, of a picture of that size.
@@ -178,30 +178,30 @@ impl Interface {
             no_picture: None,
             heard: Arc::default(),
             notice: None,
-            browse: body_browser::Browse::default(),
-            clock: time_bar::Clock::default(),
+            browse: body_browser::BodyBrowser::default(),
+            clock: time_bar::TimeBar::default(),
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
             moments: moments::MomentsPanel::default(),
-            stance: standpoint::Stance::default(),
+            standpoint: standpoint::Standpoint::default(),
             prices: effects::Prices::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
-            sky: Sky {
+            sky: Viewport {
                 texture: None,
                 drawing: None,
                 ordered: None,
                 ordered_s: f64::NEG_INFINITY,
                 moved_s: f64::NEG_INFINITY,
                 last_s: f64::NAN,
-                tempo: Tempo::default(),
+                tempo: AdaptiveResolution::default(),
                 size_px: [1, 1],
                 picked_px: None,
                 drawings: 0,
                 made_by: None,
                 marks: Vec::new(),
             },
-            adaptation: Adaptation::default(),
+            adaptation: ExposureAdaptation::default(),
         }
     }
 
@@ -224,7 +224,7 @@ impl Interface {
     }
 
     /// One turn: time passes, pictures arrive, panels are shown, the next picture is ordered.
-    pub fn ui(&mut self, ui: &mut egui::Ui, studio: &dyn Studio) {
+    pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         let now_s = ui.input(|i| i.time);
         let passed_s = if self.sky.last_s.is_nan() { 0.0 } else { now_s - self.sky.last_s };
         self.sky.last_s = now_s;
@@ -238,7 +238,7 @@ impl Interface {
         } else if self.message_shown.1 <= now_s {
             self.message.clear();
         }
-        self.receive(ui.ctx(), studio);
+        self.receive(ui.ctx(), worker);
         let looks = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,
             Some(false) => egui::ThemePreference::Light,
@@ -251,7 +251,7 @@ impl Interface {
         }
         let mut actions = Vec::new();
         shortcuts::pressed(self, ui.ctx(), &mut actions);
-        share::work(self, studio);
+        share::work(self, worker);
         self.top(ui, &mut actions);
         if self.bodies_shown {
             egui::Panel::left("bodies").default_size(190.0).min_size(LEAST_WIDTHS[0]).show(ui, |ui| {
@@ -272,13 +272,13 @@ impl Interface {
             egui::Panel::right(name).default_size(tab.width_points()).min_size(LEAST_WIDTHS[1]).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
-                    Tab::Moments => moments::panel(self, ui, studio, &mut actions),
-                    Tab::Effects => effects::panel(self, ui, studio),
-                    Tab::Shader => shader::panel(self, ui, studio),
-                    Tab::Compare => compare::panel(self, ui, studio),
-                    Tab::Information => information::panel(self, ui, studio),
+                    Tab::Moments => moments::panel(self, ui, worker, &mut actions),
+                    Tab::Effects => effects::panel(self, ui, worker),
+                    Tab::Shader => shader::panel(self, ui, worker),
+                    Tab::Compare => compare::panel(self, ui, worker),
+                    Tab::Information => information::panel(self, ui, worker),
                     Tab::Performance => performance::panel(self, ui),
-                    Tab::Share => share::panel(self, ui, studio, &mut actions),
+                    Tab::Share => share::panel(self, ui, worker, &mut actions),
                 }
             });
         }
@@ -289,19 +289,19 @@ impl Interface {
         warning::show(self, ui.ctx());
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.sky.size_px[1]);
-        let places = SessionPlaces(studio.session());
+        let places = SessionPlaces(worker.session());
         if !actions.is_empty() {
             self.sky.moved_s = now_s;
         }
         for action in actions {
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
-                let sight = self.viewer.settled().clone();
-                let name = format!("{} {}", self.viewer.name(sight.target), sight.time().to_utc_iso().get(..16).unwrap_or_default());
-                self.settings.remember(name, sight);
+                let view = self.viewer.settled().clone();
+                let name = format!("{} {}", self.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default());
+                self.settings.remember(name, view);
             }
             self.viewer.apply(action, height_px, &places);
         }
-        self.order(ui.ctx(), studio, now_s);
+        self.order(ui.ctx(), worker, now_s);
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
@@ -325,7 +325,7 @@ impl Interface {
                 }
                 ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
                 ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
-                ui.toggle_value(&mut self.viewer.sight.orbits, "Orbits").on_hover_text("Show orbits (o)");
+                ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
                 ui.toggle_value(&mut self.settings.outline, "Outline")
                     .on_hover_text("Outline the selected body, unless it is the target (x)");
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
@@ -335,14 +335,14 @@ impl Interface {
     }
 
     /// Takes a finished picture.
-    fn receive(&mut self, ctx: &egui::Context, studio: &dyn Studio) {
-        match studio.take() {
+    fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
+        match worker.take() {
             None => {}
             Some(Err(why)) => self.no_picture = Some(why),
             Some(Ok(mut drawing)) => {
                 self.no_picture = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
-                if drawing.order.fineness == Fineness::of(Quality::Draft) {
+                if drawing.job.fineness == Fineness::of(Quality::Draft) {
                     self.sky.tempo.learn(pixels, drawing.took_ms);
                 }
                 let pixels = std::mem::take(&mut drawing.rgba);
@@ -356,10 +356,10 @@ impl Interface {
                     }
                 }
                 self.performance.note(&drawing, self.sky.last_s);
-                self.adaptation.drew(&drawing.scene.exposure, drawing.order.request.exposure);
+                self.adaptation.drew(&drawing.scene.exposure, drawing.job.request.exposure);
                 // What is kept of the order is the view, not the way that the eye went to it.
-                if let ExposureRequest::Gliding { .. } = drawing.order.request.exposure {
-                    drawing.order.request.exposure = ExposureRequest::Auto;
+                if let ExposureRequest::Gliding { .. } = drawing.job.request.exposure {
+                    drawing.job.request.exposure = ExposureRequest::Auto;
                 }
                 self.sky.drawing = Some(drawing);
                 self.sky.drawings += 1;
@@ -374,20 +374,20 @@ impl Interface {
     }
 
     /// Asks for the picture of the view as it is now, coarse while things move.
-    fn order(&mut self, ctx: &egui::Context, studio: &dyn Studio, now_s: f64) {
+    fn order(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
         // The first picture of all is a coarse one, too: it is there a moment after the window.
         let moving = self.viewer.races() || now_s - self.sky.moved_s < STILL_AFTER_S || self.sky.drawing.is_none();
         let [width, height] = self.sky.size_px;
         let divisor = if moving { self.sky.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
-        let session = studio.session();
+        let session = worker.session();
         let made_by = (session.library().generator(), session.renderers().1);
         let readiness = session.readiness();
         if self.sky.made_by.replace(made_by.clone()).is_some_and(|before| before != made_by) || readiness == Readiness::JustReady {
             // The same view is another picture.
             self.sky.ordered = None;
         }
-        let sight = &self.viewer.sight;
-        let request = sight.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
+        let view = &self.viewer.view;
+        let request = view.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
         let mut request = match request {
             Ok(r) => r,
             Err(why) => {
@@ -400,9 +400,9 @@ impl Interface {
         }
         // The body that fills the view needs no line around it.
         let selected = self.viewer.selected;
-        request.layers.outline = self.settings.outline && selected != self.viewer.sight.target;
+        request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
-        let order = Order { fineness: Fineness::of(request.quality), request, on_device: self.on_device };
+        let order = RenderJob { fineness: Fineness::of(request.quality), request, on_device: self.on_device };
         // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
         let interval_s = CALM_INTERVAL_S.max(1e-2 * self.sky.drawing.as_ref().map_or(0.0, |d| d.took_ms));
         let calm = !moving && now_s - self.sky.ordered_s < interval_s;
@@ -411,8 +411,8 @@ impl Interface {
         if stale || self.adaptation.glides() {
             self.sky.ordered = Some(order.clone());
             self.sky.ordered_s = now_s;
-            let exposure = self.adaptation.ask(&self.viewer.sight, now_s);
-            studio.order(Order { request: ViewRequest { exposure, ..order.request }, ..order });
+            let exposure = self.adaptation.ask(&self.viewer.view, now_s);
+            worker.submit(RenderJob { request: ViewRequest { exposure, ..order.request }, ..order });
         }
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
         let waits = [
@@ -448,19 +448,19 @@ impl Interface {
 
     /// For the window's title bar.
     pub fn title(&self) -> String {
-        let sight = &self.viewer.sight;
-        format!("{} · {} · {} · Orrery", self.viewer.name(sight.target), sight.time().to_utc_iso(), self.viewer.pace.label())
+        let view = &self.viewer.view;
+        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), view.time().to_utc_iso(), self.viewer.time_rate.label())
     }
 
     /// The title for a screen reader: without the time, whose running it would tell all the while.
     fn spoken_title(&self) -> String {
-        format!("{} · {} · Orrery", self.viewer.name(self.viewer.sight.target), self.viewer.pace.label())
+        format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
     }
 
     /// Shows a kept view.
-    pub fn show(&mut self, sight: Sight, studio: &dyn Studio) {
-        let places = SessionPlaces(studio.session());
-        self.viewer.apply(Action::Show(Box::new(sight)), f64::from(self.sky.size_px[1]), &places);
+    pub fn show(&mut self, view: ViewState, worker: &dyn RenderWorker) {
+        let places = SessionPlaces(worker.session());
+        self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.sky.size_px[1]), &places);
     }
 }
 

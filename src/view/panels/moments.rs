@@ -2,10 +2,10 @@
 
 use super::Interface;
 use crate::catalog::moments::KINDS;
-use crate::view::app::moment_view::sight_of;
+use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPlaces;
 use crate::view::app::viewer::Action;
-use crate::view::worker::render_worker::Studio;
+use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
 #[derive(Default)]
@@ -14,11 +14,11 @@ pub struct MomentsPanel {
     wanted: String,
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, actions: &mut Vec<Action>) {
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add(egui::TextEdit::singleline(&mut interface.moments.wanted).hint_text("Filter"))
         .on_hover_text("Show moments whose name contains this text");
     let wanted = interface.moments.wanted.to_lowercase();
-    let catalog = studio.session().catalog();
+    let catalog = worker.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for kind in KINDS {
             let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && m.name.to_lowercase().contains(&wanted)).collect();
@@ -30,8 +30,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, 
             for moment in of_kind {
                 let hover = format!("{}\n{}\nSource: {}", moment.about, moment.time.to_utc_iso(), moment.source);
                 if ui.button(&moment.name).on_hover_text(hover).clicked() {
-                    match sight_of(moment, catalog, &SessionPlaces(studio.session()), &interface.viewer.sight) {
-                        Some(sight) => actions.push(Action::Show(Box::new(sight))),
+                    match view_of_moment(moment, catalog, &SessionPlaces(worker.session()), &interface.viewer.view) {
+                        Some(view) => actions.push(Action::Show(Box::new(view))),
                         None => interface.message = format!("{}: outside the range of the ephemeris", moment.name),
                     }
                 }

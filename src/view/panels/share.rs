@@ -7,12 +7,12 @@ use crate::render::plan::Fineness;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
 use crate::session::{MARK_CHUNK, Readers, Session, is_exr, write_new, write_new_picture};
-use crate::view::app::file_names::{Numbered, free_names, whole};
+use crate::view::app::file_names::{NumberedName, free_names, whole};
 use crate::view::app::settings::{Bookmark, ZOOMS};
-use crate::view::app::view_state::Sight;
+use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::link::{SCHEME, restored};
-use crate::view::worker::render_worker::{Studio, Ticket, ask};
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{DragValue, ProgressBar, ScrollArea, TextEdit};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ pub struct SharePanel {
     step_s: f64,
     /// Pictures have the names of bodies in them.
     names: bool,
-    shot: Option<Ticket<Result<PathBuf, String>>>,
+    shot: Option<Pending<Result<PathBuf, String>>>,
     run: Option<Run>,
     /// A picture was asked for.
     pub wants_picture: bool,
@@ -55,14 +55,14 @@ impl Default for SharePanel {
 
 /// A sequence of frames on its way to files.
 struct Run {
-    sight: Sight,
-    files: Numbered,
+    view: ViewState,
+    files: NumberedName,
     size: [u32; 2],
     names: bool,
     step_s: f64,
     done: u32,
     frames: u32,
-    frame: Ticket<Result<PathBuf, String>>,
+    frame: Pending<Result<PathBuf, String>>,
 }
 
 impl SharePanel {
@@ -72,9 +72,9 @@ impl SharePanel {
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio, actions: &mut Vec<Action>) {
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        links(interface, ui, studio.session(), actions);
+        links(interface, ui, worker.session(), actions);
         ui.separator();
         pictures(interface, ui);
         ui.separator();
@@ -122,9 +122,9 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     });
 }
 
-fn opened(interface: &mut Interface, read: Result<Sight, String>, actions: &mut Vec<Action>) {
+fn opened(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
-        Ok(sight) => actions.push(Action::Show(Box::new(sight))),
+        Ok(view) => actions.push(Action::Show(Box::new(view))),
         Err(why) => interface.message = why,
     }
 }
@@ -183,7 +183,7 @@ fn progress(interface: &mut Interface, ui: &mut egui::Ui) {
 }
 
 /// Begins what was asked for and takes what is done, whether the panel is open or not.
-pub fn work(interface: &mut Interface, studio: &dyn Studio) {
+pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
     let panel = &mut interface.share;
     let (picture, sequence) = (std::mem::take(&mut panel.wants_picture), std::mem::take(&mut panel.wants_sequence));
     if picture && panel.is_busy() {
@@ -191,8 +191,8 @@ pub fn work(interface: &mut Interface, studio: &dyn Studio) {
     } else if picture {
         match free_names(&panel.picture) {
             Ok(files) => {
-                let (sight, size, names) = (interface.viewer.shared(), panel.size, panel.names);
-                panel.shot = Some(ask(studio, move |session| save(session, &sight, size, names, files)));
+                let (view, size, names) = (interface.viewer.shared(), panel.size, panel.names);
+                panel.shot = Some(ask(worker, move |session| save(session, &view, size, names, files)));
                 interface.message = format!("Saving an image of {}×{} pixels", size[0], size[1]);
             }
             Err(why) => interface.message = why,
@@ -200,25 +200,25 @@ pub fn work(interface: &mut Interface, studio: &dyn Studio) {
     }
     let panel = &mut interface.share;
     if sequence && !panel.is_busy() {
-        match Numbered::of_sequence(&panel.picture, panel.frames) {
+        match NumberedName::of_sequence(&panel.picture, panel.frames) {
             Ok(files) => {
-                let (sight, size, names, step_s, frames) = (interface.viewer.shared(), panel.size, panel.names, panel.step_s, panel.frames);
-                let mut run = Run { sight, files, size, names, step_s, done: 0, frames, frame: Ticket::default() };
-                run.frame = next_frame(studio, &run);
+                let (view, size, names, step_s, frames) = (interface.viewer.shared(), panel.size, panel.names, panel.step_s, panel.frames);
+                let mut run = Run { view, files, size, names, step_s, done: 0, frames, frame: Pending::default() };
+                run.frame = next_frame(worker, &run);
                 panel.run = Some(run);
             }
             Err(why) => interface.message = why,
         }
     }
-    if let Some(written) = interface.share.shot.as_ref().and_then(Ticket::take) {
+    if let Some(written) = interface.share.shot.as_ref().and_then(Pending::take) {
         interface.share.shot = None;
         interface.message = written.map_or_else(|why| why, |path| saved(&path));
     }
-    go_on(interface, studio);
+    go_on(interface, worker);
 }
 
 /// The next frame of the sequence, once the last one is written.
-fn go_on(interface: &mut Interface, studio: &dyn Studio) {
+fn go_on(interface: &mut Interface, worker: &dyn RenderWorker) {
     let Some(mut run) = interface.share.run.take() else { return };
     match run.frame.take() {
         None => interface.share.run = Some(run),
@@ -227,23 +227,23 @@ fn go_on(interface: &mut Interface, studio: &dyn Studio) {
             run.done += 1;
             interface.message = format!("{} of {}: {}", run.done, run.frames, saved(&path));
             if run.done < run.frames {
-                run.frame = next_frame(studio, &run);
+                run.frame = next_frame(worker, &run);
                 interface.share.run = Some(run);
             }
         }
     }
 }
 
-fn next_frame(studio: &dyn Studio, run: &Run) -> Ticket<Result<PathBuf, String>> {
-    let sight = Sight { tdb_s: run.sight.tdb_s + f64::from(run.done) * run.step_s, ..run.sight.clone() };
+fn next_frame(worker: &dyn RenderWorker, run: &Run) -> Pending<Result<PathBuf, String>> {
+    let view = ViewState { tdb_s: run.view.tdb_s + f64::from(run.done) * run.step_s, ..run.view.clone() };
     let (size, names, file) = (run.size, run.names, run.files.path(run.done));
-    ask(studio, move |session| save(session, &sight, size, names, std::iter::once(file)))
+    ask(worker, move |session| save(session, &view, size, names, std::iter::once(file)))
 }
 
 /// Draws a view and writes it under the first of the names that is free; answers which.
 fn save(
     session: &Session,
-    sight: &Sight,
+    view: &ViewState,
     [width, height]: [u32; 2],
     names: bool,
     files: impl Iterator<Item = PathBuf>,
@@ -254,14 +254,14 @@ fn save(
     if !known {
         return Err(format!("{}: an image file ends in .png or .exr", path.display()));
     }
-    let mut request: ViewRequest = sight.request(session.catalog(), session.ephemeris(), width, height)?;
+    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height)?;
     request.layers.labels = names;
     request.purpose = Purpose::of_file(is_exr(&path));
     let drawn = session.draw_aside(&request, Fineness::of(request.quality), is_exr(&path)).map_err(|e| e.to_string())?;
     let text = vec![
-        ("Title", session.catalog().body(sight.target).map_or("Orrery".into(), |b| b.name.clone())),
+        ("Title", session.catalog().body(view.target).map_or("Orrery".into(), |b| b.name.clone())),
         ("Creation Time", request.time.to_utc_iso()),
-        ("Description", sight.to_link()),
+        ("Description", view.to_link()),
         ("Legend", legend_of(&drawn.scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
         (MARK_CHUNK, session.mark(&request).to_text()),
@@ -273,8 +273,8 @@ fn save(
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong("Bookmarks");
     let name_now = || {
-        let sight = interface.viewer.settled();
-        format!("{} {}", interface.viewer.name(sight.target), sight.time().to_utc_iso().get(..16).unwrap_or_default())
+        let view = interface.viewer.settled();
+        format!("{} {}", interface.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default())
     };
     let usual = name_now();
     ui.horizontal(|ui| {
@@ -283,14 +283,14 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         if ui.button("Add bookmark").on_hover_text("Add this view to the bookmarks").clicked() {
             let typed = std::mem::take(&mut interface.share.bookmark);
             let name = if typed.trim().is_empty() { usual.clone() } else { typed.trim().to_owned() };
-            interface.settings.bookmarks.push(Bookmark { name, sight: interface.viewer.shared() });
+            interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shared() });
         }
     });
     let mut removed = None;
     for (i, kept) in interface.settings.bookmarks.iter().enumerate() {
         ui.horizontal(|ui| {
             if ui.button(&kept.name).clicked() {
-                actions.push(Action::Show(Box::new(kept.sight.clone())));
+                actions.push(Action::Show(Box::new(kept.view.clone())));
             }
             if ui.small_button("×").on_hover_text(format!("Remove the bookmark {}", kept.name)).clicked() {
                 removed = Some(i);
@@ -303,7 +303,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     ui.collapsing("Recent views", |ui| {
         for kept in &interface.settings.recent {
             if ui.button(&kept.name).clicked() {
-                actions.push(Action::Show(Box::new(kept.sight.clone())));
+                actions.push(Action::Show(Box::new(kept.view.clone())));
             }
         }
     });

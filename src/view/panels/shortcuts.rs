@@ -99,10 +99,10 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
                 interface.tab = if interface.tab == tab { None } else { tab };
             }
             "x" => interface.settings.outline = !interface.settings.outline,
-            "o" => interface.viewer.sight.orbits = !interface.viewer.sight.orbits,
+            "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
-                let fixed = matches!(interface.viewer.sight.eye, crate::view::app::view_state::Eye::Orbit { fixed: true, .. });
+                let fixed = matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
                 actions.push(Action::TurnWithBody(!fixed));
             }
             "[" => actions.push(Action::Roll(-5.0)),

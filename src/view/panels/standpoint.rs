@@ -2,13 +2,13 @@
 
 use super::{Interface, accessible};
 use crate::catalog::NaifId;
-use crate::view::app::view_state::{Eye, FOV_LEAST_DEG, FOV_MOST_DEG};
+use crate::view::app::view_state::{CameraPose, FOV_LEAST_DEG, FOV_MOST_DEG};
 use crate::view::app::viewer::Action;
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
 /// A place that is being chosen, degrees.
 #[derive(Default)]
-pub struct Stance {
+pub struct Standpoint {
     latitude_deg: f64,
     longitude_deg: f64,
 }
@@ -28,9 +28,11 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         }
     });
     from_another(interface, ui, selected, actions);
-    let stance = &mut interface.stance;
+    let standpoint = &mut interface.standpoint;
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
-        for (label, value, most) in [("Latitude", &mut stance.latitude_deg, 90.0), ("Longitude (E)", &mut stance.longitude_deg, 180.0)] {
+        for (label, value, most) in
+            [("Latitude", &mut standpoint.latitude_deg, 90.0), ("Longitude (E)", &mut standpoint.longitude_deg, 180.0)]
+        {
             ui.label(label);
             let field = DragValue::new(value).range(-most..=most).speed(0.2).suffix("°");
             accessible::number(ui, field, &format!("{label}, degrees"));
@@ -38,28 +40,28 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         }
     });
     if ui.button("Stand on surface").on_hover_text(format!("Stand on the surface of {name} at this place")).clicked() {
-        actions.push(Action::StandOn(stance.latitude_deg, stance.longitude_deg));
+        actions.push(Action::StandOn(standpoint.latitude_deg, standpoint.longitude_deg));
     }
-    let (orbits, mut fixed) = match interface.viewer.sight.eye {
-        Eye::Orbit { fixed, .. } => (true, fixed),
+    let (orbits, mut fixed) = match interface.viewer.view.eye {
+        CameraPose::Orbit { fixed, .. } => (true, fixed),
         _ => (false, false),
     };
     let turn = ui.add_enabled(orbits, Checkbox::new(&mut fixed, "Rotate with body"));
     if turn.on_hover_text("Body-fixed frame in place of an inertial one (f)").clicked() {
         actions.push(Action::TurnWithBody(fixed));
     }
-    let mut tracks = interface.viewer.sight.tracks;
+    let mut tracks = interface.viewer.view.tracks;
     if ui.checkbox(&mut tracks, "Follow target").on_hover_text("Keep the camera pointed at the target").clicked() {
         actions.push(Action::Track(tracks));
     }
-    let lens = Slider::new(&mut interface.viewer.sight.fov_deg, FOV_LEAST_DEG..=FOV_MOST_DEG).logarithmic(true).suffix("°");
+    let lens = Slider::new(&mut interface.viewer.view.fov_deg, FOV_LEAST_DEG..=FOV_MOST_DEG).logarithmic(true).suffix("°");
     ui.add(lens).on_hover_text("Vertical field of view, degrees");
 }
 
 /// The selected body through a lens, from the centre of another.
 fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
-    let now = match interface.viewer.sight.eye {
-        Eye::Centre { body } => interface.viewer.name(body),
+    let now = match interface.viewer.view.eye {
+        CameraPose::Centre { body } => interface.viewer.name(body),
         _ => "choose a body",
     };
     ui.horizontal(|ui| {

@@ -7,7 +7,7 @@ use crate::view::app::viewer::Action;
 use egui::{Key, TextEdit};
 
 #[derive(Default)]
-pub struct Clock {
+pub struct TimeBar {
     /// What is being typed; empty while the field shows the view's time.
     typed: Option<String>,
 }
@@ -23,8 +23,8 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
             actions.push(Action::Now);
         }
         ui.separator();
-        let paused = interface.viewer.pace.is_paused();
-        let backward = interface.viewer.pace.rate() < 0.0;
+        let paused = interface.viewer.time_rate.is_paused();
+        let backward = interface.viewer.time_rate.rate() < 0.0;
         if ui.button("Slower").on_hover_text("Slower (,)").clicked() {
             actions.push(Action::Slower);
         }
@@ -40,7 +40,7 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
         if ui.button("Faster").on_hover_text("Faster (.)").clicked() {
             actions.push(Action::Faster);
         }
-        ui.label(interface.viewer.pace.label());
+        ui.label(interface.viewer.time_rate.label());
         ui.separator();
         for (seconds, name) in STEPS {
             for (sign, way) in [(-1.0, "-"), (1.0, "+")] {
@@ -56,7 +56,7 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
 }
 
 fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let shown = interface.viewer.sight.time().to_utc_iso();
+    let shown = interface.viewer.view.time().to_utc_iso();
     let mut text = interface.clock.typed.clone().unwrap_or_else(|| shown.clone());
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(185.0)).on_hover_text("Date and time, UTC (ISO 8601)");
     if response.has_focus() && (interface.clock.typed.is_some() || text != shown) {
@@ -75,7 +75,7 @@ fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
 
 /// A slider over the days of the year that is shown.
 fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let now = interface.viewer.sight.time();
+    let now = interface.viewer.view.time();
     let iso = now.to_utc_iso();
     // The sign of a year before 0 is not a separator.
     let year_end = iso.get(1..).and_then(|rest| rest.find('-')).map_or(0, |at| at + 1);

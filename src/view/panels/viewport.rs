@@ -22,14 +22,14 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
     interface.sky.size_px = [side(rect.width()), side(rect.height())];
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
-    let description = format!("The sky: {}", interface.viewer.name(interface.viewer.sight.target));
+    let description = format!("The sky: {}", interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
         ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
         return;
     };
-    let place = Place::of(size_px, rect, interface.sky.size_px);
+    let place = ImagePlacement::of(size_px, rect, interface.sky.size_px);
     let picture = interface.picture_on_device().map(|_| ON_DEVICE).or(interface.sky.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(picture) = picture {
         let seen = place.picture.intersect(rect);
@@ -48,13 +48,13 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
 
 /// Where the picture lies. Its field of view spans its height: at the sky's height each body of a picture that was drawn for another shape is where the next
 /// picture will have it. Such a one is cut at its sides or leaves the sky's black, and is never stretched.
-struct Place {
+struct ImagePlacement {
     picture: Rect,
     /// Points of the interface per pixel of the picture, which may be coarse.
     points_per_px: f64,
 }
 
-impl Place {
+impl ImagePlacement {
     /// `sky_px`: the sky's sides. The picture's may be those divided by a whole number and rounded up to whole pixels.
     fn of([width, height]: [u32; 2], sky: Rect, sky_px: [u32; 2]) -> Self {
         let [across, down] = sky_px.map(u64::from);
@@ -91,7 +91,7 @@ fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     });
 }
 
-fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &Place) {
+fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(rect);
     for mark in &interface.sky.marks {
         let at = place.picture.min + vec2(mark.centre_px * place.points_per_px);
@@ -126,7 +126,7 @@ fn mouse(
     ui: &egui::Ui,
     response: &egui::Response,
     rect: Rect,
-    place: &Place,
+    place: &ImagePlacement,
     actions: &mut Vec<Action>,
 ) -> Option<[u32; 2]> {
     let scale = f64::from(ui.ctx().pixels_per_point());
@@ -191,10 +191,10 @@ mod tests {
                 let sky = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
                 for divisor in 1..=5 {
                     let size = [across.div_ceil(divisor), down.div_ceil(divisor)];
-                    assert_eq!(Place::of(size, sky, [across, down]).picture, sky, "{size:?} in {across}x{down}");
+                    assert_eq!(ImagePlacement::of(size, sky, [across, down]).picture, sky, "{size:?} in {across}x{down}");
                 }
                 for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
-                    let place = Place::of([width, height], sky, [across, down]);
+                    let place = ImagePlacement::of([width, height], sky, [across, down]);
                     if place.picture == sky {
                         // Less than a pixel is rounding.
                         let [w, h, a, d] = [width, height, across, down].map(f64::from);

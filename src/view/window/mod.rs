@@ -12,10 +12,10 @@ pub mod shader_watcher;
 use crate::session::{Readiness, Session};
 use crate::view::panels::Interface;
 use crate::view::window::cpu_painter::Painter;
-use crate::view::window::placement::{Place, Screen};
+use crate::view::window::placement::{Monitor, WindowPlacement};
 use crate::view::window::presenter::{Presenter, Unshown};
-use crate::view::window::shader_watcher::Watch;
-use crate::view::worker::render_worker::{Studio, Threaded};
+use crate::view::window::shader_watcher::ShaderWatcher;
+use crate::view::worker::render_worker::{RenderWorker, ThreadedWorker};
 use egui_winit::accesskit_winit;
 use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -62,24 +62,24 @@ impl From<accesskit_winit::Event> for Wake {
 pub fn run(
     interface: &mut Interface,
     session: &Session,
-    watch: Option<&Watch>,
+    watch: Option<&ShaderWatcher>,
     keep: impl FnOnce(&Interface) -> Result<(), String>,
 ) -> Result<(), WindowError> {
     let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(plain(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
     let bell = Mutex::new(proxy.clone());
-    let studio = Threaded::new(session, move || {
+    let worker = ThreadedWorker::new(session, move || {
         // A loop that has ended wants no waking.
         let _ = bell.lock().unwrap_or_else(PoisonError::into_inner).send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
-        let workers = [scope.spawn(|| studio.draw()), scope.spawn(|| studio.answer())];
+        let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
         if let Some(watch) = watch {
-            scope.spawn(|| watch.work(&studio, || studio.is_closed()));
+            scope.spawn(|| watch.work(&worker, || worker.is_closed()));
         }
         let mut app = App {
             interface,
-            studio: &studio,
+            worker: &worker,
             proxy,
             egui: egui::Context::default(),
             painter: Painter::default(),
@@ -91,7 +91,7 @@ pub fn run(
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
         drop(app);
-        studio.close();
+        worker.close();
         ended.and(failure.map_or(Ok(()), Err))?;
         keep(interface).map_err(WindowError::NotKept)?;
         let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
@@ -125,14 +125,14 @@ fn plain(message: &str) -> String {
 }
 
 /// The screens that there are, the primary one first.
-fn screens(event_loop: &ActiveEventLoop) -> Vec<Screen> {
+fn screens(event_loop: &ActiveEventLoop) -> Vec<Monitor> {
     let primary = event_loop.primary_monitor();
     let others = event_loop.available_monitors().filter(|m| primary.as_ref() != Some(m));
     primary.iter().cloned().chain(others).map(|m| screen(&m)).collect()
 }
 
-fn screen(monitor: &MonitorHandle) -> Screen {
-    Screen { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
+fn screen(monitor: &MonitorHandle) -> Monitor {
+    Monitor { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
 }
 
 /// The monitor that shows most of a window; `None` where the system does not tell, and knows by itself. (On X11 winit's own answer is that of the last
@@ -172,7 +172,7 @@ struct Shown {
     title: String,
     /// As the interface last asked; a desktop may have its own way to it.
     fullscreen: bool,
-    place: Place,
+    place: WindowPlacement,
 }
 
 impl Shown {
@@ -191,7 +191,7 @@ impl Shown {
 
 struct App<'a> {
     interface: &'a mut Interface,
-    studio: &'a Threaded<'a>,
+    worker: &'a ThreadedWorker<'a>,
     proxy: EventLoopProxy<Wake>,
     egui: egui::Context,
     /// The interface's textures, which outlive a window.
@@ -240,13 +240,13 @@ impl App<'_> {
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let size = shown.window.inner_size();
         let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
-        if let Some(line) = shown.presenter.follow(self.studio.session(), self.interface.settings.shown_by)? {
-            self.studio.session().tell(&line);
+        if let Some(line) = shown.presenter.follow(self.worker.session(), self.interface.settings.shown_by)? {
+            self.worker.session().tell(&line);
         }
         self.interface.on_device = shown.presenter.is_on_device();
         let input = shown.input.take_egui_input(&shown.window);
         let start = Moment::now();
-        let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.studio));
+        let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.worker));
         shown.input.handle_platform_output(&shown.window, std::mem::take(&mut output.platform_output));
         let mut textures = std::mem::take(&mut output.textures_delta);
         for (id, deltas) in textures.set.drain() {
@@ -260,7 +260,7 @@ impl App<'_> {
             self.interface.lose_picture();
         }
         let sky = self.interface.picture_on_device();
-        let drawn = shown.presenter.show(self.studio.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
+        let drawn = shown.presenter.show(self.worker.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
         self.interface.note_painting(start.elapsed());
         for id in textures.free.drain() {
             self.painter.free_texture(id);
@@ -290,7 +290,7 @@ impl App<'_> {
     fn open_anew(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.refused = true;
-            self.studio.session().tell(&format!("{why}: displaying via the CPU"));
+            self.worker.session().tell(&format!("{why}: displaying via the CPU"));
         }
         if let Some(mut shown) = self.shown.take() {
             shown.note_place();

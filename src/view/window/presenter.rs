@@ -15,7 +15,7 @@ use winit::window::Window;
 
 type Pixels = Surface<Arc<Window>, Arc<Window>>;
 
-enum Way {
+enum PresentBackend {
     Processor(Pixels),
     Device(Box<DeviceScreen>),
 }
@@ -24,7 +24,7 @@ enum Way {
 pub struct Presenter {
     window: Arc<Window>,
     /// `None` only while one way is exchanged for another.
-    way: Option<Way>,
+    way: Option<PresentBackend>,
     /// A device could not show this window: it is not asked again.
     refused: bool,
 }
@@ -37,9 +37,9 @@ pub enum Unshown {
     AtAll(String),
 }
 
-fn of_processor(window: &Arc<Window>) -> Result<Way, String> {
+fn of_processor(window: &Arc<Window>) -> Result<PresentBackend, String> {
     let context = Context::new(window.clone()).map_err(|e| e.to_string())?;
-    Ok(Way::Processor(Surface::new(&context, window.clone()).map_err(|e| e.to_string())?))
+    Ok(PresentBackend::Processor(Surface::new(&context, window.clone()).map_err(|e| e.to_string())?))
 }
 
 impl Presenter {
@@ -53,12 +53,12 @@ impl Presenter {
 
     /// Whether pictures may stay on the device.
     pub fn is_on_device(&self) -> bool {
-        matches!(self.way, Some(Way::Device(_)))
+        matches!(self.way, Some(PresentBackend::Device(_)))
     }
 
     /// Whether a picture that stayed on a device can be shown: it lies on the one that shows this window.
     pub fn holds(&self, picture: &PictureOnDevice) -> bool {
-        matches!(&self.way, Some(Way::Device(screen)) if screen.holds(picture))
+        matches!(&self.way, Some(PresentBackend::Device(screen)) if screen.holds(picture))
     }
 
     /// Follows the renderer and the wish: the device that draws shall show, too. Answers a line worth saying.
@@ -67,7 +67,7 @@ impl Presenter {
     /// The device draws no more, or shall not show.
     pub fn follow(&mut self, session: &Session, wish: ShowWish) -> Result<Option<String>, Unshown> {
         let screen = match &self.way {
-            Some(Way::Device(screen)) => Some(&**screen),
+            Some(PresentBackend::Device(screen)) => Some(&**screen),
             _ => None,
         };
         match session.shown_by(screen, wish) {
@@ -81,7 +81,7 @@ impl Presenter {
         self.way = None;
         match session.screen(self.window.clone()) {
             Some(Ok(screen)) => {
-                self.way = Some(Way::Device(Box::new(screen)));
+                self.way = Some(PresentBackend::Device(Box::new(screen)));
                 Ok(None)
             }
             Some(Err(why)) if was_on_device => Err(Unshown::ByDevice(Some(why))),
@@ -112,14 +112,14 @@ impl Presenter {
         sky: Option<&PictureOnDevice>,
     ) -> Result<bool, Unshown> {
         match &mut self.way {
-            Some(Way::Device(screen)) => {
+            Some(PresentBackend::Device(screen)) => {
                 let size = [width.get(), height.get()];
                 let pieces = pieces(painter, size, pixels_per_point, primitives, sky);
                 // On Wayland the next turn waits until the system has shown this one: a picture that is never sent would be the last.
                 let about_to_show = || self.window.pre_present_notify();
                 session.show(screen, pieces, size, about_to_show).map_err(|why| Unshown::ByDevice(Some(why)))
             }
-            Some(Way::Processor(surface)) => {
+            Some(PresentBackend::Processor(surface)) => {
                 let failed = |e: softbuffer::SoftBufferError| Unshown::AtAll(e.to_string());
                 surface.resize(width, height).map_err(failed)?;
                 let mut buffer = surface.buffer_mut().map_err(failed)?;

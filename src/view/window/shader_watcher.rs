@@ -4,7 +4,7 @@
 //! between two pictures; a folder that cannot be read for a moment (an editor is saving) changes nothing.
 
 use crate::session::{Session, Stamps, fragment_stamps, read_fragments};
-use crate::view::worker::render_worker::Studio;
+use crate::view::worker::render_worker::RenderWorker;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
@@ -15,12 +15,12 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 const NOTICE: Duration = Duration::from_millis(50);
 
 /// The folder, and what it was like when it was read.
-pub struct Watch {
+pub struct ShaderWatcher {
     folder: PathBuf,
     read: Mutex<Stamps>,
 }
 
-impl Watch {
+impl ShaderWatcher {
     /// Reads the folder for the first time.
     ///
     /// # Errors
@@ -32,29 +32,29 @@ impl Watch {
     }
 
     /// Reads the folder again if a file changed since.
-    pub fn look(&self, studio: &dyn Studio) {
+    pub fn look(&self, worker: &dyn RenderWorker) {
         let Ok(now) = fragment_stamps(&self.folder) else { return };
         let mut before = self.read.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if *before == now {
             return;
         }
         match read_fragments(&self.folder, &now) {
-            Ok(fragments) => studio.run(Box::new(move |session| session.make_shaders_of(fragments))),
+            Ok(fragments) => worker.run(Box::new(move |session| session.make_shaders_of(fragments))),
             // Said once for each state of the folder.
-            Err(why) => studio.run(Box::new(move |session| session.tell(&why))),
+            Err(why) => worker.run(Box::new(move |session| session.tell(&why))),
         }
         *before = now;
     }
 
     /// Looks once a second until `closed`: for a thread of its own.
-    pub fn work(&self, studio: &dyn Studio, closed: impl Fn() -> bool) {
+    pub fn work(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
         let mut waited = Duration::ZERO;
         while !closed() {
             std::thread::sleep(NOTICE);
             waited += NOTICE;
             if waited >= LOOK_EVERY {
                 waited = Duration::ZERO;
-                self.look(studio);
+                self.look(worker);
             }
         }
     }

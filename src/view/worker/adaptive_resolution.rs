@@ -12,12 +12,12 @@ const NEWEST: f64 = 0.4;
 
 /// What frames cost lately.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tempo {
+pub struct AdaptiveResolution {
     /// Running mean; a frame's fixed cost is counted as if it were its pixels'.
     ms_per_megapixel: Option<f64>,
 }
 
-impl Tempo {
+impl AdaptiveResolution {
     /// A frame of so many pixels took so long.
     pub fn learn(&mut self, pixels: u64, ms: f64) {
         if pixels == 0 || !ms.is_finite() {
@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn dear_frames_shrink_and_cheap_ones_are_whole() {
-        let mut tempo = Tempo::default();
+        let mut tempo = AdaptiveResolution::default();
         for _ in 0..20 {
             tempo.learn(1_000_000, 10.0);
         }

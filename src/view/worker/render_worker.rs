@@ -14,16 +14,16 @@ use std::time::Instant as Moment;
 
 /// One picture to draw.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Order {
+pub struct RenderJob {
     pub request: ViewRequest,
     pub fineness: Fineness,
     /// The window is shown by the device: the picture may stay there.
     pub on_device: bool,
 }
 
-/// A drawn order.
+/// A drawn job.
 pub struct Drawing {
-    pub order: Order,
+    pub job: RenderJob,
     pub scene: Scene,
     pub shared: Vec<SharedDraw>,
     pub width: u32,
@@ -44,10 +44,10 @@ pub struct Drawing {
 pub type Task = Box<dyn FnOnce(&Session) + Send>;
 
 /// The session and whoever works it.
-pub trait Studio {
+pub trait RenderWorker {
     fn session(&self) -> &Session;
     /// Asks for a picture; an older order that was not begun is dropped.
-    fn order(&self, order: Order);
+    fn submit(&self, job: RenderJob);
     /// The newest finished picture, once.
     fn take(&self) -> Option<Result<Drawing, String>>;
     /// Runs a task when there is time.
@@ -55,16 +55,16 @@ pub trait Studio {
 }
 
 /// An answer that may still be on its way.
-pub struct Ticket<T>(Arc<Mutex<Option<T>>>);
+pub struct Pending<T>(Arc<Mutex<Option<T>>>);
 
 /// Of a question that was not asked: no answer comes.
-impl<T> Default for Ticket<T> {
+impl<T> Default for Pending<T> {
     fn default() -> Self {
         Self(Arc::default())
     }
 }
 
-impl<T> Ticket<T> {
+impl<T> Pending<T> {
     /// The answer, once it is there.
     pub fn take(&self) -> Option<T> {
         locked(&self.0).take()
@@ -72,11 +72,11 @@ impl<T> Ticket<T> {
 }
 
 /// Asks the session something; the ticket gets what `question` answers.
-pub fn ask<T: Send + 'static>(studio: &dyn Studio, question: impl FnOnce(&Session) -> T + Send + 'static) -> Ticket<T> {
+pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, question: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    studio.run(Box::new(move |session| *locked(&answer) = Some(question(session))));
-    Ticket(slot)
+    worker.run(Box::new(move |session| *locked(&answer) = Some(question(session))));
+    Pending(slot)
 }
 
 fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -87,14 +87,14 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 ///
 /// # Errors
 /// Why there is no picture, in one line.
-pub fn draw(session: &Session, order: Order) -> Result<Drawing, String> {
+pub fn draw(session: &Session, job: RenderJob) -> Result<Drawing, String> {
     let before = session.report_of_this_thread().0;
     let start = Moment::now();
-    let drawn = session.draw_promptly(&order.request, order.fineness, order.on_device).map_err(|e| e.to_string())?;
+    let drawn = session.draw_promptly(&job.request, job.fineness, job.on_device).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
     Ok(Drawing {
-        order,
+        job,
         scene: drawn.scene,
         shared: drawn.shared,
         width: drawn.frame.width,
@@ -109,23 +109,23 @@ pub fn draw(session: &Session, order: Order) -> Result<Drawing, String> {
 }
 
 /// Does everything at once, on the caller's thread.
-pub struct Prompt<'a> {
+pub struct InlineWorker<'a> {
     session: &'a Session,
     done: Mutex<Option<Result<Drawing, String>>>,
 }
 
-impl<'a> Prompt<'a> {
+impl<'a> InlineWorker<'a> {
     pub fn new(session: &'a Session) -> Self {
         Self { session, done: Mutex::default() }
     }
 }
 
-impl Studio for Prompt<'_> {
+impl RenderWorker for InlineWorker<'_> {
     fn session(&self) -> &Session {
         self.session
     }
-    fn order(&self, order: Order) {
-        *locked(&self.done) = Some(draw(self.session, order));
+    fn submit(&self, job: RenderJob) {
+        *locked(&self.done) = Some(draw(self.session, job));
     }
     fn take(&self) -> Option<Result<Drawing, String>> {
         locked(&self.done).take()
@@ -137,21 +137,21 @@ impl Studio for Prompt<'_> {
 
 #[derive(Default)]
 struct Work {
-    order: Option<Order>,
+    job: Option<RenderJob>,
     tasks: VecDeque<Task>,
     done: Option<Result<Drawing, String>>,
     closed: bool,
 }
 
 /// Two threads that work for a window: one draws its pictures, one answers its questions, so that neither waits for the other.
-pub struct Threaded<'a> {
+pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,
     called: Condvar,
     wake: Box<dyn Fn() + Send + Sync + 'a>,
 }
 
-impl<'a> Threaded<'a> {
+impl<'a> ThreadedWorker<'a> {
     /// `wake` is called after each finished picture and task.
     pub fn new(session: &'a Session, wake: impl Fn() + Send + Sync + 'a) -> Self {
         Self { session, work: Mutex::default(), called: Condvar::new(), wake: Box::new(wake) }
@@ -159,8 +159,8 @@ impl<'a> Threaded<'a> {
 
     /// Draws what is ordered until [`Self::close`]: for a thread of its own.
     pub fn draw(&self) {
-        while let Some(order) = self.next(|work| work.order.take()) {
-            let drawing = draw(self.session, order);
+        while let Some(job) = self.next(|work| work.job.take()) {
+            let drawing = draw(self.session, job);
             locked(&self.work).done = Some(drawing);
             (self.wake)();
         }
@@ -199,12 +199,12 @@ impl<'a> Threaded<'a> {
     }
 }
 
-impl Studio for Threaded<'_> {
+impl RenderWorker for ThreadedWorker<'_> {
     fn session(&self) -> &Session {
         self.session
     }
-    fn order(&self, order: Order) {
-        locked(&self.work).order = Some(order);
+    fn submit(&self, job: RenderJob) {
+        locked(&self.work).job = Some(job);
         self.called.notify_all();
     }
     fn take(&self) -> Option<Result<Drawing, String>> {

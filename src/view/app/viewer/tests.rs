@@ -37,8 +37,8 @@ fn viewer() -> Viewer {
         subject(SATURN, "Saturn", 60_268.0),
     ];
     let start = Instant::from_tdb_seconds_past_j2000(0.0);
-    let sight = Sight::around(NaifId::EARTH, DVec3::new(0.0, 20_000.0, 0.0), 6378.1, DVec3::Z, start);
-    Viewer::new(subjects, sight, || Instant::from_jd_tdb(2_460_000.5))
+    let view = ViewState::around(NaifId::EARTH, DVec3::new(0.0, 20_000.0, 0.0), 6378.1, DVec3::Z, start);
+    Viewer::new(subjects, view, || Instant::from_jd_tdb(2_460_000.5))
 }
 
 fn do_it(v: &mut Viewer, action: Action) {
@@ -48,25 +48,25 @@ fn do_it(v: &mut Viewer, action: Action) {
 #[test]
 fn a_flight_ends_at_the_lit_side_and_back_leads_home() {
     let mut v = viewer();
-    let home = v.sight.clone();
+    let home = v.view.clone();
     do_it(&mut v, Action::FlyTo(SATURN));
     assert!(v.is_flying() && v.races());
     v.pass(0.5);
-    assert!(matches!(v.sight.eye, Eye::Free { body: SATURN, .. }));
+    assert!(matches!(v.view.eye, CameraPose::Free { body: SATURN, .. }));
     for _ in 0..20 {
         v.pass(0.2);
     }
     assert!(!v.is_flying());
-    let Eye::Orbit { body, distance_radii, .. } = v.sight.eye else { panic!("{:?}", v.sight.eye) };
-    assert_eq!((body, v.sight.target, v.selected), (SATURN, SATURN, SATURN));
+    let CameraPose::Orbit { body, distance_radii, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
+    assert_eq!((body, v.view.target, v.selected), (SATURN, SATURN, SATURN));
     assert!((distance_radii - ARRIVAL_RADII).abs() < 1e-9);
     let pose = v.pose_from(SATURN, &Line).expect("a place");
     let to_sun = DVec3::NEG_X;
     assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the Sun is behind the viewer");
     do_it(&mut v, Action::Back);
-    assert_eq!((v.sight.eye, v.sight.target), (home.eye, home.target));
+    assert_eq!((v.view.eye, v.view.target), (home.eye, home.target));
     do_it(&mut v, Action::Ahead);
-    assert_eq!(v.sight.target, SATURN);
+    assert_eq!(v.view.target, SATURN);
     assert!(!v.can_go_ahead() && v.can_go_back());
 }
 
@@ -76,20 +76,20 @@ fn hands_on_the_mouse_end_a_flight() {
     do_it(&mut v, Action::FlyTo(NaifId::MOON));
     v.pass(0.1);
     do_it(&mut v, Action::Turn(10.0, 0.0));
-    assert!(!v.is_flying() && matches!(v.sight.eye, Eye::Orbit { body: NaifId::MOON, .. }));
+    assert!(!v.is_flying() && matches!(v.view.eye, CameraPose::Orbit { body: NaifId::MOON, .. }));
 }
 
 #[test]
 fn the_other_frame_leaves_the_eye_where_it_is() {
     let mut v = viewer();
-    v.sight.tdb_s = 4321.0;
+    v.view.tdb_s = 4321.0;
     do_it(&mut v, Action::Turn(133.0, 57.0));
     let before = v.pose_from(NaifId::EARTH, &Line).expect("a place");
     do_it(&mut v, Action::TurnWithBody(true));
     let after = v.pose_from(NaifId::EARTH, &Line).expect("a place");
     assert!((before.offset_km - after.offset_km).length() < 1e-6 * before.offset_km.length());
     // Later the frame has turned, and the eye with it.
-    v.sight.tdb_s += 1000.0;
+    v.view.tdb_s += 1000.0;
     let later = v.pose_from(NaifId::EARTH, &Line).expect("a place");
     let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
     assert!(turned < 1e-6 * before.offset_km.length(), "{turned}");
@@ -108,12 +108,12 @@ fn names_complete_from_their_beginning_first() {
 fn time_steps_sets_and_runs() {
     let mut v = viewer();
     do_it(&mut v, Action::Step(-60.0));
-    assert_eq!(v.sight.tdb_s, -60.0);
+    assert_eq!(v.view.tdb_s, -60.0);
     do_it(&mut v, Action::Faster);
     v.pass(0.1);
-    assert!((v.sight.tdb_s + 59.0).abs() < 1e-9);
+    assert!((v.view.tdb_s + 59.0).abs() < 1e-9);
     do_it(&mut v, Action::Now);
-    assert!((v.sight.time().jd_tdb() - 2_460_000.5).abs() < 1e-9);
+    assert!((v.view.time().jd_tdb() - 2_460_000.5).abs() < 1e-9);
     assert_eq!(v.frame_interval_s(), Some(1.0));
     do_it(&mut v, Action::TogglePause);
     assert_eq!(v.frame_interval_s(), None);
@@ -123,13 +123,13 @@ fn time_steps_sets_and_runs() {
 fn who_stands_on_the_ground_looks_around_and_zooms_by_the_lens() {
     let mut v = viewer();
     do_it(&mut v, Action::StandOn(95.0, 190.0));
-    let Eye::Ground { latitude_deg, longitude_deg, azimuth_deg, .. } = v.sight.eye else { panic!("{:?}", v.sight.eye) };
+    let CameraPose::Ground { latitude_deg, longitude_deg, azimuth_deg, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
     assert_eq!((latitude_deg, longitude_deg, azimuth_deg), (90.0, -170.0, 180.0));
-    let fov = v.sight.fov_deg;
+    let fov = v.view.fov_deg;
     do_it(&mut v, Action::Zoom(3.0));
-    assert!(v.sight.fov_deg < fov);
+    assert!(v.view.fov_deg < fov);
     do_it(&mut v, Action::Turn(80.0, 0.0));
-    let Eye::Ground { azimuth_deg, .. } = v.sight.eye else { panic!("{:?}", v.sight.eye) };
+    let CameraPose::Ground { azimuth_deg, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
     assert!(azimuth_deg < 180.0);
 }
 
@@ -141,7 +141,7 @@ fn nothing_is_far_or_near_enough_to_break_the_eye() {
         do_it(&mut v, Action::Lens(notches));
         let pose = v.pose_from(NaifId::EARTH, &Line).expect("a place");
         assert!(pose.offset_km.length() > 6378.1 && pose.offset_km.is_finite());
-        assert!((FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&v.sight.fov_deg));
+        assert!((FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&v.view.fov_deg));
     }
     do_it(&mut v, Action::FlyTo(NaifId(12345)));
     do_it(&mut v, Action::SelectNext(-3));

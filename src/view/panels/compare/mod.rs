@@ -13,8 +13,8 @@ use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::Session;
-use crate::view::app::view_state::Sight;
-use crate::view::worker::render_worker::{Studio, Ticket, ask};
+use crate::view::app::view_state::ViewState;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
 use std::time::Instant as Moment;
@@ -72,32 +72,32 @@ impl Asked {
 pub struct ComparePanel {
     ways: Option<[Way; 2]>,
     asked: Option<Asked>,
-    coming: Option<Ticket<Result<Pair, String>>>,
+    coming: Option<Pending<Result<Pair, String>>>,
     pair: Option<Result<Arc<Pair>, String>>,
     view: PairView,
 }
 
 /// At the start the view itself against the quickest one.
-fn first_ways(sight: &Sight) -> [Way; 2] {
-    let as_seen = Way { quality: sight.quality, pixels: sight.pixels, ..Way::default() };
-    let quality = if sight.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
+fn first_ways(view: &ViewState) -> [Way; 2] {
+    let as_seen = Way { quality: view.quality, pixels: view.pixels, ..Way::default() };
+    let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
     [as_seen.clone(), Way { quality, ..as_seen }]
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.compare);
-    panel.show(interface, ui, studio);
+    panel.show(interface, ui, worker);
     interface.compare = panel;
 }
 
 impl ComparePanel {
-    fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
-        if let Some(done) = self.coming.as_ref().and_then(Ticket::take) {
+    fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+        if let Some(done) = self.coming.as_ref().and_then(Pending::take) {
             self.coming = None;
             self.pair = Some(done.map(Arc::new));
         }
-        let sight = &interface.viewer.sight;
-        let mut ways = self.ways.take().unwrap_or_else(|| first_ways(sight));
+        let view = &interface.viewer.view;
+        let mut ways = self.ways.take().unwrap_or_else(|| first_ways(view));
         ui.columns(2, |columns| {
             for ((ui, way), side) in columns.iter_mut().zip(&mut ways).zip(["Left", "Right"]) {
                 choose(ui, way, side);
@@ -107,7 +107,7 @@ impl ComparePanel {
         ui.horizontal(|ui| {
             swapped = ui.button("Swap").on_hover_text("Swap left and right").clicked();
             if ui.button("Reset").on_hover_text("Compare the current view with draft quality").clicked() {
-                ways = first_ways(sight);
+                ways = first_ways(view);
             }
             if self.coming.is_some() {
                 accessible::coming(ui, "Drawing both images");
@@ -125,7 +125,7 @@ impl ComparePanel {
         if let Some(wrong) = wrong {
             ui.colored_label(ui.visuals().warn_fg_color, wrong);
         } else {
-            self.ask(interface, ui, studio, &ways);
+            self.ask(interface, ui, worker, &ways);
         }
         let names = [name_of(&ways[0]), name_of(&ways[1])];
         self.ways = Some(ways);
@@ -137,20 +137,20 @@ impl ComparePanel {
     }
 
     /// Asks for both once the view stands still.
-    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, studio: &dyn Studio, ways: &[Way; 2]) {
+    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, ways: &[Way; 2]) {
         let Some(drawing) = interface.drawing() else { return };
-        let quality = interface.viewer.sight.quality;
-        let still = drawing.order.request.quality == quality && drawing.order.fineness == Fineness::of(quality);
+        let quality = interface.viewer.view.quality;
+        let still = drawing.job.request.quality == quality && drawing.job.fineness == Fineness::of(quality);
         if self.coming.is_some() || !still || interface.viewer.races() {
             return;
         }
         let asked =
-            Asked { request: sized(&drawing.order.request, ui), ways: ways.clone(), view_effects: interface.viewer.sight.effects.clone() };
+            Asked { request: sized(&drawing.job.request, ui), ways: ways.clone(), view_effects: interface.viewer.view.effects.clone() };
         if self.asked.as_ref().is_some_and(|before| before.is_as_good_as(&asked)) {
             return;
         }
         self.asked = Some(asked.clone());
-        self.coming = Some(ask(studio, move |session| {
+        self.coming = Some(ask(worker, move |session| {
             let [left, right] = [0, 1].map(|side| draw(session, &asked, &asked.ways[side]));
             Pair::of(left, right)
         }));

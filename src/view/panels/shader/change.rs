@@ -9,7 +9,7 @@ use crate::shader::compare::FeatureDifference;
 use crate::shader::key::ShaderKey;
 use crate::view::panels::accessible;
 use crate::view::panels::compare::pair::{Pair, PairView};
-use crate::view::worker::render_worker::Studio;
+use crate::view::worker::render_worker::RenderWorker;
 use egui::{CollapsingHeader, Grid, RichText, TextStyle};
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ fn two(panel: &ShaderPanel, seen: &Seen<'_>) -> Option<([ShaderKey; 2], [&'stati
 /// Whether a view can need it, and the change in a line or two.
 pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let Some((keys, names)) = two(panel, seen) else { return };
-    if let (Some(key), Some(reachable)) = (seen.key(), panel.work.reachable(seen.studio)) {
+    if let (Some(key), Some(reachable)) = (seen.key(), panel.work.reachable(seen.worker)) {
         let of = reachable.len();
         match reachable.contains(&key) {
             true => ui.label(format!("Reachable: one of {of} keys that views of this catalog can need.")),
@@ -57,11 +57,11 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    let Some((first, second)) = both(&mut panel.work, seen.studio, &ids) else {
+    let Some((first, second)) = both(&mut panel.work, seen.worker, &ids) else {
         accessible::coming(ui, "Loading both modules");
         return;
     };
-    let lines = match panel.work.difference(seen.studio, &ids) {
+    let lines = match panel.work.difference(seen.worker, &ids) {
         Some(Ok(by_feature)) => lines_text(&by_feature),
         Some(Err(e)) => e,
         None => String::new(),
@@ -73,9 +73,9 @@ pub fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     ui.label(RichText::new(format!("From {a} to {b}: {lines}; {}.", costs.join(", "))).strong());
 }
 
-fn both(work: &mut Work, studio: &dyn Studio, ids: &[ModuleId; 2]) -> Option<(Arc<Examined>, Arc<Examined>)> {
+fn both(work: &mut Work, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<(Arc<Examined>, Arc<Examined>)> {
     // Both are asked for before either is waited for.
-    let [first, second] = [work.whole(studio, &ids[0]), work.whole(studio, &ids[1])];
+    let [first, second] = [work.whole(worker, &ids[0]), work.whole(worker, &ids[1])];
     Some((first?, second?))
 }
 
@@ -109,12 +109,12 @@ pub fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     let ids = keys.map(ModuleId::Planet);
     pictures(panel, ui, seen, &keys, names);
     in_view(panel, ui, seen);
-    let Some((first, second)) = both(&mut panel.work, seen.studio, &ids) else { return };
+    let Some((first, second)) = both(&mut panel.work, seen.worker, &ids) else { return };
     CollapsingHeader::new("Cost of both").default_open(true).show(ui, |ui| {
         grid(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
-        timing(&mut panel.work, ui, seen.studio, &ids, names);
+        timing(&mut panel.work, ui, seen.worker, &ids, names);
     });
-    if let Some(Ok(by_feature)) = panel.work.difference(seen.studio, &ids) {
+    if let Some(Ok(by_feature)) = panel.work.difference(seen.worker, &ids) {
         CollapsingHeader::new("Source by feature").default_open(true).show(ui, |ui| {
             by_feature.iter().for_each(|d| feature(ui, d));
         });
@@ -125,7 +125,7 @@ fn pictures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, keys: &
     ui.horizontal(|ui| {
         for (key, name) in keys.iter().zip(names) {
             ui.vertical(|ui| {
-                super::gallery::sample(&mut panel.work, ui, seen.studio, key, &format!("The sample body drawn by {name}"));
+                super::gallery::sample(&mut panel.work, ui, seen.worker, key, &format!("The sample body drawn by {name}"));
                 ui.weak(name);
             });
         }
@@ -141,9 +141,9 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         return;
     }
     let swap = Swap { body: draw.body, part: draw.part.name(), key, view: seen.view };
-    let request = smaller(&seen.drawing.order.request);
+    let request = smaller(&seen.drawing.job.request);
     let change = &mut panel.change;
-    if let Some(drawn) = panel.work.swap(seen.studio, &swap, &request) {
+    if let Some(drawn) = panel.work.swap(seen.worker, &swap, &request) {
         change.last = Some((key, drawn));
     }
     // Until the next one is there the last stays, as long as it is of this key.
@@ -160,9 +160,9 @@ fn smaller(request: &ViewRequest) -> ViewRequest {
     ViewRequest { width: request.width.div_ceil(divisor), height: request.height.div_ceil(divisor), ..request.clone() }
 }
 
-fn timing(work: &mut Work, ui: &mut egui::Ui, studio: &dyn Studio, ids: &[ModuleId; 2], names: [&str; 2]) {
+fn timing(work: &mut Work, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[ModuleId; 2], names: [&str; 2]) {
     if ui.button("Time both").on_hover_text("Draw a megapixel of the sample body with each key, in software").clicked() {
-        ids.iter().for_each(|id| work.time(studio, id));
+        ids.iter().for_each(|id| work.time(worker, id));
     }
     for (id, name) in ids.iter().zip(names) {
         match work.timed(id) {

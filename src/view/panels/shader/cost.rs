@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let Some(module) = panel.work.whole(seen.studio, &seen.id) else {
+    let Some(module) = panel.work.whole(seen.worker, &seen.id) else {
         accessible::coming(ui, "Loading the module");
         return;
     };
@@ -18,7 +18,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         if seen.key().is_some() {
             ui.horizontal(|ui| {
                 if ui.button("Time it").on_hover_text("Draw the sample body in software; best of five").clicked() {
-                    panel.work.time(seen.studio, &seen.id);
+                    panel.work.time(seen.worker, &seen.id);
                 }
                 match panel.work.timed(&seen.id) {
                     Some(Ok(Some(ms))) => drop(ui.label(format!("{ms:.1} ms per megapixel in software"))),

@@ -5,7 +5,7 @@ use super::work::{SAMPLE_PX, Work};
 use super::{Seen, ShaderPanel};
 use crate::scene::draw::Needs;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
-use crate::view::worker::render_worker::Studio;
+use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
 
 #[derive(Default)]
@@ -50,7 +50,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
                     ui.vertical(|ui| {
                         ui.set_width(side + 24.0);
                         let name = format!("Inspect {}", tile.words);
-                        let response = sample(&mut panel.work, ui, seen.studio, &tile.key, &name);
+                        let response = sample(&mut panel.work, ui, seen.worker, &tile.key, &name);
                         if tile.key == key {
                             let frame = Stroke::new(2.0, Color32::from_rgb(255, 206, 110));
                             ui.painter().rect_stroke(response.rect, 0.0, frame, egui::StrokeKind::Inside);
@@ -94,7 +94,7 @@ fn tiles(base: &Needs, dimension: Option<&str>) -> Vec<Tile> {
 }
 
 /// The sample body drawn by a key, as a picture that can be clicked.
-pub fn sample(work: &mut Work, ui: &mut egui::Ui, studio: &dyn Studio, key: &ShaderKey, name: &str) -> egui::Response {
+pub fn sample(work: &mut Work, ui: &mut egui::Ui, worker: &dyn RenderWorker, key: &ShaderKey, name: &str) -> egui::Response {
     let side = Vec2::splat(SAMPLE_PX as f32);
     let (rect, response) = ui.allocate_exact_size(side, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
@@ -103,7 +103,7 @@ pub fn sample(work: &mut Work, ui: &mut egui::Ui, studio: &dyn Studio, key: &Sha
         return response;
     }
     ui.painter().rect_filled(rect, 2.0, Color32::BLACK);
-    match work.sample(ui.ctx(), studio, key) {
+    match work.sample(ui.ctx(), worker, key) {
         Some(Ok(texture)) => {
             let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture.id(), rect, whole, Color32::WHITE);

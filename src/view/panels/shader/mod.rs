@@ -20,7 +20,7 @@ use crate::scene::draw::{Draw, Needs};
 use crate::shader::ModuleId;
 use crate::shader::fragments::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
-use crate::view::worker::render_worker::{Drawing, Studio};
+use crate::view::worker::render_worker::{Drawing, RenderWorker};
 use egui::{RichText, ScrollArea};
 use work::Work;
 
@@ -75,7 +75,7 @@ pub struct ShaderPanel {
 
 /// What is inspected in this turn.
 struct Seen<'a> {
-    studio: &'a dyn Studio,
+    worker: &'a dyn RenderWorker,
     drawing: &'a Drawing,
     /// The draw; none for a module that all bodies share.
     draw: Option<&'a Draw>,
@@ -100,9 +100,9 @@ impl Seen<'_> {
     }
 }
 
-pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.shader);
-    panel.show(interface, ui, studio);
+    panel.show(interface, ui, worker);
     interface.sky.picked_px = panel.probe.typed_px.take().or(interface.sky.picked_px);
     interface.shader = panel;
 }
@@ -113,8 +113,8 @@ impl ShaderPanel {
         self.page == Page::Probe
     }
 
-    fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, studio: &dyn Studio) {
-        self.work.keep_up(studio);
+    fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+        self.work.keep_up(worker);
         let Some(drawing) = interface.drawing() else {
             ui.label("The first image is being drawn.");
             return;
@@ -143,7 +143,7 @@ impl ShaderPanel {
             (Wanted::Shared(name), _, _) => ModuleId::Simple(name),
             (Wanted::Part(_), None, _) => ModuleId::Simple("point"),
         };
-        let seen = Seen { studio, drawing, draw, drawn, id, view: interface.sky.drawings };
+        let seen = Seen { worker, drawing, draw, drawn, id, view: interface.sky.drawings };
         self.name(ui, &seen);
         ui.horizontal_wrapped(|ui| {
             for (page, name, about) in Page::ALL {
@@ -151,7 +151,7 @@ impl ShaderPanel {
             }
         });
         ui.separator();
-        if let Some(Err(broken)) = self.work.module(studio, &seen.id) {
+        if let Some(Err(broken)) = self.work.module(worker, &seen.id) {
             show_broken(ui, &broken);
             return;
         }

@@ -10,7 +10,7 @@ use crate::render::plan::Fineness;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
 use crate::view::panels::{Interface, accessible};
-use crate::view::worker::render_worker::{Ticket, ask};
+use crate::view::worker::render_worker::{Pending, ask};
 use egui::{RichText, ScrollArea, TextEdit, TextStyle};
 
 type Both = [Looked; 2];
@@ -23,7 +23,7 @@ pub struct ProbePage {
     /// Which of the draws there.
     draw: usize,
     asked: Option<([u32; 2], ViewRequest)>,
-    coming: Option<Ticket<Result<Both, String>>>,
+    coming: Option<Pending<Result<Both, String>>>,
     seen: Option<Result<Both, String>>,
 }
 
@@ -37,7 +37,7 @@ fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Bot
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interface: &Interface) {
     let page = &mut panel.probe;
-    if let Some(done) = page.coming.as_ref().and_then(Ticket::take) {
+    if let Some(done) = page.coming.as_ref().and_then(Pending::take) {
         page.coming = None;
         page.seen = Some(done);
     }
@@ -109,16 +109,16 @@ impl ProbePage {
     /// Asks when the pixel or a standing view changes.
     fn ask(&mut self, seen: &Seen<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.sky.size_px;
-        let request = ViewRequest { width, height, quality: interface.viewer.sight.quality, ..seen.drawing.order.request.clone() };
+        let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..seen.drawing.job.request.clone() };
         let current = self.asked.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
         if current || self.coming.is_some() || interface.viewer.races() || pixel[0] >= width || pixel[1] >= height {
             return;
         }
         self.asked = Some((pixel, request.clone()));
-        let ticket = ask(seen.studio, move |session| both(session, &request, pixel));
-        match ticket.take() {
+        let pending = ask(seen.worker, move |session| both(session, &request, pixel));
+        match pending.take() {
             Some(done) => self.seen = Some(done),
-            None => self.coming = Some(ticket),
+            None => self.coming = Some(pending),
         }
     }
 }

@@ -57,7 +57,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
             }
         }
     });
-    let text = match panel.work.text(seen.studio, &seen.id, language) {
+    let text = match panel.work.text(seen.worker, &seen.id, language) {
         Some(Ok(text)) => text,
         Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => return drop(accessible::coming(ui, "Generating the source")),

@@ -17,13 +17,13 @@ pub struct ValuesPage {
 }
 
 pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
-    let Some(module) = panel.work.whole(seen.studio, &seen.id) else {
+    let Some(module) = panel.work.whole(seen.worker, &seen.id) else {
         accessible::coming(ui, "Loading the module");
         return;
     };
     let layout = &module.module.layout;
     let bytes = match (seen.draw, &seen.id) {
-        (Some(d), _) => Some(uniforms_of(layout, &d.amounts, seen.drawing.order.fineness.anisotropy)),
+        (Some(d), _) => Some(uniforms_of(layout, &d.amounts, seen.drawing.job.fineness.anisotropy)),
         (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, seen, name).map(Ok),
         (None, _) => None,
     };
@@ -125,7 +125,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
             match (file, table) {
                 (Some(file), _) => {
                     ui.label(&file);
-                    match panel.work.map(seen.studio, t.binding, &file) {
+                    match panel.work.map(seen.worker, t.binding, &file) {
                         Some(Ok(m)) => {
                             ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
                         }
@@ -148,7 +148,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
             ui.monospace(s.binding.to_string());
             ui.label(&s.name);
             ui.weak("sampler");
-            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.order.fineness.anisotropy));
+            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.job.fineness.anisotropy));
             ui.end_row();
         }
     });

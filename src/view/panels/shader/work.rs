@@ -19,8 +19,8 @@ use crate::shader::translate::Language;
 use crate::shader::{Emitted, ModuleId, ShaderModule};
 use crate::view::panels::colour_image;
 use crate::view::panels::compare::pair::{Half, Pair};
-use crate::view::worker::query_cache::Answers;
-use crate::view::worker::render_worker::Studio;
+use crate::view::worker::query_cache::QueryCache;
+use crate::view::worker::render_worker::RenderWorker;
 use egui::{TextureHandle, TextureOptions};
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
@@ -87,41 +87,41 @@ pub struct Swap {
 #[derive(Default)]
 pub struct Work {
     generator: Option<Arc<str>>,
-    modules: Answers<ModuleId, Module>,
-    texts: Answers<(ModuleId, Language), Result<Arc<Text>, String>>,
-    differences: Answers<[ModuleId; 2], Result<Arc<Vec<FeatureDifference>>, String>>,
-    reachable: Answers<(), Arc<BTreeSet<ShaderKey>>>,
-    timed: Answers<ModuleId, Result<Option<f64>, String>>,
-    maps: Answers<(u32, String), Result<MapFacts, String>>,
-    samples: Answers<ShaderKey, Sample>,
+    modules: QueryCache<ModuleId, Module>,
+    texts: QueryCache<(ModuleId, Language), Result<Arc<Text>, String>>,
+    differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDifference>>, String>>,
+    reachable: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
+    timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
+    maps: QueryCache<(u32, String), Result<MapFacts, String>>,
+    samples: QueryCache<ShaderKey, Sample>,
     pictures: HashMap<ShaderKey, TextureHandle>,
-    swaps: Answers<Swap, Result<Arc<Pair>, String>>,
+    swaps: QueryCache<Swap, Result<Arc<Pair>, String>>,
     swap_view: u64,
 }
 
 impl Work {
     /// Forgets everything if modules are made of other fragments than before.
-    pub fn keep_up(&mut self, studio: &dyn Studio) {
-        let generator = studio.session().library().generator();
+    pub fn keep_up(&mut self, worker: &dyn RenderWorker) {
+        let generator = worker.session().library().generator();
         if self.generator.as_ref() != Some(&generator) {
             *self = Self { generator: Some(generator), ..Self::default() };
         }
     }
 
-    pub fn module(&mut self, studio: &dyn Studio, id: &ModuleId) -> Option<Module> {
+    pub fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
         let of = id.clone();
-        self.modules.get(studio, id, move |session| examine(session, &of)).cloned()
+        self.modules.get(worker, id, move |session| examine(session, &of)).cloned()
     }
 
     /// The module, if it is there and whole.
-    pub fn whole(&mut self, studio: &dyn Studio, id: &ModuleId) -> Option<Arc<Examined>> {
-        self.module(studio, id)?.ok()
+    pub fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<Examined>> {
+        self.module(worker, id)?.ok()
     }
 
-    pub fn text(&mut self, studio: &dyn Studio, id: &ModuleId, language: Language) -> Option<Result<Arc<Text>, String>> {
+    pub fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<Text>, String>> {
         let of = id.clone();
         self.texts
-            .get(studio, &(id.clone(), language), move |session| {
+            .get(worker, &(id.clone(), language), move |session| {
                 let module = session.library().get(&of).map_err(|e| e.to_string())?;
                 text_of(&module, language).map(Arc::new)
             })
@@ -129,10 +129,10 @@ impl Work {
     }
 
     /// What differs between two modules' sources, by feature.
-    pub fn difference(&mut self, studio: &dyn Studio, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDifference>>, String>> {
+    pub fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDifference>>, String>> {
         let both = of.clone();
         self.differences
-            .get(studio, of, move |session| {
+            .get(worker, of, move |session| {
                 let emitted = |id: &ModuleId| {
                     let m = session.library().get(id).map_err(|e| e.to_string())?;
                     Ok::<_, String>(Emitted { wgsl: m.wgsl.clone(), source_map: m.source_map.clone() })
@@ -144,14 +144,14 @@ impl Work {
     }
 
     /// Every key that views of the catalog can need.
-    pub fn reachable(&mut self, studio: &dyn Studio) -> Option<Arc<BTreeSet<ShaderKey>>> {
-        self.reachable.get(studio, &(), |session| Arc::new(keys_of(possible_needs(session.catalog())))).cloned()
+    pub fn reachable(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
+        self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_needs(session.catalog())))).cloned()
     }
 
     /// Milliseconds for a million pixels, once someone asked.
-    pub fn time(&mut self, studio: &dyn Studio, id: &ModuleId) {
+    pub fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let of = id.clone();
-        self.timed.get(studio, id, move |session| {
+        self.timed.get(worker, id, move |session| {
             ms_per_megapixel_at(session.aside(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
         });
     }
@@ -160,10 +160,10 @@ impl Work {
         self.timed.known(id).cloned()
     }
 
-    pub fn map(&mut self, studio: &dyn Studio, binding: u32, file: &str) -> Option<Result<MapFacts, String>> {
+    pub fn map(&mut self, worker: &dyn RenderWorker, binding: u32, file: &str) -> Option<Result<MapFacts, String>> {
         let named = file.to_owned();
         self.maps
-            .get(studio, &(binding, file.to_owned()), move |session| {
+            .get(worker, &(binding, file.to_owned()), move |session| {
                 let reading = plan::map_reading(binding, Shape::Ellipsoid);
                 let map = session.map(&named, reading).map_err(|e| e.to_string())?;
                 let first = map.levels.first().ok_or("the map is empty")?;
@@ -174,12 +174,12 @@ impl Work {
     }
 
     /// The sample body drawn by a key.
-    pub fn sample(&mut self, ctx: &egui::Context, studio: &dyn Studio, key: &ShaderKey) -> Option<Result<TextureHandle, String>> {
+    pub fn sample(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, key: &ShaderKey) -> Option<Result<TextureHandle, String>> {
         if let Some(texture) = self.pictures.get(key) {
             return Some(Ok(texture.clone()));
         }
         let of = *key;
-        let drawn = self.samples.get(studio, key, move |session| draw_sample(session, &of))?;
+        let drawn = self.samples.get(worker, key, move |session| draw_sample(session, &of))?;
         let made =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
         if let Ok(texture) = &made {
@@ -189,7 +189,7 @@ impl Work {
     }
 
     /// The view with one draw's key as drawn, and with another.
-    pub fn swap(&mut self, studio: &dyn Studio, of: &Swap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
+    pub fn swap(&mut self, worker: &dyn RenderWorker, of: &Swap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
         if self.swap_view != of.view {
             // Pictures of views gone by are of no use and large.
             self.swap_view = of.view;
@@ -197,7 +197,7 @@ impl Work {
         }
         let (swap, request) = (of.clone(), request.clone());
         self.swaps
-            .get(studio, of, move |session| {
+            .get(worker, of, move |session| {
                 let halves = [None, Some(&swap)].map(|swap| draw_swapped(session, &request, swap));
                 let [drawn, changed] = halves;
                 Pair::of(drawn, changed).map(Arc::new)
