@@ -19,7 +19,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     renderers(ui, worker, &mut interface.settings.shown_by);
     let view = &mut interface.viewer.view;
     let mut automatic = view.exposure_stops.is_none();
-    let drawn_stops = interface.sky.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
+    let drawn_stops = interface.viewport.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
         if ui.checkbox(&mut automatic, "Automatic exposure").changed() {
             view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
@@ -30,7 +30,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
             ui.label(format!("{drawn_stops:+.2} stops"));
         }
     });
-    if let Some(drawing) = interface.sky.drawing.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
+    if let Some(drawing) = interface.viewport.drawing.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
         ui.label(egui::RichText::new(&drawing.scene.exposure.reason).weak().small());
     }
     let view = &mut interface.viewer.view;
@@ -60,7 +60,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         }
     });
     let decisions = interface
-        .sky
+        .viewport
         .drawing
         .as_ref()
         .and_then(|d| d.scene.body(interface.viewer.selected))
@@ -105,14 +105,14 @@ const WEIGHED_AFTER_S: f64 = 1.0;
 
 /// Measures one effect after the other while the view rests, so that a click waits for one at most.
 fn weigh(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, of_body: Option<String>, effects: &[(Effect, bool)]) {
-    let Some(drawing) = &interface.sky.drawing else { return };
+    let Some(drawing) = &interface.viewport.drawing else { return };
     let request = &drawing.job.request;
     let stops = drawing.scene.exposure.stops;
     let prices = &mut interface.prices;
-    if prices.of.as_ref().is_none_or(|(of, body)| super::differs(of, request, true) || *body != of_body) {
+    if prices.of.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
         *prices = Prices { of: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
     }
-    let rested_s = interface.sky.last_s - interface.sky.moved_s;
+    let rested_s = interface.viewport.last_s - interface.viewport.moved_s;
     if interface.viewer.races() {
         return;
     }

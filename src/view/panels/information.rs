@@ -89,7 +89,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     });
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
-    let Some(body) = interface.sky.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
+    let Some(body) = interface.viewport.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.strong(&body.name);
         from_here(ui, &body, interface.information.unit, worker.session().catalog());

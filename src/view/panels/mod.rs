@@ -1,8 +1,7 @@
-//! Everything the window shows, as egui draws it: the sky with its marks, the panels around it.
+//! The whole interface, as egui draws it: the viewport with its labels, and the panels around it.
 //!
-//! In: the studio's drawings, egui's input. Out: shapes, and orders for the next picture. Always: the panels change nothing but the [`Viewer`]
-//! and their own folds; a picture that could not be drawn leaves the last good one and says why. It works without a window, so tests press its
-//! buttons by name.
+//! In: finished images, egui's input. Out: shapes, and jobs for the next image. Always: the panels change only the [`Viewer`], the settings and
+//! their own state; an image that failed leaves the last valid one and says why. It needs no window, so tests press its buttons by name.
 
 mod accessible;
 mod body_browser;
@@ -11,6 +10,7 @@ mod effects;
 mod information;
 mod moments;
 mod performance;
+mod render_loop;
 mod shader;
 mod share;
 mod shortcuts;
@@ -19,20 +19,13 @@ mod time_bar;
 mod viewport;
 mod warning;
 
-use crate::catalog::NaifId;
-use crate::render::plan::{Fineness, PictureOnDevice};
-use crate::scene::marks::{Lettering, Mark, marks};
-use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{Readiness, RendererWish};
+use self::render_loop::Viewport;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
 use crate::view::app::places::SessionPlaces;
 use crate::view::app::settings::Settings;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
-use crate::view::worker::adaptive_resolution::AdaptiveResolution;
-use crate::view::worker::render_worker::{Drawing, RenderJob, RenderWorker};
-use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
-use glam::DVec3;
+use crate::view::worker::render_worker::RenderWorker;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What the right side shows.
@@ -74,17 +67,10 @@ impl Tab {
 
 /// Of the panels at the left and the right, points: a window that was small for a moment leaves them as they were.
 const LEAST_WIDTHS: [f32; 2] = [190.0, 280.0];
-/// After this long without input a whole frame replaces the coarse one.
-const STILL_AFTER_S: f64 = 0.18;
-/// How often to look whether the GPU is ready for a picture at rest.
-const READY_LOOK_S: f64 = 0.1;
 /// So long a line of the session stays.
 const NOTICE_S: f64 = 8.0;
 /// So long stays the answer to what someone did: a path has to be read.
 const MESSAGE_S: f64 = 20.0;
-/// While time runs no faster than the clock, a picture a second is enough.
-const CALM_INTERVAL_S: f64 = 1.0;
-
 /// The state of the interface: the viewer and what is unfolded.
 pub struct Interface {
     pub viewer: Viewer,
@@ -127,35 +113,9 @@ pub struct Interface {
     prices: effects::Prices,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
-    sky: Viewport,
+    viewport: Viewport,
     adaptation: ExposureAdaptation,
 }
-
-/// The picture on screen and how it came there.
-struct Viewport {
-    texture: Option<TextureHandle>,
-    drawing: Option<Drawing>,
-    ordered: Option<RenderJob>,
-    ordered_s: f64,
-    moved_s: f64,
-    last_s: f64,
-    tempo: AdaptiveResolution,
-    /// Pixels of the sky's part of the window.
-    size_px: [u32; 2],
-    /// The pixel that was clicked last, of a picture of that size.
-    picked_px: Option<[u32; 2]>,
-    /// How many pictures were shown.
-    drawings: u64,
-    /// Names what the modules of the pictures were made of, and who was wished to draw them.
-    made_by: Option<(Arc<str>, RendererWish)>,
-    marks: Vec<Mark>,
-}
-
-/// More than running time does while the picture waits: someone set the clock.
-const LEAP_S: f64 = 120.0;
-/// Poles wander by less than this in such a leap, radians: the fastest is that of Mimas, 13.6 degrees about at 1 degree a day (PCK), 5.7e-6. A hand that
-/// moves the eye by less is answered all the same: while it moves the view is not calm.
-const WANDERING: f64 = 1e-5;
 
 impl Interface {
     pub fn new(viewer: Viewer, settings: Settings) -> Self {
@@ -187,47 +147,16 @@ impl Interface {
             prices: effects::Prices::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
-            sky: Viewport {
-                texture: None,
-                drawing: None,
-                ordered: None,
-                ordered_s: f64::NEG_INFINITY,
-                moved_s: f64::NEG_INFINITY,
-                last_s: f64::NAN,
-                tempo: AdaptiveResolution::default(),
-                size_px: [1, 1],
-                picked_px: None,
-                drawings: 0,
-                made_by: None,
-                marks: Vec::new(),
-            },
+            viewport: Viewport::default(),
             adaptation: ExposureAdaptation::default(),
         }
-    }
-
-    /// The last good picture.
-    pub fn drawing(&self) -> Option<&Drawing> {
-        self.sky.drawing.as_ref()
-    }
-
-    /// The last picture, where it lies on the device.
-    pub fn picture_on_device(&self) -> Option<&PictureOnDevice> {
-        self.sky.drawing.as_ref().and_then(|d| d.on_device.as_ref())
-    }
-
-    /// The picture lies on a device that does not show the window (any more): another one is ordered.
-    pub fn lose_picture(&mut self) {
-        if let Some(drawing) = &mut self.sky.drawing {
-            drawing.on_device = None;
-        }
-        self.sky.ordered = None;
     }
 
     /// One turn: time passes, pictures arrive, panels are shown, the next picture is ordered.
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         let now_s = ui.input(|i| i.time);
-        let passed_s = if self.sky.last_s.is_nan() { 0.0 } else { now_s - self.sky.last_s };
-        self.sky.last_s = now_s;
+        let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
+        self.viewport.last_s = now_s;
         self.viewer.pass(passed_s);
         if let Some(line) = self.heard.lock().unwrap_or_else(PoisonError::into_inner).drain(..).next_back() {
             self.notice = Some((line, now_s + NOTICE_S));
@@ -288,10 +217,10 @@ impl Interface {
         }
         warning::show(self, ui.ctx());
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
-        let height_px = f64::from(self.sky.size_px[1]);
+        let height_px = f64::from(self.viewport.size_px[1]);
         let places = SessionPlaces(worker.session());
         if !actions.is_empty() {
-            self.sky.moved_s = now_s;
+            self.viewport.moved_s = now_s;
         }
         for action in actions {
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
@@ -301,7 +230,7 @@ impl Interface {
             }
             self.viewer.apply(action, height_px, &places);
         }
-        self.order(ui.ctx(), worker, now_s);
+        self.request_image(ui.ctx(), worker, now_s);
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
@@ -332,99 +261,6 @@ impl Interface {
             });
         });
         egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, actions));
-    }
-
-    /// Takes a finished picture.
-    fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
-        match worker.take() {
-            None => {}
-            Some(Err(why)) => self.no_picture = Some(why),
-            Some(Ok(mut drawing)) => {
-                self.no_picture = None;
-                let pixels = u64::from(drawing.width) * u64::from(drawing.height);
-                if drawing.job.fineness == Fineness::of(Quality::Draft) {
-                    self.sky.tempo.learn(pixels, drawing.took_ms);
-                }
-                let pixels = std::mem::take(&mut drawing.rgba);
-                if drawing.on_device.is_some() {
-                    self.sky.texture = None;
-                } else {
-                    let image = colour_image(drawing.width, drawing.height, pixels);
-                    match &mut self.sky.texture {
-                        Some(texture) => texture.set(image, TextureOptions::LINEAR),
-                        none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
-                    }
-                }
-                self.performance.note(&drawing, self.sky.last_s);
-                self.adaptation.drew(&drawing.scene.exposure, drawing.job.request.exposure);
-                // What is kept of the order is the view, not the way that the eye went to it.
-                if let ExposureRequest::Gliding { .. } = drawing.job.request.exposure {
-                    drawing.job.request.exposure = ExposureRequest::Auto;
-                }
-                self.sky.drawing = Some(drawing);
-                self.sky.drawings += 1;
-            }
-        }
-    }
-
-    fn refresh_marks(&mut self, lettering: &Lettering) {
-        let Some(drawing) = &self.sky.drawing else { return };
-        let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
-        self.sky.marks = marks(&drawing.scene.camera, &drawing.scene.bodies, self.viewer.selected, parent, lettering);
-    }
-
-    /// Asks for the picture of the view as it is now, coarse while things move.
-    fn order(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
-        // The first picture of all is a coarse one, too: it is there a moment after the window.
-        let moving = self.viewer.races() || now_s - self.sky.moved_s < STILL_AFTER_S || self.sky.drawing.is_none();
-        let [width, height] = self.sky.size_px;
-        let divisor = if moving { self.sky.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
-        let session = worker.session();
-        let made_by = (session.library().generator(), session.renderers().1);
-        let readiness = session.readiness();
-        if self.sky.made_by.replace(made_by.clone()).is_some_and(|before| before != made_by) || readiness == Readiness::JustReady {
-            // The same view is another picture.
-            self.sky.ordered = None;
-        }
-        let view = &self.viewer.view;
-        let request = view.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
-        let mut request = match request {
-            Ok(r) => r,
-            Err(why) => {
-                self.no_picture = Some(why);
-                return;
-            }
-        };
-        if moving {
-            request.quality = Quality::Draft;
-        }
-        // The body that fills the view needs no line around it.
-        let selected = self.viewer.selected;
-        request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
-        request.selected = request.layers.outline.then_some(selected);
-        let order = RenderJob { fineness: Fineness::of(request.quality), request, on_device: self.on_device };
-        // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
-        let interval_s = CALM_INTERVAL_S.max(1e-2 * self.sky.drawing.as_ref().map_or(0.0, |d| d.took_ms));
-        let calm = !moving && now_s - self.sky.ordered_s < interval_s;
-        let stale =
-            self.sky.ordered.as_ref().is_none_or(|last| last.fineness != order.fineness || differs(&last.request, &order.request, calm));
-        if stale || self.adaptation.glides() {
-            self.sky.ordered = Some(order.clone());
-            self.sky.ordered_s = now_s;
-            let exposure = self.adaptation.ask(&self.viewer.view, now_s);
-            worker.submit(RenderJob { request: ViewRequest { exposure, ..order.request }, ..order });
-        }
-        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
-        let waits = [
-            self.viewer.frame_interval_s(),
-            (moving && !self.viewer.races()).then_some(STILL_AFTER_S - (now_s - self.sky.moved_s) + 0.005),
-            (readiness == Readiness::Preparing).then_some(READY_LOOK_S),
-            self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
-            (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),
-        ];
-        if let Some(wait) = waits.into_iter().flatten().reduce(f64::min) {
-            ctx.request_repaint_after(std::time::Duration::from_secs_f64(wait.max(0.0)));
-        }
     }
 
     /// The interface itself took so long, painting included.
@@ -460,7 +296,7 @@ impl Interface {
     /// Shows a kept view.
     pub fn show(&mut self, view: ViewState, worker: &dyn RenderWorker) {
         let places = SessionPlaces(worker.session());
-        self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.sky.size_px[1]), &places);
+        self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &places);
     }
 }
 
@@ -468,41 +304,4 @@ impl Interface {
 fn studio_line(interface: &Interface) -> String {
     let Some(d) = interface.drawing() else { return "drawing the first image".into() };
     format!("{} · {}×{} · {:.0} ms", d.by.renderer, d.width, d.height, d.took_ms)
-}
-
-/// Whether a new picture is wanted. `calm`: that time alone went on is no reason.
-fn differs(last: &ViewRequest, new: &ViewRequest, calm: bool) -> bool {
-    if !calm {
-        return last != new;
-    }
-    let leap_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
-    *last != at_time_of(last, new) || leap_s.abs() > LEAP_S
-}
-
-/// A request as it would have been when the last one was made: time moves the eye a little, too, because bodies' poles wander.
-fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
-    let near = |a: DVec3, b: DVec3| a.distance(b) <= WANDERING * a.length();
-    let position = match (last.position, new.position) {
-        (Position::Offset { body, offset_km, axes }, Position::Offset { body: b, offset_km: o, axes: a })
-            if (body, axes) == (b, a) && near(offset_km, o) =>
-        {
-            last.position
-        }
-        _ => new.position,
-    };
-    let look = match (last.look, new.look) {
-        (Look::Along { direction, axes }, Look::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.look,
-        _ => new.look,
-    };
-    let up = match (last.up, new.up) {
-        (Up::Along { direction, axes }, Up::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.up,
-        _ => new.up,
-    };
-    ViewRequest { time: last.time, position, look, up, ..new.clone() }
-}
-
-/// Opaque display bytes as egui's picture.
-pub(super) fn colour_image(width: u32, height: u32, rgba: Vec<[u8; 4]>) -> ColorImage {
-    let pixels = rgba.into_iter().map(|[r, g, b, _]| Color32::from_rgb(r, g, b)).collect();
-    ColorImage::new([width as usize, height as usize], pixels)
 }

@@ -75,7 +75,7 @@ const RATED_S: f64 = 2.0;
 const SHOWN: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
-    let words = interface.performance.words(interface.sky.last_s);
+    let words = interface.performance.words(interface.viewport.last_s);
     let account = &interface.performance;
     let plot = Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
         ui,

@@ -1,4 +1,4 @@
-//! The picture, its marks, and the mouse on it.
+//! The image, its labels, and the mouse on it.
 
 use super::Interface;
 use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, Side, hit};
@@ -20,7 +20,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let rect = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
     let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
-    interface.sky.size_px = [side(rect.width()), side(rect.height())];
+    interface.viewport.size_px = [side(rect.width()), side(rect.height())];
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
     let description = format!("The sky: {}", interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
@@ -29,8 +29,8 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
         ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
         return;
     };
-    let place = ImagePlacement::of(size_px, rect, interface.sky.size_px);
-    let picture = interface.picture_on_device().map(|_| ON_DEVICE).or(interface.sky.texture.as_ref().map(egui::TextureHandle::id));
+    let place = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
+    let picture = interface.picture_on_device().map(|_| ON_DEVICE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(picture) = picture {
         let seen = place.picture.intersect(rect);
         ui.painter().image(picture, seen, place.part(seen), Color32::WHITE);
@@ -39,7 +39,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     interface.refresh_marks(&lettering);
     paint_marks(interface, ui, rect, &place);
     let clicked_px = mouse(interface, ui, &response, rect, &place, actions);
-    interface.sky.picked_px = clicked_px.or(interface.sky.picked_px);
+    interface.viewport.picked_px = clicked_px.or(interface.viewport.picked_px);
     say(interface, ui, rect);
     if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {
         paint_probe(interface, ui, rect);
@@ -93,7 +93,7 @@ fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
 
 fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(rect);
-    for mark in &interface.sky.marks {
+    for mark in &interface.viewport.marks {
         let at = place.picture.min + vec2(mark.centre_px * place.points_per_px);
         let radius = (mark.radius_px * place.points_per_px) as f32;
         let selected = mark.body == interface.viewer.selected;
@@ -155,7 +155,7 @@ fn mouse(
     let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };
     let in_picture = at - place.picture.min;
     let at_px = DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / place.points_per_px;
-    let meant = || hit(&interface.sky.marks, &drawing.scene, at_px);
+    let meant = || hit(&interface.viewport.marks, &drawing.scene, at_px);
     if response.double_clicked() {
         actions.extend(meant().map(Action::FlyTo));
     } else if response.clicked() {
@@ -168,7 +168,7 @@ fn mouse(
 
 /// Where the pixel probe looks.
 fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
-    let Some([x, y]) = interface.sky.picked_px else { return };
+    let Some([x, y]) = interface.viewport.picked_px else { return };
     let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
     let painter = ui.painter().with_clip_rect(rect);
     for away in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {

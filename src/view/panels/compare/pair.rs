@@ -3,7 +3,7 @@
 //! In: drawn pictures. Out: shapes. Always: what is shown belongs to one pair; differences are of display bytes, as `orrery compare` counts them.
 
 use crate::image::{self, Picture};
-use crate::view::panels::colour_image;
+use crate::view::panels::render_loop::colour_image;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use std::sync::Arc;
 

@@ -103,7 +103,7 @@ impl Seen<'_> {
 pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.shader);
     panel.show(interface, ui, worker);
-    interface.sky.picked_px = panel.probe.typed_px.take().or(interface.sky.picked_px);
+    interface.viewport.picked_px = panel.probe.typed_px.take().or(interface.viewport.picked_px);
     interface.shader = panel;
 }
 
@@ -143,7 +143,7 @@ impl ShaderPanel {
             (Wanted::Shared(name), _, _) => ModuleId::Simple(name),
             (Wanted::Part(_), None, _) => ModuleId::Simple("point"),
         };
-        let seen = Seen { worker, drawing, draw, drawn, id, view: interface.sky.drawings };
+        let seen = Seen { worker, drawing, draw, drawn, id, view: interface.viewport.drawings };
         self.name(ui, &seen);
         ui.horizontal_wrapped(|ui| {
             for (page, name, about) in Page::ALL {

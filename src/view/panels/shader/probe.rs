@@ -41,10 +41,10 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
         page.coming = None;
         page.seen = Some(done);
     }
-    let Some(pixel) = interface.sky.picked_px else {
+    let Some(pixel) = interface.viewport.picked_px else {
         ui.label("Click the image to see every value computed for that pixel, in f32 and in f64.");
         if ui.button("Centre of the image").clicked() {
-            page.typed_px = Some(interface.sky.size_px.map(|side| side / 2));
+            page.typed_px = Some(interface.viewport.size_px.map(|side| side / 2));
         }
         return;
     };
@@ -61,7 +61,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     ui.horizontal(|ui| {
         ui.strong("Pixel");
         let [mut x, mut y] = pixel;
-        let most = interface.sky.size_px.map(|side| side.saturating_sub(1));
+        let most = interface.viewport.size_px.map(|side| side.saturating_sub(1));
         let across = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), "Pixels from the left");
         let down = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), "Pixels from the top");
         if across.changed() || down.changed() {
@@ -108,7 +108,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
 impl ProbePage {
     /// Asks when the pixel or a standing view changes.
     fn ask(&mut self, seen: &Seen<'_>, interface: &Interface, pixel: [u32; 2]) {
-        let [width, height] = interface.sky.size_px;
+        let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..seen.drawing.job.request.clone() };
         let current = self.asked.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
         if current || self.coming.is_some() || interface.viewer.races() || pixel[0] >= width || pixel[1] >= height {
