@@ -45,7 +45,7 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     harness.state_mut().viewer.time_rate.toggle_pause();
     later(&mut harness, 0.1);
     let day = |h: &Harness<'static, Interface>| {
-        h.get_by_role_and_label(Role::Slider, "Drag through the year").accesskit_node().numeric_value().expect("a number")
+        h.get_by_role_and_label(Role::Slider, "Day of the year").accesskit_node().numeric_value().expect("a number")
     };
     let (first, first_title) = (day(&harness), title(&harness));
     let mut told = std::collections::BTreeSet::new();
