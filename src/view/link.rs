@@ -1,8 +1,9 @@
-//! A view as text: a link, or what a file keeps as JSON.
+//! A view as text: a link, or a JSON file.
 //!
-//! In: a [`ViewState`], or a text. Out: the text, or the sight that it restores. Always: what is written down restores the view to the last bit; a text
-//! may name bodies or give their codes, and may leave fields out, which are then those that the window begins with: the body that the eye is at, else the Earth;
-//! now; the lit side at 3.5 radii; who stands on the ground looks south. A text that no view can have is refused with all its faults. It reads no file.
+//! In: a [`ViewState`], or text from anywhere. Out: the text, or the view that it describes. Always: text that is written restores the view to the
+//! last bit. Text may name bodies or give their codes, and may omit fields, which then have the defaults of a new window: the body of the eye, else
+//! the Earth; now; the lit side from 3.5 radii; on a surface, looking south. Text that describes no possible view is refused with all its errors.
+//! It reads no file.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::session::Session;

@@ -1,4 +1,4 @@
-//! How the window's eye adapts: automatic exposure glides to what is metered.
+//! Automatic exposure in the window glides to the metered value.
 //!
 //! In: what was drawn and metered, the real time, the view. Out: the exposure to ask for. Always: the stops approach the metered ones by
 //! exp(-t / [`TIME_CONSTANT_S`]) of real time, whatever the rate of pictures; they jump at once where there is nothing to glide from: the first picture,

@@ -1,7 +1,7 @@
-//! Names of files that the window saves: the least free number goes into a name that is taken.
+//! Names of the files that the window saves: a name that is taken gets the next free number.
 //!
-//! In: the name in a field, as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. It writes nothing: whoever does
-//! takes the first name that it can have for itself, and looks whether one is free only to begin where that is likely.
+//! In: the name in a field, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. It writes
+//! nothing: the writer takes the first name that it can create. Looking which names are free only chooses where to begin.
 
 use std::path::{Path, PathBuf};
 

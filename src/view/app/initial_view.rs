@@ -1,6 +1,6 @@
-//! The view that the window begins with: a body from its lit side.
+//! The first view of a window: a body from its lit side.
 //!
-//! In: a body, a time, where bodies are. Out: a [`ViewState`]. It knows no text and no window.
+//! In: a body, a time, positions. Out: a [`ViewState`].
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;

@@ -1,6 +1,6 @@
-//! From a well-known moment of the catalog to the view of it.
+//! The view of a well-known moment of the catalog.
 //!
-//! In: a [`Moment`], where bodies are. Out: a [`ViewState`]. It invents no place: a vantage that the ephemeris cannot give has no view.
+//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or nothing where the ephemeris does not cover the moment.
 
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};

@@ -1,6 +1,6 @@
-//! The pace of time in the window: forward, back, faster, slower, paused.
+//! The rate of time in the window: forward, backward, faster, slower, paused.
 //!
-//! In: keys and real seconds that passed. Out: seconds of scene time to add. It reads no clock.
+//! In: keys, and real seconds that passed. Out: seconds of simulated time. It reads no clock.
 
 /// Scene seconds per real second on each step of the ladder: real time up to a year a second.
 const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];

@@ -1,7 +1,6 @@
-//! One view as people keep and share it: body, eye, time, field of view, brightness, effects. Plain values; a link, a file and a bookmark are
-//! this value and nothing else (`kept` writes and reads its text).
+//! One view as people save and share it: target, camera, time, field of view, exposure, effects. A link, a file and a bookmark are this value.
 //!
-//! In: angles, distances, names. Out: a [`ViewRequest`]. It draws nothing and keeps no history.
+//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. It draws nothing and keeps no history; `link` is its text.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;

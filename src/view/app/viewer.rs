@@ -1,7 +1,7 @@
-//! What the window shows and how input changes it: the view, its pace, flights, history. Plain values, no window and no interface.
+//! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
-//! In: actions of mouse, keys and panels; seconds that passed. Out: the [`ViewState`] to draw now. Always: the eye stays outside the body that
-//! carries it; time moves only by its pace; going back restores the view that was left. It reads no clock but the one it is given.
+//! In: actions of mouse, keys and panels; real seconds that passed. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
+//! carries it; time moves only by its rate; going back restores the previous view. It reads no clock but the one it is given.
 
 use crate::catalog::{Body, Kind, NaifId};
 use crate::scene::viewpoint::ground_point_km;
@@ -108,7 +108,7 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Starts with `sight`; `subjects` in the order in which people name them.
+    /// Starts with `view`; `subjects` in the order in which people name them.
     pub fn new(subjects: Vec<Subject>, mut view: ViewState, clock: fn() -> Instant) -> Self {
         let selected = view.target;
         let mut time_rate = TimeRate::default();

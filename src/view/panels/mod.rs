@@ -301,7 +301,7 @@ impl Interface {
 }
 
 /// What drew the picture, how fast.
-fn studio_line(interface: &Interface) -> String {
+fn renderer_line(interface: &Interface) -> String {
     let Some(d) = interface.drawing() else { return "drawing the first image".into() };
     format!("{} · {}×{} · {:.0} ms", d.by.renderer, d.width, d.height, d.took_ms)
 }

@@ -1,7 +1,7 @@
 //! The line below the sky: date and time, their pace, steps, and what there is to say.
 
 use super::Interface;
-use super::studio_line;
+use super::renderer_line;
 use crate::time::Instant;
 use crate::view::app::viewer::Action;
 use egui::{Key, TextEdit};
@@ -51,7 +51,7 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
         }
         day_of_year(interface, ui, actions);
         ui.separator();
-        ui.label(studio_line(interface));
+        ui.label(renderer_line(interface));
     });
 }
 

@@ -1,7 +1,7 @@
-//! Where the window stands, how large it is: kept from one run to the next, and never off every screen.
+//! Position and size of the window: saved between runs, and always on a monitor.
 //!
-//! In: what was kept, the screens that there are. Out: where to open. Always: a size that the screen has room for; a corner only where the window
-//! can be seen and grabbed. It knows no window.
+//! In: the saved placement, the monitors. Out: where to open. Always: a size that fits the monitor; a position only where the window can be seen
+//! and moved. It knows no window.
 
 use serde::{Deserialize, Serialize};
 

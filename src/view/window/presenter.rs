@@ -1,7 +1,7 @@
-//! How a window gets its pixels: from the device that draws the pictures, or from the processor, which needs no driver at all.
+//! Gets pixels into the window: from the GPU that renders the images, or from the CPU, which needs no driver.
 //!
-//! In: what egui tessellated. Out: the window's next picture. Always: a device shows the window only while it draws the pictures too, so that none of them is read back;
-//! a window that a device has shown is not painted by the processor again, because some systems never show that: a new window takes its place.
+//! In: egui's tessellated meshes. Out: the window's next image. Always: a GPU displays the window only while it renders the images too, so that
+//! none is read back. A window that a GPU has displayed is never painted by the CPU: some systems would not show that, so a new window replaces it.
 
 use crate::render::plan::PictureOnDevice;
 use crate::session::{DeviceScreen, Session, ShowWish, ShownBy};

@@ -1,7 +1,7 @@
-//! The interface's triangles as a renderer's window takes them.
+//! The interface's triangles as a renderer takes them.
 //!
-//! In: what egui tessellated, the painter's textures, the picture of the sky where it lies on a device. Out: [`Piece`]s in their order. Always: what the painter would
-//! leave out is left out. It draws nothing.
+//! In: egui's tessellated meshes, the painter's textures, the sky's image if it is on the GPU. Out: [`Piece`]s in drawing order. Always: what
+//! the painter would skip is skipped. It draws nothing.
 
 use crate::render::plan::{AddressMode, PictureOnDevice, Piece, SamplerState, TextureSource};
 use crate::view::window::cpu_painter::{Bounds, Painter};

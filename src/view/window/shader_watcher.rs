@@ -1,7 +1,7 @@
-//! A folder of shader fragments laid over those built in, read again when a file changes.
+//! Reloads a folder of shader fragments when a file in it changes.
 //!
-//! In: a folder. Out: the session's modules are made of its `*.wgsl` files. Always: files are read on a thread of their own, and modules change
-//! between two pictures; a folder that cannot be read for a moment (an editor is saving) changes nothing.
+//! In: a folder. Out: the session compiles its modules from the folder's `*.wgsl` files. Always: files are read on a thread of their own, and
+//! modules change between two images. A folder that cannot be read for a moment, as while an editor saves, changes nothing.
 
 use crate::session::{Session, Stamps, fragment_stamps, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;

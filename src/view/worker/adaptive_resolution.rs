@@ -1,7 +1,7 @@
-//! How large a frame may be while things move, so that frames come at their rate.
+//! The resolution of images while things move, so that they keep the frame rate.
 //!
-//! In: pixels and milliseconds of finished frames. Out: the whole-number part of the window's sides at which the next moving frame is drawn.
-//! It reads no clock.
+//! In: pixels and milliseconds of finished images. Out: the whole number that divides the window's sides for the next moving image. It reads no
+//! clock.
 
 /// Milliseconds that a moving frame may take: 30 a second, with room for the interface.
 const BUDGET_MS: f64 = 26.0;

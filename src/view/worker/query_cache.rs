@@ -1,6 +1,6 @@
-//! Answers that are worked out off the window's thread, each once.
+//! Answers that are computed off the window's thread, each once.
 //!
-//! In: a key and a question about it. Out: the answer, some turns later. Always: a key is asked once until it is forgotten; asking never waits.
+//! In: a key and a question. Out: the answer, some frames later. Always: a key is asked once until it is forgotten; asking never blocks.
 
 use crate::session::Session;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};

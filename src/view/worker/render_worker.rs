@@ -1,7 +1,7 @@
-//! Draws off the window's thread, so that no click waits for a picture.
+//! Renders images and answers questions off the window's thread, so that no click waits for either.
 //!
-//! In: orders (a view at a size) and tasks (anything asked of the session). Out: drawings and answers, when they are done. Always: of several
-//! orders only the newest is drawn; a picture waits for no task; whoever waits is woken once for each result. It decides nothing about what is seen.
+//! In: render jobs (a view at a size) and tasks (anything asked of the session). Out: images and answers, when they are done. Always: of several
+//! jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. It does not decide what is in view.
 
 use crate::render::plan::{Fineness, PictureOnDevice, SharedDraw};
 use crate::scene::Scene;
@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant as Moment;
 
-/// One picture to draw.
+/// One image to render.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderJob {
     pub request: ViewRequest,
@@ -32,7 +32,7 @@ pub struct Drawing {
     pub rgba: Vec<[u8; 4]>,
     pub on_device: Option<PictureOnDevice>,
     pub by: DrawnBy,
-    /// From order to picture.
+    /// From job to image, milliseconds.
     pub took_ms: f64,
     /// Of this frame alone.
     pub stages: Stages,
@@ -43,10 +43,10 @@ pub struct Drawing {
 /// Something asked of the session.
 pub type Task = Box<dyn FnOnce(&Session) + Send>;
 
-/// The session and whoever works it.
+/// The session, and the threads that use it for the window.
 pub trait RenderWorker {
     fn session(&self) -> &Session;
-    /// Asks for a picture; an older order that was not begun is dropped.
+    /// Asks for an image; an older job that has not begun is dropped.
     fn submit(&self, job: RenderJob);
     /// The newest finished picture, once.
     fn take(&self) -> Option<Result<Drawing, String>>;
@@ -54,7 +54,7 @@ pub trait RenderWorker {
     fn run(&self, task: Task);
 }
 
-/// An answer that may still be on its way.
+/// An answer that may not be there yet.
 pub struct Pending<T>(Arc<Mutex<Option<T>>>);
 
 /// Of a question that was not asked: no answer comes.
@@ -83,7 +83,7 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
     slot.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Draws an order now.
+/// Renders a job now.
 ///
 /// # Errors
 /// Why there is no picture, in one line.
@@ -108,7 +108,7 @@ pub fn draw(session: &Session, job: RenderJob) -> Result<Drawing, String> {
     })
 }
 
-/// Does everything at once, on the caller's thread.
+/// Does everything at once on the caller's thread, for tests.
 pub struct InlineWorker<'a> {
     session: &'a Session,
     done: Mutex<Option<Result<Drawing, String>>>,
@@ -157,7 +157,7 @@ impl<'a> ThreadedWorker<'a> {
         Self { session, work: Mutex::default(), called: Condvar::new(), wake: Box::new(wake) }
     }
 
-    /// Draws what is ordered until [`Self::close`]: for a thread of its own.
+    /// Renders jobs until [`Self::close`]: for a thread of its own.
     pub fn draw(&self) {
         while let Some(job) = self.next(|work| work.job.take()) {
             let drawing = draw(self.session, job);
@@ -174,7 +174,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Waits for something to do; `None`: the studio is closed.
+    /// Waits for something to do; `None`: the worker is closed.
     fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
         let mut work = locked(&self.work);
         loop {

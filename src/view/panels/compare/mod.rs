@@ -154,7 +154,7 @@ impl ComparePanel {
             let [left, right] = [0, 1].map(|side| draw(session, &asked, &asked.ways[side]));
             Pair::of(left, right)
         }));
-        // A studio that works at once has the answer already.
+        // An inline worker has the answer already.
         ui.ctx().request_repaint();
     }
 }

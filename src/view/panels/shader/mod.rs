@@ -1,7 +1,7 @@
 //! The module that draws what is selected: its key, its source, its values, its cost, one pixel of it, and what other keys would draw.
 //!
 //! In: the last drawing, the selected body. Out: shapes; a key changed by hand stays here and changes no picture on screen. Always: what takes
-//! longer than a turn is asked of the studio; what is shown belongs to the module that is named above it.
+//! longer than a frame is asked of the worker; what is shown belongs to the module that is named above it.
 
 mod change;
 mod cost;
