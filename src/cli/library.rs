@@ -1,11 +1,11 @@
 //! `orrery library`: the shader library on disk.
 
+use super::inputs::{lowering, reachable_keys};
 use super::output::{put, say};
-use super::shader::reachable_keys;
 use super::{CliError, Common};
 use crate::session::open_library;
 use crate::shader::fragments::SIMPLE_MODULES;
-use crate::shader::{Library, Lowering, ModuleId};
+use crate::shader::{Library, ModuleId};
 use std::path::PathBuf;
 
 #[derive(clap::Args, Debug)]
@@ -44,11 +44,6 @@ pub fn open(common: &Common) -> Result<Library, CliError> {
         library.make_of(super::inputs::fragments(common)?);
     }
     Ok(library)
-}
-
-/// How modules become tapes.
-pub fn lowering() -> Lowering {
-    crate::render::software::lowering()
 }
 
 fn json(value: &impl serde::Serialize) -> Result<(), CliError> {

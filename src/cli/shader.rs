@@ -1,11 +1,9 @@
 //! `orrery shader`: list, emit, compare, cost and verify generated shaders.
 
-use super::inputs::{catalog, fragments};
-use super::library::lowering;
+use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{put, say, write_error};
 use super::{CliError, Common};
 use crate::render::software::{TapeCost, tape_costs};
-use crate::scene::effects::possible_needs;
 use crate::scene::request::ViewRequest;
 use crate::session::{Readers, Session, ms_per_megapixel, write_whole};
 use crate::shader::compare::{difference, ir_cost};
@@ -16,7 +14,6 @@ use crate::shader::record::{Record, Verified, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
 use crate::wording::echo;
-use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -110,11 +107,6 @@ fn module_id(text: &str) -> Result<ModuleId, String> {
 
 fn failed(e: impl std::fmt::Display) -> CliError {
     CliError::Failed(e.to_string())
-}
-
-/// The keys that views of the catalog can need under any effects.
-pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
-    Ok(key::keys_of(possible_needs(&catalog(common)?)))
 }
 
 /// The keys of every draw in the default view of a body.

@@ -60,14 +60,15 @@ mod windowed {
     use crate::ephemeris::order::by_distance;
     use crate::session::Session;
     use crate::time::Instant;
-    use crate::view::first::first_view;
-    use crate::view::interface::{Interface, SessionPlaces};
-    use crate::view::kept::{SCHEME, is_link, restored};
-    use crate::view::settings::Settings;
-    use crate::view::sight::Sight;
-    use crate::view::viewer::{Subject, Viewer};
-    use crate::view::watch::Watch;
+    use crate::view::app::initial_view::initial_view;
+    use crate::view::app::places::SessionPlaces;
+    use crate::view::app::settings::Settings;
+    use crate::view::app::view_state::ViewState;
+    use crate::view::app::viewer::{Subject, Viewer};
+    use crate::view::link::{SCHEME, is_link, restored};
+    use crate::view::panels::Interface;
     use crate::view::window;
+    use crate::view::window::shader_watcher::ShaderWatcher;
     use crate::wording::echo;
     use std::sync::{Arc, Mutex, PoisonError};
 
@@ -78,14 +79,14 @@ mod windowed {
             say(line);
             hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
         })?;
-        let watch = common.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError::Failed)?;
-        let usual = Sight { quality: common.quality, ..first(&session, args)? };
+        let watch = common.shaders.as_ref().map(|folder| ShaderWatcher::open(folder, &session)).transpose().map_err(CliError::Failed)?;
+        let usual = ViewState { quality: common.quality, ..first(&session, args)? };
         let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
         let warning = kept.as_ref().err().cloned();
         // Who clicked on a link sees no standard error.
         warning.iter().for_each(|line: &String| say(line));
-        let sight = kept.ok().flatten().unwrap_or(usual);
-        let viewer = Viewer::new(subjects(&session), sight, clock);
+        let view = kept.ok().flatten().unwrap_or(usual);
+        let viewer = Viewer::new(subjects(&session), view, clock);
         let path = args.settings.clone().or_else(Settings::usual_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
         said.iter().for_each(|line: &String| say(line));
@@ -98,7 +99,7 @@ mod windowed {
     }
 
     /// The view of a link, or of the file that keeps one.
-    fn kept(link: &str, session: &Session) -> Result<Sight, String> {
+    fn kept(link: &str, session: &Session) -> Result<ViewState, String> {
         let named = |why: String| format!("{}: {why}", echo(link));
         if is_link(link) {
             return restored(link, session, clock()).map_err(named);
@@ -107,10 +108,10 @@ mod windowed {
         restored(&text, session, clock()).map_err(named)
     }
 
-    fn first(session: &Session, args: &ViewArgs) -> Result<Sight, CliError> {
+    fn first(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
         let target = catalog.named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
-        let view = first_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
+        let view = initial_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
         view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }
 

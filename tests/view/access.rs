@@ -7,9 +7,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, Tab};
-use orrery::view::kept::restored;
-use orrery::view::sight::Eye;
+use orrery::view::app::view_state::CameraPose;
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
 
 const SATURN: NaifId = NaifId(699);
 
@@ -42,10 +42,10 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     let plot = harness.get_by_role_and_label(Role::Image, "Frame times").accesskit_node().value().unwrap_or_default();
     assert!(plot.contains("frames") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
     // It is not told of each second that goes by.
-    harness.state_mut().viewer.pace.toggle_pause();
+    harness.state_mut().viewer.time_rate.toggle_pause();
     later(&mut harness, 0.1);
     let day = |h: &Harness<'static, Interface>| {
-        h.get_by_role_and_label(Role::Slider, "Drag through the year").accesskit_node().numeric_value().expect("a number")
+        h.get_by_role_and_label(Role::Slider, "Day of the year").accesskit_node().numeric_value().expect("a number")
     };
     let (first, first_title) = (day(&harness), title(&harness));
     let mut told = std::collections::BTreeSet::new();
@@ -100,8 +100,8 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
 #[test]
 fn two_fingers_apart_go_nearer_and_leave_the_lens() {
     let mut harness = saturn();
-    let eye = |h: &Harness<'static, Interface>| match h.state().viewer.sight.eye {
-        Eye::Orbit { distance_radii, .. } => (distance_radii, h.state().viewer.sight.fov_deg),
+    let eye = |h: &Harness<'static, Interface>| match h.state().viewer.view.eye {
+        CameraPose::Orbit { distance_radii, .. } => (distance_radii, h.state().viewer.view.fov_deg),
         other => panic!("{other:?}"),
     };
     let before = eye(&harness);
@@ -172,7 +172,7 @@ fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
     let open = |link: &str| restored(link, session(), now);
     let jupiter = open("orrery://view?target=599").expect("a view");
     assert_eq!((jupiter.target, jupiter.time()), (NaifId(599), now));
-    assert!(matches!(jupiter.eye, Eye::Orbit { body: NaifId(599), distance_radii, .. } if (distance_radii - 3.5).abs() < 1e-9));
+    assert!(matches!(jupiter.eye, CameraPose::Orbit { body: NaifId(599), distance_radii, .. } if (distance_radii - 3.5).abs() < 1e-9));
     assert_eq!(restored(&jupiter.to_link(), session(), Instant::from_tdb_seconds_past_j2000(0.0)), Ok(jupiter));
     assert_eq!(open("orrery://view?target=jupiter"), Ok(open("orrery://view?target=599").expect("a view")));
     let eclipse = open("orrery://view?time=2024-04-08T18:17:16Z").expect("a view");
@@ -203,7 +203,7 @@ fn what_is_typed_with_the_slash_in_one_turn_is_searched() {
     assert!(harness.state().tab.is_none(), "a digit opened a tab");
     harness.key_press(Key::Enter);
     harness.run_steps(3);
-    let time = harness.state().viewer.sight.time();
+    let time = harness.state().viewer.view.time();
     assert!(time.to_utc_iso().starts_with("2009-08-11T00:15:00"), "{}", time.to_utc_iso());
     harness.event(Event::Text("/".into()));
     harness.event(Event::Text("q".into()));

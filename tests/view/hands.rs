@@ -10,10 +10,10 @@ use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, Quality, ViewRequest};
 use orrery::session::{Earlier, Session};
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, Tab};
-use orrery::view::kept::restored;
-use orrery::view::paint::Painter;
-use orrery::view::studio::{Drawing, Order, Prompt, Studio, Task};
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::cpu_painter::Painter;
+use orrery::view::worker::render_worker::{Drawing, InlineWorker, RenderJob, RenderWorker, Task};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,17 +26,17 @@ type Window = Harness<'static, Interface>;
 
 /// Draws at once while it may, and then not at all: the last picture stays, as it does for seconds where drawing is slow.
 struct Held {
-    prompt: Prompt<'static>,
+    prompt: InlineWorker<'static>,
     draws: Arc<AtomicBool>,
 }
 
-impl Studio for Held {
+impl RenderWorker for Held {
     fn session(&self) -> &Session {
         self.prompt.session()
     }
-    fn order(&self, order: Order) {
+    fn submit(&self, job: RenderJob) {
         if self.draws.load(Ordering::Relaxed) {
-            self.prompt.order(order);
+            self.prompt.submit(job);
         }
     }
     fn take(&self) -> Option<Result<Drawing, String>> {
@@ -49,14 +49,14 @@ impl Studio for Held {
 
 /// A window whose studio draws while `draws` says so, tall enough for every row of the list.
 fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
-    let studio = Held { prompt: Prompt::new(session()), draws: Arc::clone(draws) };
+    let worker = Held { prompt: InlineWorker::new(session()), draws: Arc::clone(draws) };
     Harness::builder()
         .with_size([1100.0, height])
         .with_max_steps(40)
         // Two clicks of two steps each are a double-click.
         .with_step_dt(1.0 / 60.0)
         .renderer(OwnPainter(Painter::default()))
-        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &studio), interface)
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
 fn without_pictures(target: NaifId) -> Window {
@@ -433,7 +433,7 @@ fn saved_pictures_tell_which_request_they_are_of() {
         let mut window = sharing(&path);
         window.key_press_modifiers(Modifiers::COMMAND, Key::S);
         settle(&mut window);
-        let view = &window.state().viewer.sight;
+        let view = &window.state().viewer.view;
         let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
         let request = ViewRequest { purpose, ..request };
         assert_eq!(session().mark(&request).earlier(&path, (24, 16)), Earlier::Same, "{name}");
@@ -447,7 +447,7 @@ fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
     for paused in [true, false] {
         let mut window = harness(interface(SATURN, TIME));
         if !paused {
-            window.state_mut().viewer.pace.toggle_pause();
+            window.state_mut().viewer.time_rate.toggle_pause();
         }
         settle(&mut window);
         window.event(Event::Copy);
@@ -457,24 +457,24 @@ fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
             _ => None,
         });
         let link = copied.expect("a link");
-        let sight = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
+        let view = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
         // In a window of its own, and in one where time does the other.
         let subjects = window.state().viewer.subjects().to_vec();
-        let opened = orrery::view::viewer::Viewer::new(subjects, sight.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
-        assert_eq!(opened.pace.is_paused(), paused);
+        let opened = orrery::view::app::viewer::Viewer::new(subjects, view.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
+        assert_eq!(opened.time_rate.is_paused(), paused);
         let mut other = harness(interface(NaifId::EARTH, TIME));
         if paused {
-            other.state_mut().viewer.pace.toggle_pause();
+            other.state_mut().viewer.time_rate.toggle_pause();
         }
-        other.state_mut().show(sight, &Prompt::new(session()));
-        let shown_s = other.state().viewer.sight.tdb_s;
+        other.state_mut().show(view, &InlineWorker::new(session()));
+        let shown_s = other.state().viewer.view.tdb_s;
         settle(&mut other);
-        assert_eq!(other.state().viewer.pace.is_paused(), paused);
-        assert_eq!(other.state().viewer.sight.tdb_s == shown_s, paused, "time goes on, or does not");
+        assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
+        assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time goes on, or does not");
         // What is kept goes back to the link that it came from.
         let again = other.state().viewer.shared();
         assert_eq!(again.paused, Some(paused));
-        assert!(other.state().viewer.sight.paused.is_none());
+        assert!(other.state().viewer.view.paused.is_none());
     }
 }
 
@@ -529,7 +529,7 @@ fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
     let now = sky(&window);
     let (w, h, middle) = lit(&mut window, now);
     draws.store(true, Ordering::Relaxed);
-    window.state_mut().viewer.sight.quality = Quality::Standard;
+    window.state_mut().viewer.view.quality = Quality::Standard;
     settle(&mut window);
     let now = sky(&window);
     let drawn = lit(&mut window, now);
@@ -548,19 +548,19 @@ fn compared_pictures_are_never_stretched() {
     let mut window = held(shown, &draws, 640.0);
     window.state_mut().tab = Some(Tab::Compare);
     settle(&mut window);
-    let request = window.state().drawing().expect("a picture").order.request.clone();
+    let request = window.state().drawing().expect("a picture").job.request.clone();
     let shape = f64::from(request.width) / f64::from(request.height);
     draws.store(false, Ordering::Relaxed);
     let mut seen = std::collections::BTreeSet::new();
-    for size in [[1100.0, 640.0], [1500.0, 640.0], [900.0, 700.0], [1100.0, 1000.0], [1300.0, 420.0]] {
+    for size in [[1100.0, 640.0], [1500.0, 640.0], [900.0, 700.0], [1100.0, 1000.0], [1300.0, 560.0]] {
         window.set_size(size.into());
         for (page, image) in
             [("Split", "draft to the left"), ("Side by side", "draft"), ("Side by side", "reference"), ("Difference", "Difference of")]
         {
-            window.get_by_label(page).click();
+            window.get_by_label(page).click_accesskit();
             window.run_steps(3);
             let image = |n: &egui_kittest::Node<'_>| n.accesskit_node().label().is_some_and(|l| l.starts_with(image));
-            let rect = window.query_all_by_role(Role::Image).find(image).expect("a picture").rect();
+            let rect = window.query_all_by_role(Role::Image).find(image).unwrap_or_else(|| panic!("{page} at {size:?}: no picture")).rect();
             let case = format!("{page} at {size:?}: {rect}, of shape {shape}");
             seen.insert(((rect.width() * 10.0) as i32, (rect.height() * 10.0) as i32));
             if page != "Side by side" {

@@ -5,9 +5,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
-use orrery::view::interface::{Interface, Tab};
-use orrery::view::studio::Prompt;
-use orrery::view::watch::Watch;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::shader_watcher::ShaderWatcher;
+use orrery::view::worker::render_worker::InlineWorker;
 use std::collections::BTreeSet;
 
 /// Saturn from its lit side, the ring's shadow on the globe; time stands still.
@@ -15,10 +15,10 @@ fn saturn() -> Interface {
     interface(NaifId(699), "2017-05-17T00:00:00Z")
 }
 
-fn harness<'a>(studio: &'a Prompt<'a>, interface: Interface) -> Harness<'a, Interface> {
+fn harness<'a>(worker: &'a InlineWorker<'a>, interface: Interface) -> Harness<'a, Interface> {
     let mut harness = Harness::builder()
         .with_size(egui::vec2(1280.0, 800.0))
-        .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, studio), interface);
+        .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, worker), interface);
     harness.run_steps(12);
     harness
 }
@@ -43,8 +43,8 @@ fn open(harness: &mut Harness<'_, Interface>, page: &str) {
 
 #[test]
 fn the_source_names_the_feature_that_draws_the_rings_shadow() {
-    let studio = Prompt::new(session());
-    let mut harness = harness(&studio, saturn());
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
     open(&mut harness, "Source");
     let features = names(&harness, "ring-shadow.");
     assert!(!features.is_empty(), "no line of the globe is for the ring's shadow");
@@ -66,8 +66,8 @@ fn the_source_names_the_feature_that_draws_the_rings_shadow() {
 
 #[test]
 fn another_dimension_is_another_key_with_its_difference() {
-    let studio = Prompt::new(session());
-    let mut harness = harness(&studio, saturn());
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
     open(&mut harness, "Key");
     assert!(names(&harness, "changed by hand").is_empty() && names(&harness, "features differ").is_empty());
     assert_eq!(names(&harness, "Reachable: one of").len(), 1, "what is drawn can be drawn");
@@ -87,8 +87,8 @@ fn another_dimension_is_another_key_with_its_difference() {
 
 #[test]
 fn a_pixel_is_told_in_both_precisions() {
-    let studio = Prompt::new(session());
-    let mut harness = harness(&studio, saturn());
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
     open(&mut harness, "Probe");
     assert!(names(&harness, "f64 difference").is_empty(), "nothing before a click");
     press(&mut harness, "Centre of the image");
@@ -102,8 +102,8 @@ fn a_pixel_is_told_in_both_precisions() {
 
 #[test]
 fn two_ways_are_drawn_and_told_apart() {
-    let studio = Prompt::new(session());
-    let mut harness = harness(&studio, saturn());
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
     harness.state_mut().tab = Some(Tab::Compare);
     harness.run_steps(8);
     let figures = names(&harness, "PSNR");
@@ -122,19 +122,19 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
     let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
     let built_in = session.library().generator();
-    assert!(Watch::open(folder.path(), &session).is_err_and(|e| e.contains("no *.wgsl")), "an empty folder is a mistake");
+    assert!(ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.contains("no *.wgsl")), "an empty folder is a mistake");
     let (path, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wgsl").expect("a fragment");
     let file = folder.path().join(path);
     std::fs::create_dir_all(file.parent().expect("a parent")).expect("made");
     std::fs::write(&file, text).expect("written");
-    let watch = Watch::open(folder.path(), &session).expect("reads");
+    let watch = ShaderWatcher::open(folder.path(), &session).expect("reads");
     assert_eq!(session.library().generator(), built_in, "the same text is the same generator");
-    let studio = Prompt::new(&session);
-    let mut harness = harness(&studio, saturn());
+    let worker = InlineWorker::new(&session);
+    let mut harness = harness(&worker, saturn());
     let shown = harness.state().drawing().expect("a picture").took_ms;
     // Something that no shader may say.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
-    watch.look(&studio);
+    watch.look(&worker);
     assert_ne!(session.library().generator(), built_in);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
@@ -144,7 +144,7 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     assert!(told.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {told:?}");
     // Mended.
     std::fs::write(&file, format!("{text}\n// mended\n")).expect("written");
-    watch.look(&studio);
+    watch.look(&worker);
     harness.run_steps(8);
     assert!(harness.state().said().is_empty(), "{}", harness.state().said());
     assert!(names(&harness, "fn broken( {").is_empty());

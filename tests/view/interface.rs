@@ -7,13 +7,14 @@ use orrery::render::plan::Fineness;
 use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, SessionPlaces, Tab};
-use orrery::view::kept::restored;
-use orrery::view::paint::{Canvas, Painter};
-use orrery::view::settings::Settings;
-use orrery::view::sight::Sight;
-use orrery::view::studio::{Drawing, Order, Prompt, Studio, Task, Threaded};
-use orrery::view::viewer::{Places, Subject, Viewer};
+use orrery::view::app::places::{Places, SessionPlaces};
+use orrery::view::app::settings::Settings;
+use orrery::view::app::view_state::ViewState;
+use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::cpu_painter::{Canvas, Painter};
+use orrery::view::worker::render_worker::{Drawing, InlineWorker, RenderJob, RenderWorker, Task, ThreadedWorker};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -40,10 +41,10 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
     let sunward = places.between_km(target, NaifId::SUN, time).expect("a place").normalize();
     let pole = places.body_from_icrf(target, time).expect("an orientation").row(2);
-    let mut sight = Sight::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
-    sight.quality = Quality::Draft;
-    let mut viewer = Viewer::new(subjects.collect(), sight, || Instant::from_tdb_seconds_past_j2000(0.0));
-    viewer.pace.toggle_pause();
+    let mut view = ViewState::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
+    view.quality = Quality::Draft;
+    let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
+    viewer.time_rate.toggle_pause();
     Interface::new(viewer, Settings::default())
 }
 
@@ -73,12 +74,12 @@ pub fn harness(interface: Interface) -> Harness<'static, Interface> {
 }
 
 pub fn harness_of(session: &'static Session, interface: Interface) -> Harness<'static, Interface> {
-    let studio = Prompt::new(session);
+    let worker = InlineWorker::new(session);
     Harness::builder()
         .with_size([1100.0, 640.0])
         .with_max_steps(40)
         .renderer(OwnPainter(Painter::default()))
-        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &studio), interface)
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
 /// Lets time pass until the interface rests and its whole picture is there.
@@ -110,7 +111,7 @@ fn saturn_is_found_by_search_and_flown_to() {
     harness.run_steps(1);
     assert!(harness.state().viewer.is_flying());
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.target, SATURN);
+    assert_eq!(harness.state().viewer.view.target, SATURN);
     let drawing = harness.state().drawing().expect("a picture");
     let saturn = drawing.scene.body(SATURN).expect("Saturn");
     assert!(saturn.diameter_px > 150.0, "{} px", saturn.diameter_px);
@@ -129,7 +130,7 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     assert_eq!(toggle.accesskit_node().toggled(), Some(egui::accesskit::Toggled::True));
     toggle.click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.effects.to_text(), "-ring-shadow");
+    assert_eq!(harness.state().viewer.view.effects.to_text(), "-ring-shadow");
     let decided = harness.state().drawing().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
     let shadow = decided.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
     assert!(!shadow.on);
@@ -144,7 +145,7 @@ fn an_effect_switched_off_changes_the_picture_and_says_so() {
     settle(&mut harness);
     harness.get_by_label("Reset to automatic").click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.effects.to_text(), "");
+    assert_eq!(harness.state().viewer.view.effects.to_text(), "");
 }
 
 #[test]
@@ -155,15 +156,15 @@ fn a_moment_is_one_click_away() {
     harness.get_by_label("Total eclipse over North America").click();
     settle(&mut harness);
     let state = harness.state();
-    assert_eq!(state.viewer.sight.target, NaifId::EARTH);
-    assert!(state.viewer.sight.time().to_utc_iso().starts_with("2024-04-08T18:17:1"));
-    assert!(state.viewer.pace.is_paused());
+    assert_eq!(state.viewer.view.target, NaifId::EARTH);
+    assert!(state.viewer.view.time().to_utc_iso().starts_with("2024-04-08T18:17:1"));
+    assert!(state.viewer.time_rate.is_paused());
     let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.decisions.iter().any(|d| d.feature == "eclipse" && d.on), "{:?}", earth.decisions);
     // Back leads to Mars.
     harness.get_by_label("Back").click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.target, NaifId(499));
+    assert_eq!(harness.state().viewer.view.target, NaifId(499));
 }
 
 #[test]
@@ -182,33 +183,33 @@ fn time_is_typed_stepped_and_refused() {
     enter(&mut harness, "1999-08-11T11:03:05Z");
     harness.key_press(egui::Key::Enter);
     settle(&mut harness);
-    assert!(harness.state().viewer.sight.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().message);
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().message);
     harness.get_by_label("+d").click();
     settle(&mut harness);
-    assert!(harness.state().viewer.sight.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
     enter(&mut harness, "next Tuesday");
     harness.key_press(egui::Key::Enter);
     harness.run_steps(1);
     assert!(harness.state().message.contains("next Tuesday"), "{}", harness.state().message);
-    assert!(harness.state().viewer.sight.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
 }
 
 #[test]
 fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
-    use orrery::view::sight::Eye;
+    use orrery::view::app::view_state::CameraPose;
     let mut harness = harness(interface(NaifId::EARTH, "2024-04-08T18:17:16Z"));
     settle(&mut harness);
     harness.get_by_label("Stand on surface").click();
     settle(&mut harness);
     let state = harness.state();
-    assert!(matches!(state.viewer.sight.eye, Eye::Ground { body: NaifId::EARTH, .. }));
+    assert!(matches!(state.viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }));
     assert!(state.said().is_empty() && state.drawing().is_some(), "{}", state.said());
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "View from").click();
     harness.run_steps(2);
     harness.get_by_label("Centre of Mars").click();
     settle(&mut harness);
     let state = harness.state();
-    assert_eq!(state.viewer.sight.eye, Eye::Centre { body: NaifId(499) });
+    assert_eq!(state.viewer.view.eye, CameraPose::Centre { body: NaifId(499) });
     let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.distance_km > 5e7, "{} km", earth.distance_km);
 }
@@ -250,13 +251,13 @@ fn every_panel_fits_the_window_and_names_its_controls() {
 fn a_link_restores_the_view_in_another_window() {
     let mut first = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     settle(&mut first);
-    let link = first.state().viewer.sight.to_link();
+    let link = first.state().viewer.view.to_link();
     let mut second = harness(interface(NaifId::EARTH, "2000-01-01T12:00:00Z"));
     settle(&mut second);
-    let sight = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
-    second.state_mut().show(sight, &Prompt::new(session()));
+    let view = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
+    second.state_mut().show(view, &InlineWorker::new(session()));
     settle(&mut second);
-    let pictures = [&mut first, &mut second].map(|h| h.state().drawing().expect("a picture").order.request.clone());
+    let pictures = [&mut first, &mut second].map(|h| h.state().drawing().expect("a picture").job.request.clone());
     assert_eq!(pictures[0], pictures[1]);
 }
 
@@ -276,25 +277,25 @@ fn a_window_of_nothing_draws_nothing_and_comes_back() {
 #[test]
 fn a_picture_waits_for_no_question() {
     let (woken, wakes) = std::sync::mpsc::channel();
-    let studio = Threaded::new(session(), move || {
+    let worker = ThreadedWorker::new(session(), move || {
         let _ = woken.send(());
     });
     let (free, held) = std::sync::mpsc::channel::<()>();
     let request =
         ViewRequest { width: 16, height: 16, ..ViewRequest::of(NaifId(301), Instant::parse("2024-04-08T18:17:16Z").expect("a time")) };
     let (drawn, answered) = std::thread::scope(|scope| {
-        scope.spawn(|| studio.draw());
-        scope.spawn(|| studio.answer());
+        scope.spawn(|| worker.draw());
+        scope.spawn(|| worker.answer());
         // A question that lasts until it is freed.
-        studio.run(Box::new(move |_| {
+        worker.run(Box::new(move |_| {
             let _ = held.recv();
         }));
-        studio.order(Order { fineness: Fineness::of(request.quality), request: request.clone(), on_device: false });
+        worker.submit(RenderJob { fineness: Fineness::of(request.quality), request: request.clone(), on_device: false });
         let patience = std::time::Duration::from_secs(120);
-        let drawn = wakes.recv_timeout(patience).is_ok() && studio.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
+        let drawn = wakes.recv_timeout(patience).is_ok() && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
         drop(free);
         let answered = wakes.recv_timeout(patience).is_ok();
-        studio.close();
+        worker.close();
         (drawn, answered)
     });
     assert!(drawn, "the picture waited for the question");
@@ -302,15 +303,15 @@ fn a_picture_waits_for_no_question() {
 }
 
 /// Counts the pictures that are asked for.
-struct Counting(Prompt<'static>, Arc<AtomicU32>);
+struct Counting(InlineWorker<'static>, Arc<AtomicU32>);
 
-impl Studio for Counting {
+impl RenderWorker for Counting {
     fn session(&self) -> &Session {
         self.0.session()
     }
-    fn order(&self, order: Order) {
+    fn submit(&self, job: RenderJob) {
         self.1.fetch_add(1, Ordering::Relaxed);
-        self.0.order(order);
+        self.0.submit(job);
     }
     fn take(&self) -> Option<Result<Drawing, String>> {
         self.0.take()
@@ -323,24 +324,24 @@ impl Studio for Counting {
 #[test]
 fn real_time_is_kept_with_few_pictures() {
     let mut interface = interface(SATURN, "2017-05-17T00:00:00Z");
-    interface.viewer.pace.toggle_pause();
-    assert_eq!(interface.viewer.pace.rate(), 1.0);
+    interface.viewer.time_rate.toggle_pause();
+    assert_eq!(interface.viewer.time_rate.rate(), 1.0);
     let orders: Arc<AtomicU32> = Arc::default();
-    let studio = Counting(Prompt::new(session()), Arc::clone(&orders));
+    let worker = Counting(InlineWorker::new(session()), Arc::clone(&orders));
     let mut harness = Harness::builder()
         .with_size([700.0, 400.0])
         .with_max_steps(40)
         .renderer(OwnPainter(Painter::default()))
-        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &studio), interface);
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
     settle(&mut harness);
     let turns = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
-        let (orders_before, tdb_before_s) = (orders.load(Ordering::Relaxed), harness.state().viewer.sight.tdb_s);
+        let (orders_before, tdb_before_s) = (orders.load(Ordering::Relaxed), harness.state().viewer.view.tdb_s);
         for _ in 0..count {
             let next = harness.input_mut().time.unwrap_or(0.0) + step_s;
             harness.input_mut().time = Some(next);
             harness.run_steps(1);
         }
-        (orders.load(Ordering::Relaxed) - orders_before, harness.state().viewer.sight.tdb_s - tdb_before_s)
+        (orders.load(Ordering::Relaxed) - orders_before, harness.state().viewer.view.tdb_s - tdb_before_s)
     };
     // Ten turns a second for six seconds: the picture follows once a second at most.
     let (pictures, passed_s) = turns(&mut harness, 60, 0.1);
@@ -350,6 +351,6 @@ fn real_time_is_kept_with_few_pictures() {
     let (_, passed_s) = turns(&mut harness, 10, 1.0);
     assert!((passed_s - 10.0).abs() < 0.2, "{passed_s} s went by in ten");
     // A hand on the view is answered at once.
-    harness.state_mut().viewer.sight.fov_deg *= 0.9;
+    harness.state_mut().viewer.view.fov_deg *= 0.9;
     assert!(turns(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was asked for");
 }

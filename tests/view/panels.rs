@@ -10,7 +10,7 @@ use orrery::scene::effects::Effect;
 use orrery::scene::request::{ExposureRequest, Position, Quality, ToneMap, ViewRequest};
 use orrery::session::{Readiness, RendererWish, Session, Sources};
 use orrery::time::Instant;
-use orrery::view::interface::{Interface, Tab};
+use orrery::view::panels::{Interface, Tab};
 use std::fmt::Write;
 
 const SATURN: NaifId = NaifId(699);
@@ -110,13 +110,13 @@ fn prices_stand_beside_the_effects_once_the_view_rests() {
     let mut harness = harness(interface(SATURN, EQUINOX));
     harness.state_mut().tab = Some(Tab::Effects);
     let prices = |h: &Harness<'static, Interface>| h.query_all_by_label_contains("% light").count();
-    let pace = &mut harness.state_mut().viewer.pace;
-    pace.toggle_pause();
-    (0..8).for_each(|_| pace.faster());
+    let time_rate = &mut harness.state_mut().viewer.time_rate;
+    time_rate.toggle_pause();
+    (0..8).for_each(|_| time_rate.faster());
     settle(&mut harness);
     assert!(harness.state().viewer.races());
     assert_eq!(prices(&harness), 0, "nothing is measured while the view moves");
-    harness.state_mut().viewer.pace.toggle_pause();
+    harness.state_mut().viewer.time_rate.toggle_pause();
     settle(&mut harness);
     assert!(prices(&harness) > 5, "{} prices", prices(&harness));
 }
@@ -159,7 +159,7 @@ fn the_renderer_is_chosen_in_the_window() {
     settle(&mut harness);
     harness.get_by_label("clipped").click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.sight.tone_map, ToneMap::Plain);
+    assert_eq!(harness.state().viewer.view.tone_map, ToneMap::Plain);
     assert_eq!(harness.state().drawing().expect("a picture").scene.tone_map, ToneMap::Plain);
     let (choices, now) = session.renderers();
     assert_eq!(now, RendererWish::Software);

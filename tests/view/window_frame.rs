@@ -9,8 +9,8 @@ use egui::epaint::{ImageData, ImageDelta};
 use orrery::image::{Difference, Picture};
 use orrery::render::plan::{self, Plan};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
-use orrery::view::paint::{Canvas, Painter};
-use orrery::view::pieces::{ON_DEVICE, pieces};
+use orrery::view::window::cpu_painter::{Canvas, Painter};
+use orrery::view::window::primitives::{ON_DEVICE, pieces};
 
 const SIZE: [u32; 2] = [320, 200];
 const SCALE: f32 = 1.25;
@@ -212,6 +212,44 @@ fn a_large_map_arrives_whole() {
             assert_eq!(*pixel, texel(x, y), "texel {x} {y}");
         }
     }
+}
+
+/// Milliseconds of a window's frame, 1280 by 800 with a panel open, by the painter and by the software renderer's own pass; for people:
+/// `--ignored --nocapture`. The least of alternating runs, because other programs run beside.
+#[test]
+#[ignore = "measures; asserts nothing about time"]
+fn the_painter_and_the_software_pass_are_timed() {
+    use orrery::view::panels::Tab;
+    use std::time::Instant;
+    let size = [1280_u32, 800];
+    let context = egui::Context::default();
+    let worker = orrery::view::worker::render_worker::InlineWorker::new(crate::viewer::session());
+    let mut interface = crate::viewer::interface(orrery::catalog::NaifId(699), "2017-05-17T00:00:00Z");
+    interface.tab = Some(Tab::Effects);
+    let (mut painter, mut primitives) = (Painter::default(), Vec::new());
+    for turn in 0..10 {
+        let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
+        let input = egui::RawInput { screen_rect: Some(rect), time: Some(0.3 * f64::from(turn)), ..egui::RawInput::default() };
+        let mut output = context.run_ui(input, |ui| interface.ui(ui, &worker));
+        for (id, deltas) in output.textures_delta.set.drain() {
+            deltas.iter().for_each(|delta| painter.set_texture(id, delta));
+        }
+        primitives = context.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
+    }
+    assert!(interface.drawing().is_some() && primitives.len() > 10);
+    let mut pixels = vec![0; (size[0] * size[1]) as usize];
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..30 {
+        let start = Instant::now();
+        painter.paint(&mut Canvas { width: size[0] as usize, height: size[1] as usize, pixels: &mut pixels }, 1.0, &primitives);
+        least[0] = least[0].min(start.elapsed().as_secs_f64() * 1e3);
+        let start = Instant::now();
+        let plan = plan::interface(pieces(&painter, size, 1.0, &primitives, None), size, &*SESSION).expect("a plan");
+        let drawn = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
+        least[1] = least[1].min(start.elapsed().as_secs_f64() * 1e3);
+        assert_eq!(drawn.0.display.len(), pixels.len());
+    }
+    println!("painter {:.2} ms, software pass with its plan {:.2} ms", least[0], least[1]);
 }
 
 /// Shader fragments that someone changes: the GPU draws with the new ones, on the same device, and with the old ones again.
