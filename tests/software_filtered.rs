@@ -1,17 +1,20 @@
 //! shaders/lib/filtered.wgsl on the tape, tap by tap, against the one operation that the software renderer makes of it, on random footprints.
 //!
-//! The fragment is lowered twice: as it is, and with its function under another name, which the lowering does not know.
+//! The fragment is lowered twice: as it is, and with its function under another name, which the lowering does not know. An edited function is no
+//! longer that operation.
 
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
 use orrery::render::software::exec::{Executor, LANES, LaneMask};
 use orrery::render::software::kernels::KernelClass;
-use orrery::render::software::lower::lower;
+use orrery::render::software::lower::{lower, lowering, programs_from_bytes};
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, Program};
 use orrery::render::software::sample::texels::Texels;
 use orrery::render::software::sample::{Bound, Textures};
 use orrery::render::software::tape::{Instr, TextureOp};
+use orrery::shader::fragments::Fragments;
+use orrery::shader::{ModuleId, ShaderModule};
 use std::sync::Arc;
 
 const FRAGMENT: &str = include_str!("../shaders/lib/filtered.wgsl");
@@ -114,4 +117,63 @@ fn the_operation_is_the_fragment_tap_by_tap() {
         let d = differences::<f64>(&native, &program(&renamed.replace(right, wrong)), KernelClass::detect(), 8.0);
         assert!(d[d.len() / 2] > 1e-3, "{wrong} is not seen");
     }
+}
+
+/// Under its own name, so that only the body tells it from the shipped one.
+fn edited(right: &str, wrong: &str) -> String {
+    assert!(FRAGMENT.contains(right), "{right}");
+    FRAGMENT.replace(right, wrong)
+}
+
+#[test]
+fn an_edited_function_runs_as_edited() {
+    let class = KernelClass::detect();
+    let native = program(&format!("{FRAGMENT}{ENTRY}"));
+    for (right, wrong) in [
+        ("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"),
+        ("- 0.5 * (reach.taps - 1.0)", "- 0.5 * reach.taps"),
+        ("+ 0.99)", "+ 0.5)"),
+        ("return sum / reach.taps", "return 0.5 * sum / reach.taps"),
+    ] {
+        let fragment = edited(right, wrong);
+        let own = program(&format!("{fragment}{ENTRY}"));
+        let taps = program(&format!("{fragment}{ENTRY}").replace("filtered_map", "tap_by_tap"));
+        assert_eq!(reads(&own), [TextureOp::Level], "{wrong}");
+        assert_eq!(differences::<f64>(&own, &taps, class, 8.0).last(), Some(&0.0), "{wrong}");
+        let d = differences::<f64>(&own, &native, class, 8.0);
+        assert!(d[d.len() - 1] > 1e-3, "{wrong} is not seen");
+    }
+    // Steps that leave no value behind count too.
+    let discarding = program(&format!("{}{ENTRY}", edited("let reach =", "if most > 100.0 { discard; }\n    let reach =")));
+    assert!(discarding.uses_discard && reads(&discarding) == [TextureOp::Level]);
+    let discarding = program(&format!("{}{ENTRY}", edited("return sum / reach.taps;", "discard;\n    return sum / reach.taps;")));
+    assert_eq!(reads(&discarding), [TextureOp::Level]);
+}
+
+#[test]
+fn names_comments_and_the_module_around_it_change_no_operation() {
+    let same = [
+        edited("reach", "extent"),
+        edited("let first", "// Where the first tap stands.\n    let start_of_taps"),
+        format!("var<private> unrelated: f32 = 7.5;\n{FRAGMENT}\nfn also(x: f32) -> f32 {{ return x * 2.5 + unrelated; }}"),
+    ];
+    for fragment in same.map(|f| f.replace("first +", if f.contains("start_of_taps") { "start_of_taps +" } else { "first +" })) {
+        assert_eq!(reads(&program(&format!("{fragment}{ENTRY}"))), [TextureOp::Filtered], "{fragment}");
+    }
+}
+
+/// A planet's module with its map, and the same with a fragment of the user's: the digest of a file, as `view --shaders` puts it there.
+#[test]
+fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
+    let reads_of = |fragments: &Fragments| {
+        let id: ModuleId = "lambert.albedo.sun1.sphere".parse().expect("a key");
+        let module = ShaderModule::build_with(fragments, &id, &lowering()).expect("builds");
+        let programs = programs_from_bytes(&module.tape).expect("programs");
+        programs.iter().flat_map(reads).collect::<Vec<_>>()
+    };
+    let shipped = reads_of(&Fragments::default());
+    assert!(shipped.contains(&TextureOp::Filtered), "{shipped:?}");
+    let file = ("lib/filtered.wgsl".to_owned(), edited("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"));
+    let mine = reads_of(&Fragments::with_files([file]));
+    assert!(!mine.contains(&TextureOp::Filtered) && mine.contains(&TextureOp::Level), "{mine:?}");
 }

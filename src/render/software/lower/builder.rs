@@ -27,7 +27,7 @@ pub type Label = u32;
 pub type Vals = SmallVec<[Val; 4]>;
 
 /// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others draw or once ids.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     Op {
         dst: Val,

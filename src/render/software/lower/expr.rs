@@ -361,7 +361,7 @@ impl<'m> Lowerer<'m> {
         Ok(out)
     }
 
-    fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
+    pub fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
         let inner = self.type_of(image);
         let sampled = matches!(
             inner,
@@ -392,20 +392,6 @@ impl<'m> Lowerer<'m> {
             Some(b) if b.group == 0 => Ok(b.binding),
             _ => Err(self.refuse("textures and samplers must be in @group(0)".into())),
         }
-    }
-
-    /// The call of shaders/lib/filtered.wgsl's `filtered_map` as one operation; `None` for any other function.
-    pub fn filtered_map(&mut self, callee: &naga::Function, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
-        let (Some("filtered_map"), &[image, sampler, uv, dx, dy, most]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
-        let texture = self.texture_use(image, Some(sampler))?;
-        let mut args = Vec::new();
-        for part in [uv, dx, dy, most] {
-            args.extend(self.words_of(part)?);
-        }
-        if args.len() != 7 {
-            return Err(self.refuse("filtered_map takes a texture, a sampler, three vec2f and a number".into()));
-        }
-        Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.path).to_vec()))
     }
 
     fn sample(

@@ -56,6 +56,8 @@ pub struct Lowerer<'m> {
     top_of_loop: bool,
     /// Named values to be kept, where someone asked for them.
     pub watch: Option<super::named::Watch>,
+    /// For functions named as a native operation: whether their body is the one that the operation computes.
+    pub native: HashMap<Handle<Function>, bool>,
 }
 
 /// How a word changes in a loop.
@@ -87,6 +89,7 @@ impl<'m> Lowerer<'m> {
             open_loops: Vec::new(),
             top_of_loop: false,
             watch: None,
+            native: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);
@@ -402,7 +405,7 @@ impl<'m> Lowerer<'m> {
             }
             Statement::Call { function, arguments, result } => {
                 let callee = &self.module.functions[*function];
-                if let (Some(filtered), Some(r)) = (self.filtered_map(callee, arguments)?, result) {
+                if let (Some(filtered), Some(r)) = (self.native_call(*function, arguments)?, result) {
                     let value = Value::Words(filtered);
                     self.watch_value(*r, &value)?;
                     self.frame_mut().values.insert(*r, value);

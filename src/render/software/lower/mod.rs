@@ -14,6 +14,7 @@ mod flow;
 mod functions;
 mod loops;
 mod named;
+mod native;
 mod place;
 mod stored;
 
