@@ -9,7 +9,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("mesh", &["mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("scene", &["units", "time", "catalog", "ephemeris", "mesh", "scene", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("image", &["units", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("shader/key", &["scene::draw", "shader::key", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
@@ -38,7 +38,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "render/software",
-        &["shader", "image", "render::plan", "render::frame", "render::software"],
+        &["units", "shader", "image", "render::plan", "render::frame", "render::software"],
         &["wgpu", "winit", "softbuffer", "std::fs"],
     ),
 ];

@@ -12,7 +12,6 @@ mod maps;
 mod mips;
 mod poles;
 mod sealed;
-pub use mips::{linear_to_srgb, srgb_to_linear};
 pub use poles::Poles;
 mod write;
 

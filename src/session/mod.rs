@@ -33,7 +33,7 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Body, Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{Letters, MapStore, Reading, SharedTexture, srgb_to_linear};
+use crate::image::{Letters, MapStore, Reading, SharedTexture};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
@@ -368,7 +368,7 @@ impl Session {
         let map = self.maps.get_as(&night.file, plan::map_reading(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
         let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
-        let texels = level.bytes.chunks_exact(4).map(|texel| srgb_to_linear(f64::from(brightest(texel)) / 255.0));
+        let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
         Lamps::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 
