@@ -14,6 +14,7 @@ mod depth;
 mod eclipse;
 mod ephemeris;
 mod exposure;
+mod formulas;
 mod glint;
 mod golden;
 #[cfg(feature = "gpu")]
