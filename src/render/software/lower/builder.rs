@@ -3,85 +3,11 @@
 //! Rates: a constant; one value per draw (computed once on the uniform tape); one value for all lanes that changes in a loop (computed in
 //! line, once); one value per lane. An operation runs at the slowest rate that its operands allow.
 
+use super::step::{Label, Step, Val, Vals};
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
-use crate::render::software::tape::{Link, Op, TextureOp, WordKind};
+use crate::render::software::tape::{Op, TextureOp, WordKind};
 use rustc_hash::FxHashMap as HashMap;
-use smallvec::SmallVec;
-
-/// A scalar value during lowering.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Val {
-    /// Index into the constants.
-    Const(u32),
-    /// Computed once per draw.
-    Draw(u32),
-    /// One value for all lanes, computed in line.
-    Once(u32),
-    Lane(u32),
-}
-
-pub type Label = u32;
-
-/// Values of one step, most often no more than an operation takes: thousands of keys are lowered, and most of the time went to allocation.
-pub type Vals = SmallVec<[Val; 4]>;
-
-/// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others draw or once ids.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Step {
-    Op {
-        dst: Val,
-        op: Op,
-        args: Vals,
-    },
-    /// Several operations as one instruction; made last, by [`super::chains`].
-    Chain {
-        dst: Val,
-        links: Vec<Link>,
-        args: Vals,
-    },
-    /// A loop variable takes its next value: the one step that writes a value twice.
-    Assign {
-        dst: Val,
-        from: Val,
-    },
-    Uniform {
-        dst: Val,
-        kind: WordKind,
-        offset: u32,
-        index: Option<Val>,
-        stride: u32,
-        count: u32,
-    },
-    Texture {
-        what: TextureOp,
-        texture: u16,
-        dst: [Val; 4],
-        args: Vals,
-        mask: Val,
-    },
-    TextureSize {
-        dst: Val,
-        texture: u16,
-        axis: u8,
-        level: Val,
-    },
-    SkipIfNone {
-        mask: Val,
-        label: Label,
-    },
-    JumpIf {
-        cond: Val,
-        when: bool,
-        label: Label,
-    },
-    Jump {
-        label: Label,
-    },
-    Label(Label),
-    LoopStart,
-    LoopEnd,
-}
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {

@@ -3,8 +3,8 @@
 //! A lane that discarded only lends its values to the differences between neighbouring pixels. Where the rest of a function takes none, that rest is
 //! lowered for the living lanes alone: their textures are not read, and a batch in which none lives skips it.
 
-use super::builder::Val;
-use super::flow::{KILLED, Lowerer};
+use super::lowerer::{KILLED, Lowerer};
+use super::step::Val;
 use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 

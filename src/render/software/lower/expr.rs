@@ -1,9 +1,9 @@
 //! Expressions.
 
-use super::Result;
-use super::builder::Val;
-use super::flow::Lowerer;
+use super::error::Result;
+use super::lowerer::Lowerer;
 use super::place::{Place, Value, scalar_kind_of, supported};
+use super::step::Val;
 use crate::render::software::program::{Constant, TextureUse};
 use crate::render::software::tape::{Op, TextureOp};
 use naga::{

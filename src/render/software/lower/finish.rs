@@ -3,8 +3,9 @@
 //! A lane value lives from its first write to its last use; a value from before a loop that the loop uses lives to the loop's end. Slots are
 //! reused last in, first out, and a result never shares the slot of an operand, which lets kernels assume that nothing overlaps.
 
-use super::LowerError;
-use super::builder::{Builder, Label, Step, Val, Vals};
+use super::builder::Builder;
+use super::error::LowerError;
+use super::step::{Label, Step, Val, reads, writes};
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
@@ -15,31 +16,6 @@ pub struct Finished {
     pub outputs: Vec<Operand>,
     pub registers: u32,
     pub slots: u32,
-}
-
-pub fn reads(step: &Step) -> Vals {
-    match step {
-        Step::Op { args, .. } | Step::Chain { args, .. } => args.clone(),
-        Step::Assign { from, .. } => smallvec![*from],
-        Step::Uniform { index, .. } => index.iter().copied().collect(),
-        Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
-        Step::TextureSize { level, .. } => smallvec![*level],
-        Step::SkipIfNone { mask, .. } => smallvec![*mask],
-        Step::JumpIf { cond, .. } => smallvec![*cond],
-        Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => smallvec![],
-    }
-}
-
-pub fn writes(step: &Step) -> Vals {
-    match step {
-        Step::Op { dst, .. }
-        | Step::Chain { dst, .. }
-        | Step::Assign { dst, .. }
-        | Step::Uniform { dst, .. }
-        | Step::TextureSize { dst, .. } => smallvec![*dst],
-        Step::Texture { dst, .. } => Vals::from_slice(dst),
-        _ => smallvec![],
-    }
 }
 
 /// Keeps what a jump, a kept assignment or an output needs. Iterates, because a loop variable's use may come before its assignment.

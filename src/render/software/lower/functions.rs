@@ -1,8 +1,8 @@
 //! Built-in functions of WGSL, in terms of tape operations.
 
-use super::Result;
-use super::builder::Val;
-use super::flow::Lowerer;
+use super::error::Result;
+use super::lowerer::Lowerer;
+use super::step::Val;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, MathFunction, ScalarKind, TypeInner};
 

@@ -4,8 +4,7 @@
 //! turn before it, and exits from loops by one jump in place of two. Only what every turn computes moves: a step behind a skip stays there, since
 //! to run it always may cost more than to run it often.
 
-use super::builder::{Label, Step, Val};
-use super::finish::{reads, writes};
+use super::step::{Label, Step, Val, reads, writes};
 use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 

@@ -6,51 +6,34 @@
 //! What is not supported is refused here, with the place in the source.
 
 mod builder;
+mod calls;
 mod chains;
+mod control_flow;
 mod discard;
+mod error;
 mod expr;
 mod finish;
-mod flow;
 mod functions;
 mod loops;
+mod lowerer;
 mod named;
 mod native;
 mod place;
+mod statements;
+mod step;
 mod stored;
 
+pub use error::LowerError;
 pub use named::{NamedProgram, lower_named};
 pub use stored::lowering;
 
 use super::program::{LaneInput, LaneOutput, Program, Stage};
-use builder::{Builder, Val};
-use flow::Lowerer;
+use builder::Builder;
+use error::Result;
+use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
 use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
-
-/// Why a module cannot run in software.
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("{}{what}", .line.map(|l| format!("line {l}: ")).unwrap_or_default())]
-pub struct LowerError {
-    pub what: String,
-    /// Where in the WGSL; undefined for a module read back from the library.
-    pub span: Span,
-    /// 1-based, once [`LowerError::with_source`] has seen the text.
-    pub line: Option<u32>,
-}
-
-impl LowerError {
-    pub(crate) fn new(what: String, span: Span) -> Self {
-        Self { what, span, line: None }
-    }
-
-    /// Finds the line of the span in the module's text.
-    pub fn with_source(mut self, wgsl: &str) -> Self {
-        self.line = self.span.is_defined().then(|| self.span.location(wgsl).line_number);
-        self
-    }
-}
-
-type Result<T> = std::result::Result<T, LowerError>;
+use step::Val;
 
 /// Lowers one entry point, vertex or fragment. `info` comes from validating this `module`.
 ///
@@ -115,7 +98,7 @@ fn lowered(
     for v in &mut outputs {
         if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !taken.insert(*v) {
             let dst = b.fresh_lane();
-            b.code.push(builder::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
+            b.code.push(step::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
         }
     }

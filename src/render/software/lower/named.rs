@@ -4,10 +4,12 @@
 //! function leaves them). A callee's names stand behind its own and a slash; a second call in the same caller is `name#2`, and of a loop the last
 //! turn counts. A value that the pixel never came to stays NaN. Nothing of this is in a program that draws.
 
-use super::builder::{Builder, Step, Val};
-use super::flow::Lowerer;
+use super::builder::Builder;
+use super::error::Result;
+use super::lowered;
+use super::lowerer::Lowerer;
 use super::place::Value;
-use super::{Result, lowered};
+use super::step::{Step, Val};
 use crate::render::software::program::{LaneOutput, Program};
 use crate::render::software::tape::Op;
 use naga::valid::ModuleInfo;

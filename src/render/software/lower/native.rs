@@ -5,10 +5,11 @@
 //!
 //! Two bodies are equal where they lower to the same steps. Names, comments and places in the text do not matter; an edit that changes any step does.
 
-use super::builder::{Builder, Step, Val};
-use super::flow::Lowerer;
+use super::builder::Builder;
+use super::error::{LowerError, Result};
+use super::lowerer::Lowerer;
 use super::place::Value;
-use super::{LowerError, Result};
+use super::step::{Step, Val};
 use crate::render::software::program::Constant;
 use crate::render::software::tape::TextureOp;
 use naga::valid::ModuleInfo;

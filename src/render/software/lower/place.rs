@@ -1,8 +1,8 @@
 //! Where pointers point: words of the environment or of the uniform block, with indices known or not.
 
-use super::builder::Val;
-use super::flow::Lowerer;
-use super::{LowerError, Result};
+use super::error::{LowerError, Result};
+use super::lowerer::Lowerer;
+use super::step::Val;
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
 
@@ -202,6 +202,29 @@ impl Lowerer<'_> {
         for k in 0..self.children(inner)? {
             let (child, _, bytes) = self.child(inner, k)?;
             self.leaves(&child, at + bytes, out)?;
+        }
+        Ok(())
+    }
+
+    pub fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<Val>> {
+        let n = self.words(inner)?;
+        let mut kinds = Vec::with_capacity(n);
+        self.zero_words(inner, &mut kinds)?;
+        Ok(kinds)
+    }
+
+    fn zero_words(&mut self, inner: &TypeInner, out: &mut Vec<Val>) -> Result<()> {
+        if let TypeInner::Scalar(s) = inner {
+            out.push(match supported(*s, self.span)? {
+                ScalarKind::Float => self.builder.float(0.0),
+                ScalarKind::Bool => self.builder.bool(false),
+                _ => self.builder.int(0),
+            });
+            return Ok(());
+        }
+        for k in 0..self.children(inner)? {
+            let (child, _, _) = self.child(inner, k)?;
+            self.zero_words(&child, out)?;
         }
         Ok(())
     }

@@ -9,7 +9,7 @@
 pub mod double;
 pub mod single;
 
-use super::kernels::Kernels;
+use super::kernels::class::Kernels;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks travel in the same slots, bit-cast:
