@@ -80,9 +80,9 @@ impl Builder {
         self.next += 1;
         Val::Lane(self.next)
     }
-    pub fn fresh_once(&mut self) -> Val {
+    pub fn fresh_uniform(&mut self) -> Val {
         self.next += 1;
-        Val::Once(self.next)
+        Val::Uniform(self.next)
     }
     pub fn label(&mut self) -> Label {
         self.labels += 1;
@@ -105,8 +105,8 @@ impl Builder {
         self.next += 1;
         if args.iter().any(|a| matches!(a, Val::Lane(_))) {
             Val::Lane(self.next)
-        } else if args.iter().any(|a| matches!(a, Val::Once(_))) {
-            Val::Once(self.next)
+        } else if args.iter().any(|a| matches!(a, Val::Uniform(_))) {
+            Val::Uniform(self.next)
         } else {
             Val::Draw(self.next)
         }
@@ -271,7 +271,7 @@ impl Builder {
             return v;
         }
         let dst = self.fresh_for(index.as_slice());
-        self.emit(dst, Some(key), Step::Uniform { dst, kind, offset, index, stride: 4, count })
+        self.emit(dst, Some(key), Step::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
     pub fn texture(&mut self, what: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
@@ -289,7 +289,7 @@ impl Builder {
         if let Some(v) = self.find(&key) {
             return Some(v);
         }
-        let dst = self.fresh_once();
+        let dst = self.fresh_uniform();
         Some(self.emit(dst, Some(key), Step::TextureSize { dst, texture, axis, level }))
     }
 }

@@ -1,7 +1,7 @@
 //! Calls: every function is inlined where it is called.
 
 use super::error::Result;
-use super::lowerer::{Frame, Lowerer};
+use super::lowerer::{CallFrame, Lowerer};
 use super::place::Value;
 use super::step::Val;
 use naga::valid::FunctionInfo;
@@ -10,10 +10,10 @@ use rustc_hash::FxHashMap as HashMap;
 
 impl<'m> Lowerer<'m> {
     pub fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<Val>>) -> Result<Vec<Val>> {
-        self.call(function, info, arguments.into_iter().map(Value::Words).collect())
+        self.call(function, info, arguments.into_iter().map(Value::Scalars).collect())
     }
 
-    /// Inlines a call and gives the words of its result.
+    /// Inlines a call and gives the scalars of its result.
     pub fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<Val>> {
         let base = self.env.len();
         let no = self.builder.bool(false);
@@ -24,7 +24,7 @@ impl<'m> Lowerer<'m> {
             self.env.extend(zeros);
         }
         let end = self.env.len();
-        let mut frame = Frame {
+        let mut frame = CallFrame {
             function,
             info,
             arguments,
@@ -45,7 +45,7 @@ impl<'m> Lowerer<'m> {
         }
         self.frames.push(frame);
         for (at, init) in inits {
-            let values = self.words_of(init)?;
+            let values = self.scalars_of(init)?;
             self.env[at..at + values.len()].copy_from_slice(&values);
         }
         let top = std::mem::replace(&mut self.top_of_loop, false);
@@ -53,9 +53,9 @@ impl<'m> Lowerer<'m> {
         self.top_of_loop = top;
         self.watch_variables()?;
         self.frames.pop();
-        let words = self.env[result..end].to_vec();
+        let scalars = self.env[result..end].to_vec();
         self.env.truncate(base);
-        Ok(words)
+        Ok(scalars)
     }
 
     /// A call as a statement; its result, if any, gets the value.
@@ -84,7 +84,7 @@ impl<'m> Lowerer<'m> {
     }
 
     fn set_result(&mut self, result: Handle<Expression>, scalars: Vec<Val>) -> Result<()> {
-        let value = Value::Words(scalars);
+        let value = Value::Scalars(scalars);
         self.watch_value(result, &value)?;
         self.frame_mut().values.insert(result, value);
         Ok(())

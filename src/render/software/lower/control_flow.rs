@@ -1,7 +1,7 @@
 //! Branches, switches and loops.
 //!
-//! Both sides of a branch on a lane value run, each behind a skip for when no lane needs it, and merge by one `select` for each word that differs.
-//! Loops stay loops: the words that change in one become loop variables.
+//! Both sides of a branch on a lane value run, each behind a skip for when no lane needs it, and merge by one `select` for each scalar that differs.
+//! Loops stay loops: the scalars that change in one become loop variables.
 
 use super::error::Result;
 use super::lowerer::{Lowerer, OpenLoop};
@@ -13,13 +13,13 @@ use rustc_hash::FxHashMap as HashMap;
 /// Regions with fewer operations than this run without a skip: the test costs as much as they do.
 const SKIP_WORTH: usize = 12;
 
-/// How a word changes in a loop.
+/// How a scalar changes in a loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Change {
     /// Differs between lanes.
     lane: bool,
     /// Changes on the way to the next turn, not only on the way out.
-    each_turn: bool,
+    each_iteration: bool,
 }
 
 impl<'m> Lowerer<'m> {
@@ -49,7 +49,7 @@ impl<'m> Lowerer<'m> {
         for i in 0..moves.len() {
             let from = moves[i].1;
             if moves[..i].iter().any(|(phi, _)| *phi == from) {
-                let copy = if matches!(from, Val::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_once() };
+                let copy = if matches!(from, Val::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
                 moves[i].1 = copy;
                 self.builder.code.push(Step::Assign { dst: copy, from });
             }
@@ -91,7 +91,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Both sides of a branch; the sides see the same start and merge by one `select` per word that differs.
+    /// Both sides of a branch; the sides see the same start and merge by one `select` per scalar that differs.
     pub(super) fn branch(
         &mut self,
         cond: Val,
@@ -127,7 +127,7 @@ impl<'m> Lowerer<'m> {
 
     /// A chain of conditions; `break` leaves it by its own flag, and a case that falls through runs the next one too.
     pub(super) fn switch(&mut self, selector: Handle<Expression>, cases: &'m [naga::SwitchCase]) -> Result<()> {
-        let value = self.word_of(selector)?;
+        let value = self.scalar_of(selector)?;
         let no = self.builder.bool(false);
         let mut any = no;
         let mut chosen = Vec::new();
@@ -178,7 +178,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// A loop. Which words change in it, and whether they stay equal in all lanes, is found by lowering the body until nothing new shows.
+    /// A loop. Which scalars change in it, and whether they stay equal in all lanes, is found by lowering the body until nothing new shows.
     pub(super) fn repeat(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
         let no = self.builder.bool(false);
         let base = self.env.len();
@@ -193,15 +193,16 @@ impl<'m> Lowerer<'m> {
             self.builder.code.truncate(start_code);
             self.path = path;
             self.frame_mut().loops.push((base, base + 1));
-            let seen = self.turn(body, continuing, break_if, &changing);
+            let seen = self.loop_body(body, continuing, break_if, &changing);
             self.frame_mut().loops.pop();
             let seen = seen?;
             let mut stable = true;
-            for (word, new) in seen {
-                let known = changing.get(&word).copied();
-                let both = known.map_or(new, |k| Change { lane: k.lane || new.lane, each_turn: k.each_turn || new.each_turn });
+            for (scalar, new) in seen {
+                let known = changing.get(&scalar).copied();
+                let both =
+                    known.map_or(new, |k| Change { lane: k.lane || new.lane, each_iteration: k.each_iteration || new.each_iteration });
                 if known != Some(both) {
-                    changing.insert(word, both);
+                    changing.insert(scalar, both);
                     stable = false;
                 }
             }
@@ -215,8 +216,8 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers a loop given the words that change; returns those that were seen to.
-    fn turn(
+    /// Lowers a loop given the scalars that change; returns those that were seen to.
+    fn loop_body(
         &mut self,
         body: &'m Block,
         continuing: &'m Block,
@@ -224,16 +225,16 @@ impl<'m> Lowerer<'m> {
         changing: &HashMap<usize, Change>,
     ) -> Result<Vec<(usize, Change)>> {
         let outer_path = self.path;
-        let mut words: Vec<usize> = changing.keys().copied().collect();
-        words.sort_unstable();
+        let mut scalars: Vec<usize> = changing.keys().copied().collect();
+        scalars.sort_unstable();
         let mut variables = Vec::new();
         let returned = self.frame().returned;
-        for w in words {
+        for w in scalars {
             let lane = changing[&w].lane || matches!(self.env[w], Val::Lane(_));
-            let phi = if lane { self.builder.fresh_lane() } else { self.builder.fresh_once() };
+            let phi = if lane { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
             self.builder.code.push(Step::Assign { dst: phi, from: self.env[w] });
             // A return that leaves by a jump is never seen set inside the loop.
-            if w != returned || changing[&w].each_turn {
+            if w != returned || changing[&w].each_iteration {
                 self.env[w] = phi;
             }
             variables.push((w, phi));
@@ -255,7 +256,7 @@ impl<'m> Lowerer<'m> {
                 this.clear_flags();
                 this.block(continuing)?;
                 if let Some(b) = break_if {
-                    this.env[broken] = this.word_of(b)?;
+                    this.env[broken] = this.scalar_of(b)?;
                 }
                 Ok(())
             };
@@ -302,18 +303,18 @@ impl<'m> Lowerer<'m> {
         let exits = self.open_loops.pop().map(|o| o.exits).unwrap_or_default();
         let endless = exits.is_empty() && self.builder.known_bool(left) == Some(false);
         let mut seen = Vec::new();
-        for (env, each_turn) in exits.iter().map(|e| (e, false)).chain([(&end, true)]) {
+        for (env, each_iteration) in exits.iter().map(|e| (e, false)).chain([(&end, true)]) {
             for (w, v) in env.iter().enumerate().take(start.len()) {
-                let own_flag = !each_turn && (w == broken || w == continued);
+                let own_flag = !each_iteration && (w == broken || w == continued);
                 if *v != start[w] && !own_flag {
-                    seen.push((w, Change { lane: matches!(v, Val::Lane(_)), each_turn }));
+                    seen.push((w, Change { lane: matches!(v, Val::Lane(_)), each_iteration }));
                 }
             }
         }
         if endless && seen.iter().all(|(w, _)| changing.contains_key(w)) {
-            return Err(self.refuse("this loop never ends".into()));
+            return Err(self.unsupported("this loop never ends".into()));
         }
-        // After the loop every changed word is its loop variable: whichever way was taken has written it.
+        // After the loop every changed scalar is its loop variable: whichever way was taken has written it.
         self.env = start;
         for (w, phi) in variables {
             self.env[w] = phi;

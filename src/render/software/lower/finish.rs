@@ -221,7 +221,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
                     lane_tape.push(Instr::Lane { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] });
                 }
             }
-            Step::Uniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
+            Step::LoadUniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
                 lane_tape.push(Instr::GatherUniform {
                     dst: index(at(*dst)),
                     kind: *kind,
@@ -234,7 +234,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
             Step::Chain { dst, links, args } => {
                 lane_tape.push(Instr::Chain { links: links.clone(), dst: index(at(*dst)), args: all(args) })
             }
-            Step::Op { .. } | Step::Assign { .. } | Step::Uniform { .. } | Step::TextureSize { .. } => {
+            Step::Op { .. } | Step::Assign { .. } | Step::LoadUniform { .. } | Step::TextureSize { .. } => {
                 lane_tape.push(scalar_instr(step, &at, &index));
             }
             Step::Texture { what, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
@@ -273,7 +273,7 @@ fn scalar_instr(step: &Step, at: &dyn Fn(Val) -> Operand, index: &dyn Fn(Operand
     match step {
         Step::Op { dst, op, args } => Instr::Scalar { op: *op, dst: index(at(*dst)), args: args.iter().map(|v| at(*v)).collect() },
         Step::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] },
-        Step::Uniform { dst, kind, offset, index: k, stride, count } => {
+        Step::LoadUniform { dst, kind, offset, index: k, stride, count } => {
             Instr::LoadUniform { dst: index(at(*dst)), kind: *kind, offset: *offset, index: k.map(at), stride: *stride, count: *count }
         }
         Step::TextureSize { dst, texture, axis, level } => {

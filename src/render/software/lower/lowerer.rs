@@ -12,7 +12,7 @@ use naga::{AddressSpace, Expression, Function, Handle, Span};
 use rustc_hash::FxHashMap as HashMap;
 
 /// One function being inlined.
-pub struct Frame<'m> {
+pub struct CallFrame<'m> {
     pub function: &'m Function,
     pub info: &'m FunctionInfo,
     pub arguments: Vec<Value>,
@@ -22,14 +22,14 @@ pub struct Frame<'m> {
     pub returned: usize,
     /// Word where the result begins.
     pub result: usize,
-    /// Flag words (broken, continued) of the loops that are open in this function.
+    /// Indices in `env` of the flags (broken, continued) of the loops that are open in this function.
     pub loops: Vec<(usize, usize)>,
 }
 
 /// The loop whose body is being lowered, for leaving it by a real jump.
 pub struct OpenLoop {
     pub exit: Label,
-    /// Words that change in the loop, with their loop variables.
+    /// Scalars that change in the loop, with their loop variables.
     pub variables: Vec<(usize, Val)>,
     /// The environment at each exit by jump.
     pub exits: Vec<Vec<Val>>,
@@ -40,7 +40,7 @@ pub struct Lowerer<'m> {
     pub info: &'m ModuleInfo,
     pub builder: Builder,
     pub env: Vec<Val>,
-    pub frames: Vec<Frame<'m>>,
+    pub frames: Vec<CallFrame<'m>>,
     pub textures: Vec<TextureUse>,
     pub uniform_size: u32,
     /// Where the statement or expression being lowered stands.
@@ -57,17 +57,17 @@ pub struct Lowerer<'m> {
     pub native: HashMap<Handle<Function>, bool>,
 }
 
-/// Environment word of "this lane has discarded".
-pub const KILLED: usize = 0;
+/// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
+pub const DISCARDED: usize = 0;
 
 impl<'m> Lowerer<'m> {
     pub fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: Builder, active: Val) -> Result<Self> {
-        let alive = builder.bool(false);
+        let discarded = builder.bool(false);
         let mut this = Self {
             module,
             info,
             builder,
-            env: vec![alive],
+            env: vec![discarded],
             frames: Vec::new(),
             textures: Vec::new(),
             uniform_size: 0,
@@ -86,7 +86,7 @@ impl<'m> Lowerer<'m> {
                 AddressSpace::Handle => Value::Resource(handle),
                 AddressSpace::Uniform => {
                     if global.binding.as_ref().is_none_or(|b| b.group != 0 || b.binding != 0) {
-                        return Err(this.refuse("a uniform block must be at @group(0) @binding(0)".into()));
+                        return Err(this.unsupported("a uniform block must be at @group(0) @binding(0)".into()));
                     }
                     this.uniform_size = inner.size(module.to_ctx());
                     Value::Place(Place::Uniform { offset: 0, dynamic: None, inner: inner.clone() })
@@ -100,7 +100,7 @@ impl<'m> Lowerer<'m> {
                     this.env.extend(values);
                     Value::Place(Place::Local { base, indices: Vec::new(), inner: inner.clone() })
                 }
-                other => return Err(this.refuse(format!("variables in address space {other:?} are not supported"))),
+                other => return Err(this.unsupported(format!("variables in address space {other:?} are not supported"))),
             };
             this.globals.insert(handle, value);
         }
@@ -108,20 +108,20 @@ impl<'m> Lowerer<'m> {
         Ok(this)
     }
 
-    pub fn refuse(&self, what: String) -> LowerError {
+    pub fn unsupported(&self, what: String) -> LowerError {
         LowerError::new(what, self.span)
     }
 
     /// The mask of discarded lanes, if the program discards.
-    pub fn killed(&self) -> Option<Val> {
-        let k = self.env[KILLED];
+    pub fn discarded(&self) -> Option<Val> {
+        let k = self.env[DISCARDED];
         (self.builder.known_bool(k) != Some(false)).then_some(k)
     }
 
-    pub fn frame(&self) -> &Frame<'m> {
+    pub fn frame(&self) -> &CallFrame<'m> {
         &self.frames[self.frames.len() - 1]
     }
-    pub fn frame_mut(&mut self) -> &mut Frame<'m> {
+    pub fn frame_mut(&mut self) -> &mut CallFrame<'m> {
         let last = self.frames.len() - 1;
         &mut self.frames[last]
     }

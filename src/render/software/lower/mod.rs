@@ -1,7 +1,7 @@
 //! Lowering: a validated naga module to one [`Program`] per entry point.
 //!
 //! Everything is scalarised: vectors, matrices, structs and arrays are lists of scalar values. Local variables are no memory but an
-//! environment from variable words to values; where control flow joins, words that differ become `select`. Calls are inlined, pointers are
+//! environment from variable scalars to values; where control flow joins, scalars that differ become `select`. Calls are inlined, pointers are
 //! static places. Both sides of a branch on a lane value run, each behind a skip for when no lane needs it; loops stay loops.
 //! What is not supported is refused here, with the place in the source.
 
@@ -81,7 +81,7 @@ fn lowered(
     if let Some(r) = &point.function.result {
         interface.write(module, stage, r.ty, r.binding.as_ref())?;
     }
-    let killed = lowerer.killed();
+    let discarded = lowerer.discarded();
     let mut b = lowerer.builder;
     let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
     let watch = lowerer.watch;
@@ -90,7 +90,7 @@ fn lowered(
         interface.outputs.extend(watch.outputs());
         outputs.extend(watch.values());
     }
-    if let Some(k) = killed {
+    if let Some(k) = discarded {
         outputs.push(k);
     }
     // Outputs are lane values of their own: an input or a broadcast is copied.
@@ -105,7 +105,7 @@ fn lowered(
     let constants = b.constants.clone();
     let finished = finish::finish(b, &interface.values, &outputs, chains)?;
     let mut operands = finished.outputs;
-    let discarded = if killed.is_some() { operands.pop() } else { None };
+    let discarded = if discarded.is_some() { operands.pop() } else { None };
     let uses_derivatives =
         finished.lane_tape.iter().any(|i| matches!(i, super::tape::Instr::Lane { op: super::tape::Op::Dpdx | super::tape::Op::Dpdy, .. }));
     let program = Program {
@@ -188,7 +188,7 @@ impl Interface {
             }
             return Ok(all);
         }
-        let refuse = |what: &str| LowerError::new(format!("input '{}': {what}", name.as_deref().unwrap_or("?")), span);
+        let unsupported = |what: &str| LowerError::new(format!("input '{}': {what}", name.as_deref().unwrap_or("?")), span);
         let mut all = Vec::new();
         for component in 0..scalars(inner) {
             let input = match binding {
@@ -200,8 +200,8 @@ impl Interface {
                 Some(Binding::BuiltIn(BuiltIn::VertexIndex)) => LaneInput::VertexIndex,
                 Some(Binding::BuiltIn(BuiltIn::InstanceIndex)) => LaneInput::InstanceIndex,
                 Some(Binding::BuiltIn(BuiltIn::SampleIndex)) => LaneInput::SampleIndex,
-                Some(Binding::BuiltIn(other)) => return Err(refuse(&format!("builtin {other:?} is not supported"))),
-                None => return Err(refuse("has no binding")),
+                Some(Binding::BuiltIn(other)) => return Err(unsupported(&format!("builtin {other:?} is not supported"))),
+                None => return Err(unsupported("has no binding")),
             };
             let v = b.fresh_lane();
             self.inputs.push(input);

@@ -96,11 +96,11 @@ impl<'m> Lowerer<'m> {
 
     /// Keeps an expression's value if it has a name.
     pub fn watch_value(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
-        let (Some(_), Value::Words(words)) = (&self.watch, value) else { return Ok(()) };
+        let (Some(_), Value::Scalars(scalars)) = (&self.watch, value) else { return Ok(()) };
         let frame = self.frame();
         let Some(name) = frame.function.named_expressions.get(&handle) else { return Ok(()) };
         let inner = frame.info[handle].ty.inner_with(&self.module.types).clone();
-        self.keep(name.clone(), &inner, words)
+        self.keep(name.clone(), &inner, scalars)
     }
 
     /// Keeps the variables of the function that ends.
@@ -112,26 +112,26 @@ impl<'m> Lowerer<'m> {
         for (handle, local) in function.local_variables.iter() {
             let (Some(name), Some(at)) = (&local.name, self.frame().locals.get(&handle).copied()) else { continue };
             let inner = &self.module.types[local.ty].inner;
-            let words = self.env[at..at + self.words(inner)?].to_vec();
-            self.keep(name.clone(), inner, &words)?;
+            let scalars = self.env[at..at + self.scalar_count(inner)?].to_vec();
+            self.keep(name.clone(), inner, &scalars)?;
         }
         Ok(())
     }
 
-    fn keep(&mut self, name: String, inner: &TypeInner, words: &[Val]) -> Result<()> {
+    fn keep(&mut self, name: String, inner: &TypeInner, scalars: &[Val]) -> Result<()> {
         if let TypeInner::Struct { members, .. } = inner {
             let mut at = 0;
             for m in members {
                 let of_member = &self.module.types[m.ty].inner;
-                let count = self.words(of_member)?;
-                self.keep(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &words[at..at + count])?;
+                let count = self.scalar_count(of_member)?;
+                self.keep(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &scalars[at..at + count])?;
                 at += count;
             }
             return Ok(());
         }
-        let Some(kind) = inner.scalar_kind().filter(|_| words.len() <= MOST_NUMBERS) else { return Ok(()) };
+        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MOST_NUMBERS) else { return Ok(()) };
         let (one, zero) = (self.builder.float(1.0), self.builder.float(0.0));
-        let numbers: Vec<Val> = words
+        let numbers: Vec<Val> = scalars
             .iter()
             .map(|v| match kind {
                 ScalarKind::Bool => self.builder.select(*v, one, zero),

@@ -50,18 +50,18 @@ fn body(
     for argument in &callee.arguments {
         arguments.push(match &module.types[argument.ty].inner {
             TypeInner::Image { .. } | TypeInner::Sampler { .. } => {
-                resources.next().cloned().ok_or_else(|| lowerer.refuse("a texture or a sampler is missing".into()))?
+                resources.next().cloned().ok_or_else(|| lowerer.unsupported("a texture or a sampler is missing".into()))?
             }
             inner => {
-                let words = lowerer.words(inner)?;
-                Value::Words((0..words).map(|_| lowerer.builder.fresh_lane()).collect())
+                let scalars = lowerer.scalar_count(inner)?;
+                Value::Scalars((0..scalars).map(|_| lowerer.builder.fresh_lane()).collect())
             }
         });
     }
     let before = lowerer.env.clone();
     let result = lowerer.call(callee, &info[function], arguments)?;
     if lowerer.env != before {
-        return Err(lowerer.refuse("discards, or writes to a variable of the module".into()));
+        return Err(lowerer.unsupported("discards, or writes to a variable of the module".into()));
     }
     let Builder { constants, draw, code, .. } = lowerer.builder;
     Ok((Body { steps: [draw, code], result }, constants))
@@ -94,7 +94,7 @@ impl Lowerer<'_> {
         let texture = self.texture_use(image, Some(sampler))?;
         let mut args = Vec::new();
         for part in [uv, dx, dy, most] {
-            args.extend(self.words_of(part)?);
+            args.extend(self.scalars_of(part)?);
         }
         Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.path).to_vec()))
     }

@@ -1,4 +1,4 @@
-//! Where pointers point: words of the environment or of the uniform block, with indices known or not.
+//! Where pointers point: scalars of the environment or of the uniform block, with indices known or not.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
@@ -9,16 +9,16 @@ use naga::{ArraySize, ScalarKind, Span, TypeInner};
 /// A static place; `inner` is the type found there.
 #[derive(Clone, Debug)]
 pub enum Place {
-    /// Word `base` of the environment plus each index (clamped to its count) times its stride in words.
+    /// Scalar `base` of the environment plus each index (clamped to its count) times its stride in scalars.
     Local { base: usize, indices: Vec<(Val, usize, u32)>, inner: TypeInner },
-    /// Byte `offset` of the uniform block plus `dynamic` words.
+    /// Byte `offset` of the uniform block plus `dynamic` scalars.
     Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
 }
 
 /// What an expression stands for.
 #[derive(Clone, Debug)]
 pub enum Value {
-    Words(Vec<Val>),
+    Scalars(Vec<Val>),
     Place(Place),
     /// A texture or a sampler.
     Resource(naga::Handle<naga::GlobalVariable>),
@@ -46,24 +46,26 @@ pub fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
 
 impl Lowerer<'_> {
     /// Scalars in a value of this type.
-    pub fn words(&self, inner: &TypeInner) -> Result<usize> {
+    pub fn scalar_count(&self, inner: &TypeInner) -> Result<usize> {
         Ok(match inner {
             TypeInner::Scalar(_) => 1,
             TypeInner::Vector { size, .. } => *size as usize,
             TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
-            TypeInner::Array { base, size: ArraySize::Constant(n), .. } => self.words(&self.module.types[*base].inner)? * n.get() as usize,
+            TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
+                self.scalar_count(&self.module.types[*base].inner)? * n.get() as usize
+            }
             TypeInner::Struct { members, .. } => {
                 let mut n = 0;
                 for m in members {
-                    n += self.words(&self.module.types[m.ty].inner)?;
+                    n += self.scalar_count(&self.module.types[m.ty].inner)?;
                 }
                 n
             }
-            other => return Err(self.refuse(format!("values of this type are not supported: {other:?}"))),
+            other => return Err(self.unsupported(format!("values of this type are not supported: {other:?}"))),
         })
     }
 
-    /// Child `index` of a composite type: its type, its offset in words and in uniform bytes.
+    /// Child `index` of a composite type: its type, its offset in scalars and in uniform bytes.
     pub fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {
@@ -73,17 +75,17 @@ impl Lowerer<'_> {
             }
             TypeInner::Array { base, stride, .. } => {
                 let child = self.module.types[*base].inner.clone();
-                let words = self.words(&child)?;
-                (child, k * words, index * stride)
+                let scalars = self.scalar_count(&child)?;
+                (child, k * scalars, index * stride)
             }
             TypeInner::Struct { members, .. } => {
                 let mut at = 0;
                 for m in &members[..k] {
-                    at += self.words(&self.module.types[m.ty].inner)?;
+                    at += self.scalar_count(&self.module.types[m.ty].inner)?;
                 }
                 (self.module.types[members[k].ty].inner.clone(), at, members[k].offset)
             }
-            other => return Err(self.refuse(format!("cannot index {other:?}"))),
+            other => return Err(self.unsupported(format!("cannot index {other:?}"))),
         })
     }
 
@@ -93,14 +95,14 @@ impl Lowerer<'_> {
             TypeInner::Matrix { columns, .. } => *columns as u32,
             TypeInner::Array { size: ArraySize::Constant(n), .. } => n.get(),
             TypeInner::Struct { members, .. } => members.len() as u32,
-            other => return Err(self.refuse(format!("cannot index {other:?}"))),
+            other => return Err(self.unsupported(format!("cannot index {other:?}"))),
         })
     }
 
     pub fn place_child(&mut self, place: &Place, index: u32) -> Result<Place> {
-        let (child, words, bytes) = self.child(place.inner(), index)?;
+        let (child, scalars, bytes) = self.child(place.inner(), index)?;
         Ok(match place.clone() {
-            Place::Local { base, indices, .. } => Place::Local { base: base + words, indices, inner: child },
+            Place::Local { base, indices, .. } => Place::Local { base: base + scalars, indices, inner: child },
             Place::Uniform { offset, dynamic, .. } => Place::Uniform { offset: offset + bytes, dynamic, inner: child },
         })
     }
@@ -110,10 +112,10 @@ impl Lowerer<'_> {
         if let Some(k) = self.builder.known_int(index) {
             return self.place_child(place, k.min(count - 1));
         }
-        let (child, words, bytes) = self.child(place.inner(), 1)?;
+        let (child, scalars, bytes) = self.child(place.inner(), 1)?;
         Ok(match place.clone() {
             Place::Local { base, mut indices, .. } => {
-                indices.push((index, words, count));
+                indices.push((index, scalars, count));
                 Place::Local { base, indices, inner: child }
             }
             Place::Uniform { offset, dynamic, .. } => {
@@ -133,7 +135,7 @@ impl Lowerer<'_> {
     pub fn load(&mut self, place: &Place) -> Result<Vec<Val>> {
         match place {
             Place::Local { base, indices, inner } => {
-                let n = self.words(inner)?;
+                let n = self.scalar_count(inner)?;
                 self.load_local(*base, indices, n)
             }
             Place::Uniform { offset, dynamic, inner } => {
@@ -143,8 +145,8 @@ impl Lowerer<'_> {
                 let mut all = Vec::new();
                 for (at, kind) in leaves {
                     let index = dynamic.map(|d| (d, span.saturating_sub(at / 4)));
-                    let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.uniform(word, offset + at, index));
+                    let scalar = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
+                    all.push(self.builder.uniform(scalar, offset + at, index));
                 }
                 Ok(all)
             }
@@ -174,7 +176,7 @@ impl Lowerer<'_> {
                 self.store_local(*base, &indices.clone(), values, always);
                 Ok(())
             }
-            Place::Uniform { .. } => Err(self.refuse("the uniform block cannot be written".into())),
+            Place::Uniform { .. } => Err(self.unsupported("the uniform block cannot be written".into())),
         }
     }
 
@@ -207,13 +209,13 @@ impl Lowerer<'_> {
     }
 
     pub fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<Val>> {
-        let n = self.words(inner)?;
+        let n = self.scalar_count(inner)?;
         let mut kinds = Vec::with_capacity(n);
-        self.zero_words(inner, &mut kinds)?;
+        self.zero_scalars(inner, &mut kinds)?;
         Ok(kinds)
     }
 
-    fn zero_words(&mut self, inner: &TypeInner, out: &mut Vec<Val>) -> Result<()> {
+    fn zero_scalars(&mut self, inner: &TypeInner, out: &mut Vec<Val>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
             out.push(match supported(*s, self.span)? {
                 ScalarKind::Float => self.builder.float(0.0),
@@ -224,7 +226,7 @@ impl Lowerer<'_> {
         }
         for k in 0..self.children(inner)? {
             let (child, _, _) = self.child(inner, k)?;
-            self.zero_words(&child, out)?;
+            self.zero_scalars(&child, out)?;
         }
         Ok(())
     }

@@ -1,10 +1,10 @@
 //! Statements of a block, one after the other.
 //!
-//! A way out of a block (`return`, `break`, `continue`) sets a flag word; the rest of the block is then lowered as if it stood under
+//! A way out of a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it stood under
 //! `if (!flag)`. So stores need no guards, and skipping the rest when no lane is left comes with it.
 
 use super::error::Result;
-use super::lowerer::{KILLED, Lowerer};
+use super::lowerer::{DISCARDED, Lowerer};
 use super::step::Val;
 use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
@@ -25,8 +25,8 @@ impl<'m> Lowerer<'m> {
     pub(super) fn clear_flags(&mut self) {
         let no = self.builder.bool(false);
         let frame = self.frame();
-        let words = [Some(frame.returned), frame.loops.last().map(|l| l.0), frame.loops.last().map(|l| l.1)];
-        for w in words.into_iter().flatten() {
+        let scalars = [Some(frame.returned), frame.loops.last().map(|l| l.0), frame.loops.last().map(|l| l.1)];
+        for w in scalars.into_iter().flatten() {
             self.env[w] = no;
         }
     }
@@ -39,7 +39,7 @@ impl<'m> Lowerer<'m> {
     fn statements(&mut self, statements: &[(&'m Statement, Span)]) -> Result<()> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;
-            let killed = self.env[KILLED];
+            let discarded = self.env[DISCARDED];
             self.statement(statement)?;
             let rest = &statements[i + 1..];
             let may_leave = matches!(
@@ -56,8 +56,8 @@ impl<'m> Lowerer<'m> {
             match self.builder.known_bool(left) {
                 Some(true) => return Ok(()),
                 Some(false) => {
-                    if self.env[KILLED] != killed && self.skips_the_dead(rest) {
-                        let alive = self.builder.not(self.env[KILLED]);
+                    if self.env[DISCARDED] != discarded && self.skips_discarded(rest) {
+                        let alive = self.builder.not(self.env[DISCARDED]);
                         return self.conditional(alive, |this| this.statements(rest));
                     }
                     continue;
@@ -92,7 +92,7 @@ impl<'m> Lowerer<'m> {
             }
             Statement::Block(b) => self.block(b),
             Statement::If { condition, accept, reject } => {
-                let cond = self.word_of(*condition)?;
+                let cond = self.scalar_of(*condition)?;
                 self.branch(cond, |this| this.block(accept), |this| this.block(reject))
             }
             Statement::Switch { selector, cases } => self.switch(*selector, cases),
@@ -100,15 +100,15 @@ impl<'m> Lowerer<'m> {
             Statement::Break | Statement::Continue => {
                 let yes = self.builder.bool(true);
                 let flags = self.frame().loops.last().copied();
-                let (broken, continued) = flags.ok_or_else(|| self.refuse("break or continue outside of a loop".into()))?;
+                let (broken, continued) = flags.ok_or_else(|| self.unsupported("break or continue outside of a loop".into()))?;
                 self.env[if matches!(statement, Statement::Break) { broken } else { continued }] = yes;
                 Ok(())
             }
             Statement::Return { value } => {
                 if let Some(v) = value {
-                    let words = self.words_of(*v)?;
+                    let scalars = self.scalars_of(*v)?;
                     let at = self.frame().result;
-                    self.env[at..at + words.len()].copy_from_slice(&words);
+                    self.env[at..at + scalars.len()].copy_from_slice(&scalars);
                 }
                 let yes = self.builder.bool(true);
                 let flag = self.frame().returned;
@@ -116,19 +116,19 @@ impl<'m> Lowerer<'m> {
                 Ok(())
             }
             Statement::Kill => {
-                self.env[KILLED] = self.builder.bool(true);
+                self.env[DISCARDED] = self.builder.bool(true);
                 Ok(())
             }
             Statement::Store { pointer, value } => {
                 let place = self.place_of(*pointer)?;
-                let words = self.words_of(*value)?;
-                self.store(&place, &words)
+                let scalars = self.scalars_of(*value)?;
+                self.store(&place, &scalars)
             }
             Statement::Call { function, arguments, result } => self.call_statement(statement, *function, arguments, *result),
             other => {
                 let name = format!("{other:?}");
                 let name = name.split([' ', '(', '{']).next().unwrap_or_default().to_owned();
-                Err(self.refuse(format!("statement {name} is not supported")))
+                Err(self.unsupported(format!("statement {name} is not supported")))
             }
         }
     }

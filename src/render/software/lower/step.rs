@@ -11,7 +11,7 @@ pub enum Val {
     /// Computed once per draw.
     Draw(u32),
     /// One value for all lanes, computed in line.
-    Once(u32),
+    Uniform(u32),
     Lane(u32),
 }
 
@@ -39,7 +39,7 @@ pub enum Step {
         dst: Val,
         from: Val,
     },
-    Uniform {
+    LoadUniform {
         dst: Val,
         kind: WordKind,
         offset: u32,
@@ -82,7 +82,7 @@ pub fn reads(step: &Step) -> Vals {
     match step {
         Step::Op { args, .. } | Step::Chain { args, .. } => args.clone(),
         Step::Assign { from, .. } => smallvec![*from],
-        Step::Uniform { index, .. } => index.iter().copied().collect(),
+        Step::LoadUniform { index, .. } => index.iter().copied().collect(),
         Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
         Step::TextureSize { level, .. } => smallvec![*level],
         Step::SkipIfNone { mask, .. } => smallvec![*mask],
@@ -97,7 +97,7 @@ pub fn writes(step: &Step) -> Vals {
         Step::Op { dst, .. }
         | Step::Chain { dst, .. }
         | Step::Assign { dst, .. }
-        | Step::Uniform { dst, .. }
+        | Step::LoadUniform { dst, .. }
         | Step::TextureSize { dst, .. } => smallvec![*dst],
         Step::Texture { dst, .. } => Vals::from_slice(dst),
         _ => smallvec![],
