@@ -1,7 +1,7 @@
 //! Builds the tape in SSA form: folds, simplifies, numbers values and picks each value's rate.
 //!
-//! Rates: a constant; one value per draw (computed once on the uniform tape); one value for all lanes that changes in a loop (computed in
-//! line, once); one value per lane. An operation runs at the slowest rate that its operands allow.
+//! Rates: constant; per draw (computed once, on the uniform tape); uniform (one value for all lanes, computed where it stands, since it may change in
+//! a loop); per lane. An operation runs at the slowest rate that its operands allow.
 
 use super::step::{Label, Step, Val, Vals};
 use crate::render::software::kernels;

@@ -1,7 +1,7 @@
-//! What may be left out once lanes have discarded.
+//! Which statements need not run for lanes that have discarded.
 //!
-//! A lane that discarded only lends its values to the differences between neighbouring pixels. Where the rest of a function takes none, that rest is
-//! lowered for the living lanes alone: their textures are not read, and a batch in which none lives skips it.
+//! A discarded lane is still needed as a helper lane for derivatives. Where the rest of a function takes no derivative, it is lowered for the remaining
+//! lanes alone: no texture is read for the others, and a batch without remaining lanes skips it.
 
 use super::lowerer::{DISCARDED, Lowerer};
 use super::step::Val;
@@ -9,7 +9,7 @@ use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// Whether `rest` may run for the living lanes alone. Not inside loops: dead lanes would never leave them.
+    /// Whether `rest` may run for the remaining lanes alone. Not inside loops: discarded lanes would never leave them.
     pub fn skips_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         matches!(self.env[DISCARDED], Val::Lane(_))
             && !rest.is_empty()

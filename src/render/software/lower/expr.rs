@@ -1,4 +1,4 @@
-//! Expressions.
+//! Expressions: each becomes a list of scalar values, a place, or a texture or sampler.
 
 use super::error::Result;
 use super::lowerer::Lowerer;

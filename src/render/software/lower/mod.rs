@@ -1,9 +1,13 @@
 //! Lowering: a validated naga module to one [`Program`] per entry point.
 //!
-//! Everything is scalarised: vectors, matrices, structs and arrays are lists of scalar values. Local variables are no memory but an
-//! environment from variable scalars to values; where control flow joins, scalars that differ become `select`. Calls are inlined, pointers are
-//! static places. Both sides of a branch on a lane value run, each behind a skip for when no lane needs it; loops stay loops.
-//! What is not supported is refused here, with the place in the source.
+//! In: a module that naga has validated, and the name of an entry point. Out: a tape for all lanes of a batch, or the first thing that the software
+//! renderer does not support, with its place in the source.
+//!
+//! Everything becomes scalars: vectors, matrices, structs and arrays are lists of them. Local variables have no memory: an environment maps each of
+//! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
+//! (`calls.rs`), pointers are resolved to static places (`place.rs`). Both sides of a branch on a lane value run, each behind a skip for when no lane
+//! needs it; loops stay loops (`control_flow.rs`). The builder folds constants and numbers values (`builder.rs`); passes over the steps then remove dead
+//! code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
 
 mod builder;
 mod calls;

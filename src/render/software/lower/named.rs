@@ -1,8 +1,8 @@
-//! What a module calls its intermediates, kept as outputs of its program: for whoever asks what a pixel was made of.
+//! Programs that also output their named intermediate values, for inspecting a pixel.
 //!
-//! In: a module and an entry point. Out: its program with one more output per number of every named value (`let`, and variables as their
-//! function leaves them). A callee's names stand behind its own and a slash; a second call in the same caller is `name#2`, and of a loop the last
-//! turn counts. A value that the pixel never came to stays NaN. Nothing of this is in a program that draws.
+//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value: each `let`, and each variable as it is when its
+//! function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same caller is `name#2`. In a loop
+//! the last iteration counts. A value that the pixel does not reach is NaN. Programs that draw have none of these outputs.
 
 use super::builder::Builder;
 use super::error::Result;

@@ -1,4 +1,4 @@
-//! Where pointers point: scalars of the environment or of the uniform block, with indices known or not.
+//! Pointers as static places: scalars of the environment, or bytes of the uniform block, with constant or computed indices.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;

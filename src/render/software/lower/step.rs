@@ -20,7 +20,7 @@ pub type Label = u32;
 /// Values of one step, most often no more than an operation takes: thousands of keys are lowered, and most of the time went to allocation.
 pub type Vals = SmallVec<[Val; 4]>;
 
-/// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others draw or once ids.
+/// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others ids of draw or uniform values.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     Op {
