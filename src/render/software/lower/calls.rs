@@ -2,8 +2,8 @@
 
 use super::error::Result;
 use super::lowerer::{CallFrame, Lowerer};
-use super::place::Value;
 use super::step::Val;
+use super::value::Value;
 use naga::valid::FunctionInfo;
 use naga::{Expression, Function, Handle, Statement};
 use rustc_hash::FxHashMap as HashMap;

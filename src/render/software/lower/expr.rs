@@ -2,8 +2,9 @@
 
 use super::error::Result;
 use super::lowerer::Lowerer;
-use super::place::{Place, Value, scalar_kind_of, supported};
+use super::place::{scalar_kind_of, supported};
 use super::step::Val;
+use super::value::{Place, Value};
 use crate::render::software::program::{Constant, TextureUse};
 use crate::render::software::tape::{Op, TextureOp};
 use naga::{

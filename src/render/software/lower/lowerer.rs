@@ -4,8 +4,8 @@
 
 use super::builder::Builder;
 use super::error::{LowerError, Result};
-use super::place::{Place, Value};
 use super::step::{Label, Val};
+use super::value::{Place, Value};
 use crate::render::software::program::TextureUse;
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{AddressSpace, Expression, Function, Handle, Span};
@@ -52,7 +52,7 @@ pub struct Lowerer<'m> {
     pub open_loops: Vec<OpenLoop>,
     pub top_of_loop: bool,
     /// Named values to be kept, where someone asked for them.
-    pub watch: Option<super::named::Watch>,
+    pub watch: Option<super::watch::Watch>,
     /// For functions named as a native operation: whether their body is the one that the operation computes.
     pub native: HashMap<Handle<Function>, bool>,
 }

@@ -26,9 +26,10 @@ mod place;
 mod statements;
 mod step;
 mod stored;
+mod value;
+mod watch;
 
 pub use error::LowerError;
-pub use named::{NamedProgram, lower_named};
 pub use stored::lowering;
 
 use super::program::{LaneInput, LaneOutput, Program, Stage};
@@ -38,6 +39,7 @@ use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
 use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
 use step::Val;
+use watch::Watch;
 
 /// Lowers one entry point, vertex or fragment. `info` comes from validating this `module`.
 ///
@@ -55,14 +57,30 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
     lowered(module, info, entry, chains, None).map(|(program, _)| program)
 }
 
+/// A program and the names of what it gives after its own outputs.
+pub struct NamedProgram {
+    pub program: Program,
+    /// Name and the numbers of its outputs, in order of first appearance.
+    pub names: Vec<(String, std::ops::Range<usize>)>,
+}
+
+/// Lowers an entry point with every named value as an output.
+///
+/// # Errors
+/// As [`lower`].
+pub fn lower_named(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<NamedProgram> {
+    let (program, watch) = lowered(module, info, entry, true, Some(Watch::default()))?;
+    let kept = watch.map(|w| w.kept).unwrap_or_default();
+    let mut at = program.outputs.len() - kept.iter().map(|k| k.lanes.len()).sum::<usize>();
+    let names = kept.into_iter().map(|k| {
+        at += k.lanes.len();
+        (k.name, at - k.lanes.len()..at)
+    });
+    Ok(NamedProgram { names: names.collect(), program })
+}
+
 /// One entry point; with a watch also the values that it kept, which come after the program's own outputs.
-fn lowered(
-    module: &naga::Module,
-    info: &ModuleInfo,
-    entry: &str,
-    chains: bool,
-    watch: Option<named::Watch>,
-) -> Result<(Program, Option<named::Watch>)> {
+fn lowered(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool, watch: Option<Watch>) -> Result<(Program, Option<Watch>)> {
     let found = module.entry_points.iter().position(|e| e.name == entry);
     let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let point = &module.entry_points[index];

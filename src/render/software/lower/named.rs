@@ -4,75 +4,16 @@
 //! function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same caller is `name#2`. In a loop
 //! the last iteration counts. A value that the pixel does not reach is NaN. Programs that draw have none of these outputs.
 
-use super::builder::Builder;
 use super::error::Result;
-use super::lowered;
 use super::lowerer::Lowerer;
-use super::place::Value;
 use super::step::{Step, Val};
-use crate::render::software::program::{LaneOutput, Program};
+use super::value::Value;
+use super::watch::Kept;
 use crate::render::software::tape::Op;
-use naga::valid::ModuleInfo;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
-use std::collections::HashMap;
 
 /// Values of more numbers are tables, no intermediates.
 const MOST_NUMBERS: usize = 16;
-
-/// A program and the names of what it gives after its own outputs.
-pub struct NamedProgram {
-    pub program: Program,
-    /// Name and the numbers of its outputs, in order of first appearance.
-    pub names: Vec<(String, std::ops::Range<usize>)>,
-}
-
-/// Lowers an entry point with every named value as an output.
-///
-/// # Errors
-/// As [`super::lower`].
-pub fn lower_named(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<NamedProgram> {
-    let (program, watch) = lowered(module, info, entry, true, Some(Watch::default()))?;
-    let kept = watch.map(|w| w.kept).unwrap_or_default();
-    let mut at = program.outputs.len() - kept.iter().map(|k| k.lanes.len()).sum::<usize>();
-    let names = kept.into_iter().map(|k| {
-        at += k.lanes.len();
-        (k.name, at - k.lanes.len()..at)
-    });
-    Ok(NamedProgram { names: names.collect(), program })
-}
-
-/// One named value.
-#[derive(Debug)]
-struct Kept {
-    name: String,
-    lanes: Vec<Val>,
-}
-
-/// What has been named so far.
-#[derive(Debug, Default)]
-pub struct Watch {
-    kept: Vec<Kept>,
-    known: HashMap<String, usize>,
-    /// Calls by caller's path and callee, in order of first appearance: a loop's body is lowered several times.
-    calls: HashMap<(String, String), Vec<usize>>,
-    path: Vec<String>,
-}
-
-impl Watch {
-    /// Gives every kept value its start.
-    pub fn begin(&self, b: &mut Builder) {
-        let unknown = b.float(f64::NAN);
-        let starts = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![unknown] }).collect::<Vec<_>>();
-        b.code.splice(0..0, starts);
-    }
-    pub fn values(&self) -> impl Iterator<Item = Val> {
-        self.kept.iter().flat_map(|k| k.lanes.iter().copied())
-    }
-    /// Locations that no target has.
-    pub fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
-        (0..self.values().count()).map(|k| LaneOutput::Location { index: 1000 + k as u32, component: 0, flat: false })
-    }
-}
 
 impl<'m> Lowerer<'m> {
     pub fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {

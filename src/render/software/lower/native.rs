@@ -8,8 +8,8 @@
 use super::builder::Builder;
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
-use super::place::Value;
 use super::step::{Step, Val};
+use super::value::Value;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::TextureOp;
 use naga::valid::ModuleInfo;

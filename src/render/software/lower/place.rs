@@ -3,34 +3,9 @@
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
 use super::step::Val;
+use super::value::Place;
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
-
-/// A static place; `inner` is the type found there.
-#[derive(Clone, Debug)]
-pub enum Place {
-    /// Scalar `base` of the environment plus each index (clamped to its count) times its stride in scalars.
-    Local { base: usize, indices: Vec<(Val, usize, u32)>, inner: TypeInner },
-    /// Byte `offset` of the uniform block plus `dynamic` scalars.
-    Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
-}
-
-/// What an expression stands for.
-#[derive(Clone, Debug)]
-pub enum Value {
-    Scalars(Vec<Val>),
-    Place(Place),
-    /// A texture or a sampler.
-    Resource(naga::Handle<naga::GlobalVariable>),
-}
-
-impl Place {
-    pub fn inner(&self) -> &TypeInner {
-        match self {
-            Self::Local { inner, .. } | Self::Uniform { inner, .. } => inner,
-        }
-    }
-}
 
 pub fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind> {
     let scalar = inner.scalar().ok_or_else(|| LowerError::new("a scalar or vector is needed here".into(), span))?;
