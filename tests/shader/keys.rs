@@ -156,6 +156,14 @@ fn every_language_is_written_and_costs_count() {
         let text = translate(&module, language).unwrap_or_else(|e| panic!("{e}"));
         assert!(text.len() > 1000, "{language}: {} bytes", text.len());
     }
+    // The text of SPIR-V has every instruction of the words once; the first five words are no instruction.
+    let words: Vec<u32> =
+        translate(&module, Language::Spirv).expect("words").lines().map(|l| u32::from_str_radix(l, 16).expect("hex")).collect();
+    let instructions =
+        std::iter::successors(Some(5), |at| Some(at + (words[*at] >> 16) as usize)).take_while(|at| *at < words.len()).count();
+    let text = translate(&module, Language::Assembly).expect("text");
+    assert_eq!(text.lines().filter(|l| !l.starts_with(';') && l.contains("Op")).count(), instructions);
+    assert!(text.contains("OpEntryPoint Fragment") && text.contains("OpTypeFloat 32"), "{}", &text[..800]);
     let cost = ir_cost(&module);
     assert_eq!(cost.texture_reads, 4, "one for each map");
     assert_eq!(cost.uniform_bytes, module.layout.uniform_size);
