@@ -135,7 +135,11 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let mut report = report(&session, &written, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept.len().into();
         let report = format!("{report}\n");
-        return if output == Output::Stream { Ok(write_error(&report)) } else { put(&report) };
+        if output == Output::Stream {
+            write_error(&report);
+        } else {
+            put(&report)?;
+        }
     }
     Ok(())
 }

@@ -158,6 +158,11 @@ mod tests {
         settings.remember("again".into(), view(39));
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (RECENT, "again"));
         settings.save(&path).expect("a file");
+        assert_eq!(Settings::load(&path), (settings.clone(), None));
+        // As programs of earlier versions wrote the views.
+        let text = std::fs::read_to_string(&path).expect("text");
+        assert!(text.contains("\"view\":"));
+        std::fs::write(&path, text.replace("\"view\":", "\"sight\":")).expect("a file");
         assert_eq!(Settings::load(&path), (settings, None));
     }
 
