@@ -1,6 +1,6 @@
 //! Orrery: a solar-system viewer whose planets are drawn by generated shaders.
 //!
-//! The modules are the stages of one pipeline, in order; ARCHITECTURE.md draws it and `tests/layering.rs` holds the
+//! The modules are the stages of one pipeline, in order; ARCHITECTURE.md draws it and `tests/project/layering.rs` holds the
 //! table of who may use whom:
 //!
 //! [`catalog`] + [`time`] → [`ephemeris`] → [`scene`] → [`shader`] → [`render`] → [`image`] → [`view`] or [`cli`].

@@ -215,7 +215,7 @@ impl Ephemeris {
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
         // Each round shrinks the error by v/c, under 1e-3 for any body here. What is late by less than a second is moved along its velocity, which
-        // leaves 6 metres at most (Metis, which turns most; tests/ephemeris.rs).
+        // leaves 6 metres at most (Metis, which turns most; tests/ephemeris/positions.rs).
         for round in 0.. {
             let state = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None)?.state;
             let light_s = (state.pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;

@@ -2,7 +2,7 @@
 //!
 //! A place and an instant come in; a state relative to the place that the theory counts from goes out, ICRF. The planets' series have thousands of terms:
 //! they are summed at the nodes of polynomials (src/ephemeris/pieces.rs), which follow them to 4e-3 km, as
-//! far as a Julian date in a double tells one instant from the next, and 2e-6 km/s (tests/ephemeris.rs).
+//! far as a Julian date in a double tells one instant from the next, and 2e-6 km/s (tests/ephemeris/positions.rs).
 //! Errors against DE440 are in [`error_km`].
 
 use super::pieces::Pieces;

@@ -7,7 +7,7 @@
 //! once more each. Always holds: 1 outside of the penumbra's blurred edge, in 0 to 1 everywhere. Left out: that sides differ (the umbra counts as a circle across the
 //! light, drawn out along the ground by the Sun's height), the change of the Sun's height within the shadow, how much of the curved Earth lies under the way's far
 //! end, and that what two casters' shadows share is spread twice.
-//! Error: against photons followed one by one through the same eclipse within 40 % where a thousandth of the light is left (tests/totality.rs).
+//! Error: against photons followed one by one through the same eclipse within 40 % where a thousandth of the light is left (tests/eclipse/totality.rs).
 
 use super::camera;
 use super::draw::{CASTERS_AT_MOST, EclipseAmounts};

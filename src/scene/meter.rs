@@ -47,7 +47,7 @@ const WEIGHS_MOST: f64 = 1.0;
 const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// What the dark sky weighs: a point of light that weighs less is one in a picture of the sky.
 const DARK_WEIGHS: f64 = 1e-6;
-/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/totality.rs). Measured skies keep a
+/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs). Measured skies keep a
 /// fifth of it (Dandekar and Turtle 1971, Applied Optics 10, 1220); until 99.8 % are covered it is sunlight attenuated (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const LEFT_IN_TOTALITY: f64 = 5.5e-4;
 /// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.

@@ -223,8 +223,8 @@ fn the_painter_and_the_software_pass_are_timed() {
     use std::time::Instant;
     let size = [1280_u32, 800];
     let context = egui::Context::default();
-    let worker = orrery::view::worker::render_worker::InlineWorker::new(crate::viewer::session());
-    let mut interface = crate::viewer::interface(orrery::catalog::NaifId(699), "2017-05-17T00:00:00Z");
+    let worker = orrery::view::worker::render_worker::InlineWorker::new(super::interface::session());
+    let mut interface = super::interface::interface(orrery::catalog::NaifId(699), "2017-05-17T00:00:00Z");
     interface.tab = Some(Tab::Effects);
     let (mut painter, mut primitives) = (Painter::default(), Vec::new());
     for turn in 0..10 {

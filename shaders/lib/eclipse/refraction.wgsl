@@ -5,7 +5,7 @@
 // Radiance is kept along a ray, so a layer's light is its own ring's area times the part of it that shows the Sun. Within a layer the
 // part is the mean over its ring of the Sun's disc; the limb's darkening is that of two places of the arc: its middle, and one so near its end
 // that the means of mu and of mu squared come out within 0.5 % where the arc ends at the Sun's limb. Against an integral over the limb: 2 % in red, 3 % in
-// green, 14 % in blue where next to none is left (tests/refracted_limb.rs). The edges, bendings and transmissions come from scene.
+// green, 14 % in blue where next to none is left (tests/atmosphere/refracted_limb.rs). The edges, bendings and transmissions come from scene.
 
 //: use lib/draw.wgsl
 

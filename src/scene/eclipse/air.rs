@@ -64,7 +64,7 @@ pub(in super::super) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f6
     let (refractivity, gas) = (air.refractivity?, gas(air)?);
     let radius_km = radius * unit_km;
     // Thin layers below, where bending and dimming change fast; from there in steps that grow with height. Of the ways tried (powers, exponentials,
-    // other factors) this one is nearest to the integral: tests/refracted_limb.rs.
+    // other factors) this one is nearest to the integral: tests/atmosphere/refracted_limb.rs.
     let thin_km = 0.75 * gas.scale_height_km;
     let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
     let at = |edge: usize| {

@@ -1,7 +1,7 @@
 //! The one WGSL function that is not lowered but computed natively: `filtered_map` of shaders/lib/filtered.wgsl, as [`TextureOp::Filtered`].
 //!
 //! In: a call. Out: the operation, where the callee does what the shipped fragment does; else nothing, and the call is lowered as any other. So an
-//! edited fragment runs as edited. tests/software_filtered.rs proves that the operation and the shipped fragment agree.
+//! edited fragment runs as edited. tests/software/filtered.rs proves that the operation and the shipped fragment agree.
 //!
 //! Two bodies are equal where they lower to the same steps. Names, comments and places in the text do not matter; an edit that changes any step does.
 

@@ -130,7 +130,7 @@ mod tests {
             assert_eq!(named_by(path, new), BTreeSet::from(["exec".to_owned()]), "{path}: {new}");
         }
         assert_eq!(named_by("lower/new.rs", "use super::builder::Val;"), BTreeSet::new());
-        // Put together, because tests/layering.rs reads this file too.
+        // Put together, because tests/project/layering.rs reads this file too.
         let elsewhere = ["use crate", "scene::draw;"].join("::");
         assert_eq!(named_by("lower/new.rs", &elsewhere), BTreeSet::from([["crate", "scene"].join("::")]));
     }
