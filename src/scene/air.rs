@@ -6,6 +6,7 @@
 use super::camera::{self, Placement};
 use super::draw::{Air, AirAmounts, AirTier, Amounts};
 use super::effects::VISIBLE_CHANGE;
+use super::extinction::{density, extinction, optical_depth, scattering};
 use super::purpose::Bound;
 use super::request::Quality;
 use crate::catalog::{Atmosphere, Body, Species};
@@ -45,13 +46,6 @@ fn haze(air: &Atmosphere) -> Option<&Species> {
 fn layer(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.tent_centre_km.is_some())
 }
-pub(super) fn scattering(s: &Species) -> DVec3 {
-    DVec3::from_array(s.scattering_per_km)
-}
-pub(super) fn extinction(s: &Species) -> DVec3 {
-    scattering(s) + DVec3::from_array(s.absorption_per_km)
-}
-
 /// What of the air a body's draws have at this tier; none without an atmosphere.
 pub(super) fn structure(body: &Body, tier: AirTier) -> Air {
     body.atmosphere.as_ref().map_or_else(Air::default, |air| Air { tier, mie: haze(air).is_some(), absorption: layer(air).is_some() })
@@ -228,24 +222,13 @@ impl<'a> Around<'a> {
         let start = from.dot(along);
         let low = from.length_squared() - 1.0 - start * start;
         let edge = (excess_of(self.air.top_km / radius_km) - low).max(0.0).sqrt();
-        let step = (edge - start) / STEPS as f64;
-        let mut depth = DVec3::ZERO;
-        for k in 0..STEPS {
-            // Steps grow away from the camera, where the air is thin.
-            let u = (k as f64 + 0.5) / STEPS as f64;
-            let s = start + (edge - start) * u * u;
+        // Along the ray from the camera, where the air is densest on the way out.
+        let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
+            let s = start + s_km / scale;
             let excess = (low + s * s).max(0.0);
-            let height_km = excess / (1.0 + (1.0 + excess).sqrt()) * radius_km;
-            depth += self.air.species.iter().map(|sp| extinction(sp) * density(sp, height_km)).sum::<DVec3>() * (step * 2.0 * u * scale);
-        }
+            excess / (1.0 + (1.0 + excess).sqrt()) * radius_km
+        });
         (-depth).exp()
-    }
-}
-
-pub(super) fn density(s: &Species, height_km: f64) -> f64 {
-    match s.tent_centre_km {
-        Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),
-        None => (-height_km / s.scale_height_km).exp(),
     }
 }
 

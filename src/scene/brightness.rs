@@ -2,7 +2,7 @@
 //!
 //! In: a body where it is seen and the others around it. Out: irradiance at the viewer in units of the Sun's at 1 au, and visual magnitude. Always: a body
 //! wholly in an umbra that no air brightens has no magnitude. Left out: light that other bodies reflect on it. Errors: globes 0.2 magnitudes, Saturn with
-//! rings 0.15 (tests/scene_magnitude.rs); in a partial eclipse 0.1, that of the straight ramp in [`super::eclipse::estimate`].
+//! rings 0.15 (tests/scene/magnitudes.rs); in a partial eclipse 0.1, that of the straight ramp in [`super::eclipse::estimate`].
 
 use super::request::ViewRequest;
 use super::ring_light::RingLight;

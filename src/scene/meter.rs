@@ -14,6 +14,7 @@ use super::features::{self, point_peak, shaded};
 use super::glow::Veil;
 use super::lamps::{self, Lamps};
 use super::lights::{self, LightOn, Reflector};
+use super::numeric::smoothstep;
 use super::purpose::{Bound, Purpose};
 use super::request::ViewRequest;
 use super::ring_shine::RingShine;
@@ -46,7 +47,7 @@ const WEIGHS_MOST: f64 = 1.0;
 const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// What the dark sky weighs: a point of light that weighs less is one in a picture of the sky.
 const DARK_WEIGHS: f64 = 1e-6;
-/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/totality.rs). Measured skies keep a
+/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs). Measured skies keep a
 /// fifth of it (Dandekar and Turtle 1971, Applied Optics 10, 1220); until 99.8 % are covered it is sunlight attenuated (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const LEFT_IN_TOTALITY: f64 = 5.5e-4;
 /// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.
@@ -106,14 +107,9 @@ impl Tally {
     }
 }
 
-fn smooth(x: f64) -> f64 {
-    let x = x.clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x)
-}
-
 /// What a place weighs by how far from the middle of the frame it is: 0 there, 1 on its edge.
 fn by_place(outwards: f64) -> f64 {
-    10.0_f64.powf(-EDGE_DECADES * smooth(2.0 * outwards - 1.0))
+    10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * outwards - 1.0))
 }
 
 /// A ray against a body in its unit-sphere frame.
@@ -313,7 +309,7 @@ impl Frame<'_, '_> {
         let far = match p.outline {
             Outline::Ellipse { .. } => {
                 let [from, to] = FAR_RADII;
-                smooth((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
+                smoothstep((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
             }
             Outline::Open => 0.0,
             Outline::Behind | Outline::Beside => return (tally, 0.0),
@@ -370,7 +366,7 @@ impl Frame<'_, '_> {
 
     /// What the rings give the globe, where its night is seen: by day a hundredth of the light.
     fn ring_shine_on(&self, p: &Placed<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weighs = smooth((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
+        let weighs = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
         let asked = self.meter.request.effects.asked(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         if weighs <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
@@ -430,7 +426,7 @@ impl Frame<'_, '_> {
             let clip = DVec2::new(rect.left, rect.bottom) + size * part;
             let direction = camera.ray(clip);
             let met = meet(&p.placement, direction);
-            let covers = smooth(0.5 + met.within / spacing) * self.unhidden(p, direction, spacing);
+            let covers = smoothstep(0.5 + met.within / spacing) * self.unhidden(p, direction, spacing);
             if covers <= 0.0 {
                 continue;
             }
@@ -446,7 +442,7 @@ impl Frame<'_, '_> {
     /// What nearer bodies leave of a ray.
     fn unhidden(&self, p: &Placed<'_>, direction: DVec3, spacing: f64) -> f64 {
         let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
-        nearer.map(|o| 1.0 - smooth(0.5 + meet(&o.placement, direction).within / spacing)).product()
+        nearer.map(|o| 1.0 - smoothstep(0.5 + meet(&o.placement, direction).within / spacing)).product()
     }
 
     /// Rays over a body's rings.
@@ -514,10 +510,10 @@ impl Frame<'_, '_> {
             // In the globe's shadow the ring is dark, behind the globe it is not seen.
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
             let (place, towards) = (met * stretch, (sun * stretch).normalize());
-            let shadowed = if place.dot(towards) < 0.0 { smooth((place.cross(towards).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
+            let shadowed = if place.dot(towards) < 0.0 { smoothstep((place.cross(towards).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
             let globe = meet(&p.placement, direction);
             let behind = reach > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
-            let open = if behind { 1.0 - smooth(0.5 + globe.within / spacing) } else { 1.0 };
+            let open = if behind { 1.0 - smoothstep(0.5 + globe.within / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * shadowed;
             let weighs = by_place(clip.abs().max_element());
             tally.add(share * weighs * open * self.unhidden(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));
@@ -571,7 +567,7 @@ impl Frame<'_, '_> {
                 // A place of the grid is about so wide.
                 let wide = rho * tangent * (growth - 1.0);
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / wide + 0.5;
-                let inside = smooth(edge.x) * smooth(edge.y);
+                let inside = smoothstep(edge.x) * smoothstep(edge.y);
                 if inside > 0.0 {
                     let open = self.unhidden(sun, direction, wide);
                     let inside = inside * by_place(clip.abs().max_element().min(1.0));
@@ -593,7 +589,7 @@ impl Frame<'_, '_> {
     fn open_sky(&self) -> f64 {
         let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let open = self.over_frame(|ray| 1.0 - smooth(0.5 + meet(&p.placement, ray).within / spacing));
+        let open = self.over_frame(|ray| 1.0 - smoothstep(0.5 + meet(&p.placement, ray).within / spacing));
         open.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
@@ -607,7 +603,7 @@ impl Frame<'_, '_> {
     }
 }
 /// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
-/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15.
+/// exact overlap while the body is larger than four times the Sun or smaller than half of it; between these within 0.13.
 fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     if body < sun {
         let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
@@ -640,4 +636,39 @@ fn left_behind(body: &Placement, towards: DVec3, radius: f64) -> f64 {
     let separation = crate::ephemeris::angle_rad(body.centre_km, towards);
     let (limb, slant) = limb_towards(body, towards);
     left_by(limb + (separation - limb) * slant, limb, radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a disc leaves of another of radius 1, a distance apart: the area that two circles share, in closed form.
+    fn exactly_left(separation: f64, body: f64) -> f64 {
+        if separation >= 1.0 + body {
+            return 1.0;
+        }
+        if separation <= (1.0 - body).abs() {
+            return if body >= 1.0 { 0.0 } else { 1.0 - body * body };
+        }
+        // Half angles of the chord through both crossings, seen from either middle.
+        let of_sun = ((separation * separation + 1.0 - body * body) / (2.0 * separation)).acos();
+        let of_body = ((separation * separation + body * body - 1.0) / (2.0 * separation * body)).acos();
+        let segment = |angle: f64| angle - angle.sin() * angle.cos();
+        1.0 - (segment(of_sun) + body * body * segment(of_body)) / PI
+    }
+
+    #[test]
+    fn what_a_body_leaves_of_the_sun_is_within_the_stated_bounds() {
+        let worst = |bodies: &[f64]| {
+            let off = |body: f64| {
+                (0..=400)
+                    .map(move |k| (1.0 + body) * f64::from(k) / 380.0)
+                    .map(move |s| (left_by(s, body, 1.0) - exactly_left(s, body)).abs())
+            };
+            bodies.iter().flat_map(|b| off(*b)).fold(0.0, f64::max)
+        };
+        let (clear, near) = (worst(&[0.02, 0.1, 0.3, 0.5, 4.0, 10.0, 100.0]), worst(&[0.6, 0.9, 1.0, 1.1, 1.5, 2.0, 3.0]));
+        assert!(clear < 0.03, "{clear}");
+        assert!(near < 0.13 && near > 0.03, "{near}");
+    }
 }

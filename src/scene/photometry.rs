@@ -3,6 +3,7 @@
 //! Radiance is counted so that a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi). Irradiance 1 is the
 //! Sun's at 1 au. In these units a body of geometric albedo p at full phase has the mean radiance p times its irradiance.
 
+use super::numeric::smoothstep;
 use super::phase_laws;
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
@@ -136,8 +137,7 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }
-    let x = ((distance_radii / 4.0).ln() / 5f64.ln()).clamp(0.0, 1.0);
-    let weight = x * x * (3.0 - 2.0 * x);
+    let weight = smoothstep((distance_radii / 4.0).ln() / 5f64.ln());
     (phase(body, alpha) / model).powf(weight)
 }
 

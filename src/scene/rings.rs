@@ -29,7 +29,7 @@ const OPPOSITION: [f64; 2] = [0.32, 0.0045];
 const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];
 /// Thickness of the spheroid that stands for the ring where its outline is sought, over its radius.
 const THIN: f64 = 1e-6;
-pub(super) use super::constants::LEAST_COSINE;
+pub use super::constants::LEAST_COSINE;
 
 /// Uniforms of shaders/lib/ring.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -80,7 +80,7 @@ fn bodies(alpha: f64) -> f64 {
 }
 
 /// Phase function of dust: 1 in the mean over all directions, rising steeply against the Sun.
-pub(super) fn forward(alpha: f64) -> f64 {
+pub fn forward(alpha: f64) -> f64 {
     // 1 + g² + 2 g cos(alpha), without the difference of near numbers against the Sun.
     let against = (0.5 * alpha).cos().powi(2);
     DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * against).powf(1.5)).sum()
@@ -92,7 +92,7 @@ fn phase_function(alpha: f64, dust: f64) -> f64 {
 }
 
 /// That of bodies with the opposition's peak, by the cosine of the phase angle: what the ring's fragments compute.
-pub(super) fn bodies_with_peak(cos_alpha: f64) -> f64 {
+pub fn bodies_with_peak(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;
     bodies(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))

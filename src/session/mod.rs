@@ -33,7 +33,7 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Body, Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{Letters, MapStore, Reading, SharedTexture, srgb_to_linear};
+use crate::image::{Letters, MapStore, Reading, SharedTexture};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
@@ -134,7 +134,7 @@ pub struct Session {
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
 
-/// The built-in catalog under the `*.toml` files of a folder, in order of name.
+/// The built-in catalog under the `*.toml` files of a folder, in order of name. A `Cargo.toml`, as catalogs/ has one, is no catalog.
 ///
 /// # Errors
 /// A file that cannot be read, or every wrong field.
@@ -143,6 +143,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let failed = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
     let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
+    paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
     paths.sort();
     let mut files = Vec::new();
     for path in paths {
@@ -368,7 +369,7 @@ impl Session {
         let map = self.maps.get_as(&night.file, plan::map_reading(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
         let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
-        let texels = level.bytes.chunks_exact(4).map(|texel| srgb_to_linear(f64::from(brightest(texel)) / 255.0));
+        let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
         Lamps::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 

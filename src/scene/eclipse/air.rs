@@ -5,7 +5,8 @@
 //! along the straight grazing ray, and haze and gaps between clouds where the catalog's body has clouds. Left out: weather, and the path's own curvature in the extinction (under 2 % of its length for
 //! the Earth).
 
-use super::super::air::{density, extinction, gas};
+use super::super::air::gas;
+use super::super::extinction::optical_depth;
 use crate::catalog::{Atmosphere, Body};
 use glam::{DVec3, DVec4};
 
@@ -61,8 +62,10 @@ pub(in super::super) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f6
     let air = body.atmosphere.as_ref()?;
     let (refractivity, gas) = (air.refractivity?, gas(air)?);
     let radius_km = radius * unit_km;
-    // Thin layers below, where bending and dimming change fast.
-    let height_km = |edge: f64| air.top_km * (edge / LAYERS as f64).powf(1.5);
+    // Thin layers below, where bending and dimming change fast; from there in steps that grow with height. Of the ways tried (powers, exponentials,
+    // other factors) this one is nearest to the integral: tests/atmosphere/refracted_limb.rs.
+    let thin_km = 0.75 * gas.scale_height_km;
+    let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
     let at = |edge: usize| {
         let h = height_km(edge as f64);
         let there = refractivity * (-h / gas.scale_height_km).exp();
@@ -85,22 +88,15 @@ pub(in super::super) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f6
     Some(Layers { top: at(LAYERS).0 - radius, edges: edges.collect(), passes: passes.collect() })
 }
 
+/// Steps from the grazing point outwards.
+const STEPS: usize = 48;
+
 /// What is left of a straight ray that grazes at a height, per channel.
 fn transmission(air: &Atmosphere, radius_km: f64, height_km: f64) -> DVec3 {
     let grazing_km = radius_km + height_km;
     let half_km = ((radius_km + air.top_km).powi(2) - grazing_km * grazing_km).max(0.0).sqrt();
-    // Midpoints, denser near the grazing point: s = half u².
-    const STEPS: usize = 48;
-    let depth: DVec3 = (0..STEPS)
-        .map(|k| {
-            let u = (k as f64 + 0.5) / STEPS as f64;
-            let s_km = half_km * u * u;
-            let h_km = grazing_km.hypot(s_km) - radius_km;
-            let weight_km = 2.0 * half_km * 2.0 * u / STEPS as f64;
-            air.species.iter().map(|s| extinction(s) * density(s, h_km)).sum::<DVec3>() * weight_km
-        })
-        .sum();
-    (-depth).exp()
+    let half = optical_depth(air, half_km, STEPS, |s_km| grazing_km.hypot(s_km) - radius_km);
+    (-2.0 * half).exp()
 }
 
 /// What the thin haze above the Earth's mixed layer lets through of a grazing ray.

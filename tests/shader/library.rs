@@ -1,0 +1,257 @@
+//! The library on disk: damage, strangers, crowds, and disks that refuse.
+
+use orrery::shader::library::{Library, file_name};
+use orrery::shader::{Lowering, ModuleId, ShaderModule};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, Mutex};
+
+/// A stand-in for the renderer's lowering whose tape depends on the module, so that a mixed-up tape shows.
+fn lowering() -> Lowering {
+    Lowering { digest: "test 1".into(), lower: |module, _| Ok(format!("{} types", module.types.len()).into_bytes()) }
+}
+
+fn ids() -> Vec<ModuleId> {
+    ["lambert.albedo-normal.sun1.ellipsoid", "emissive.albedo.sphere", "emissive.albedo.sun0.sphere", "tone_map", "point"]
+        .iter()
+        .filter_map(|t| t.parse().ok())
+        .collect()
+}
+
+struct Heard(Arc<Mutex<Vec<String>>>);
+
+impl Heard {
+    fn lines(&self) -> Vec<String> {
+        self.0.lock().expect("no panic").clone()
+    }
+}
+
+fn open(cache: &Path) -> (Library, Heard) {
+    let said = Arc::new(Mutex::new(Vec::new()));
+    let into = Arc::clone(&said);
+    (Library::open(cache, lowering(), move |line| into.lock().expect("no panic").push(line.to_owned())), Heard(said))
+}
+
+/// Equal in everything that a renderer or a reader sees. Spans do not survive the disk and are no part of that.
+fn assert_same(a: &ShaderModule, b: &ShaderModule) {
+    assert_eq!((&a.id, &a.wesl, &a.layout, &a.source_map, &a.tape), (&b.id, &b.wgsl, &b.layout, &b.source_map, &b.tape));
+    let ir = |m: &ShaderModule| postcard::to_stdvec(&(&m.module, &m.info)).expect("encodes");
+    assert_eq!(ir(a), ir(b));
+}
+
+fn fresh(id: &ModuleId) -> ShaderModule {
+    ShaderModule::build(id, &lowering()).expect("builds")
+}
+
+#[test]
+fn a_second_library_reads_what_the_first_wrote() {
+    let dir = tempfile::tempdir().expect("temp");
+    let ids = ids();
+    assert_eq!(ids.len(), 4, "one of the texts leaves out its lights and is no key");
+    for round in 0..2 {
+        let (library, heard) = open(dir.path());
+        for id in &ids {
+            assert_same(&library.get(id).expect("module"), &fresh(id));
+            assert!(Arc::ptr_eq(&library.get(id).expect("module"), &library.get(id).expect("module")));
+        }
+        let s = library.statistics();
+        let n = ids.len() as u64;
+        assert_eq!((s.emitted, s.written, s.from_disk, s.healed), if round == 0 { (n, n, 0, 0) } else { (0, 0, n, 0) });
+        assert_eq!(s.from_memory, 2 * n);
+        assert!(heard.lines().is_empty(), "{:?}", heard.lines());
+        assert_eq!(library.status().entries, n);
+        assert_eq!((library.verify().whole, library.verify().damaged.len()), (n, 0));
+    }
+}
+
+/// Puts `damaged` in an entry's place and expects the right module, one message, and a whole entry afterwards.
+fn heals(dir: &Path, id: &ModuleId, path: &Path, whole: &[u8], damaged: &[u8], what: &str) {
+    std::fs::write(path, damaged).expect("write");
+    let (library, heard) = open(dir);
+    assert_eq!(library.verify().damaged.len(), 1, "{what}");
+    assert_same(&library.get(id).expect(what), &fresh(id));
+    library.get(id).expect(what);
+    let lines = heard.lines();
+    assert!(lines.len() == 1 && lines[0].contains("is replaced"), "{what}: {lines:?}");
+    assert_eq!(library.statistics().healed, 1, "{what}");
+    assert_eq!(std::fs::read(path).expect("read"), whole, "{what}: the entry is whole again");
+}
+
+#[test]
+fn damage_anywhere_is_found_and_healed() {
+    let dir = tempfile::tempdir().expect("temp");
+    let id: ModuleId = "tone_map".parse().expect("name");
+    let (library, _) = open(dir.path());
+    library.get(&id).expect("module");
+    let path = library.entry_path(&id).expect("on disk");
+    let whole = std::fs::read(&path).expect("written");
+    for keep in [0, 1, 7, 8, 39, 40, 41, whole.len() / 2, whole.len() - 1] {
+        heals(dir.path(), &id, &path, &whole, &whole[..keep], &format!("cut to {keep} bytes"));
+    }
+    // Magic, checksum, head, and 24 places through the content.
+    let places = (0..48).chain((0..24).map(|i| 48 + (whole.len() - 49) * i / 23));
+    for at in places {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 1 << (at % 8);
+        heals(dir.path(), &id, &path, &whole, &damaged, &format!("bit flipped in byte {at}"));
+    }
+    heals(dir.path(), &id, &path, &whole, b"a text file", "foreign");
+    let mut longer = whole.clone();
+    longer.push(0);
+    heals(dir.path(), &id, &path, &whole, &longer, "a byte too many");
+}
+
+#[test]
+fn a_whole_entry_of_another_module_or_generator_is_not_taken() {
+    let dir = tempfile::tempdir().expect("temp");
+    let ids = ids();
+    let (library, _) = open(dir.path());
+    ids.iter().for_each(|id| drop(library.get(id).expect("module")));
+    let path = |id| library.entry_path(id).expect("on disk");
+    let (first, second) = (std::fs::read(path(&ids[0])).expect("read"), std::fs::read(path(&ids[1])).expect("read"));
+    heals(dir.path(), &ids[0], &path(&ids[0]), &first, &second, "another module's entry");
+
+    let other = Lowering { digest: "test 2".into(), ..lowering() };
+    let stranger = Library::open(dir.path(), other, |_| {});
+    stranger.get(&ids[0]).expect("module");
+    assert_ne!(stranger.generator(), library.generator());
+    assert_eq!((stranger.statistics().from_disk, stranger.status().entries), (0, 1), "it has a folder of its own");
+    assert_eq!(stranger.status().other_entries, ids.len() as u64);
+    let foreign = std::fs::read(stranger.entry_path(&ids[0]).expect("on disk")).expect("read");
+    heals(dir.path(), &ids[0], &path(&ids[0]), &first, &foreign, "another generator's entry");
+
+    assert_eq!(library.clear().expect("clears"), ids.len() as u64 + 1);
+    assert_eq!((library.status().entries, library.status().other_entries), (0, 0));
+}
+
+#[test]
+fn a_path_below_a_file_only_warns() {
+    let dir = tempfile::tempdir().expect("temp");
+    let file = dir.path().join("not-a-folder");
+    std::fs::write(&file, "x").expect("write");
+    let (library, heard) = open(&file);
+    for id in ids() {
+        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+    }
+    let lines = heard.lines();
+    assert!(lines.len() == 1 && lines[0].contains("cannot be written") && lines[0].contains("--cache"), "{lines:?}");
+    assert_eq!((library.statistics().written, library.status().entries), (0, 0));
+    assert_eq!(library.verify().damaged.len(), 0);
+    assert_eq!(library.clear().expect("nothing to do"), 0);
+}
+
+#[test]
+fn missing_folders_are_made_at_the_first_write() {
+    let dir = tempfile::tempdir().expect("temp");
+    let nested = dir.path().join("not/there/yet");
+    let (library, heard) = open(&nested);
+    for id in ids() {
+        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+    }
+    assert_eq!((library.status().entries, library.verify().whole), (ids().len() as u64, ids().len() as u64));
+    assert!(heard.lines().is_empty() && nested.is_dir(), "{:?}", heard.lines());
+}
+
+/// A folder that may be read but not written into; for the superuser, who may write into any ordinary one, a folder of the kernel's.
+#[cfg(unix)]
+#[test]
+fn a_read_only_folder_only_warns() {
+    use std::os::unix::fs::PermissionsExt;
+    let dir = tempfile::tempdir().expect("temp");
+    let allow = |mode| std::fs::set_permissions(dir.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
+    allow(0o555);
+    let refuses = |p: &&Path| p.is_dir() && std::fs::write(p.join("probe"), "x").is_err();
+    let folders = [dir.path(), Path::new("/proc/self"), Path::new("/sys/kernel")];
+    let Some(folder) = folders.iter().find(|p| refuses(p)) else { panic!("this user writes into every folder") };
+    let (library, heard) = open(folder);
+    for id in ids() {
+        assert_same(&library.get(&id).expect("module"), &fresh(&id));
+    }
+    let lines = heard.lines();
+    assert!(lines.len() == 1 && lines[0].contains("cannot be written"), "{lines:?}");
+    assert_eq!((library.statistics().written, library.status().entries), (0, 0));
+    allow(0o755);
+}
+
+#[test]
+fn an_entry_that_is_a_folder_only_warns() {
+    let dir = tempfile::tempdir().expect("temp");
+    let (library, heard) = open(dir.path());
+    let id = &ids()[0];
+    std::fs::create_dir_all(library.entry_path(id).expect("path")).expect("folder");
+    assert_same(&library.get(id).expect("module"), &fresh(id));
+    assert!(!heard.lines().is_empty() && heard.lines().len() <= 2, "{:?}", heard.lines());
+}
+
+#[test]
+fn long_names_make_short_file_names() {
+    for id in ids() {
+        assert!(file_name(&id).starts_with(&id.to_string()));
+    }
+    let longest: ModuleId =
+        "lommel-seeliger.albedo-normal-specular-night.sun3.mesh.twosided-alphatexture-vertexcolour".parse().expect("key");
+    assert!(file_name(&longest).len() < 200);
+}
+
+const CHILD: &str = "ORRERY_TEST_LIBRARY_CHILD";
+
+/// Runs only in the processes that the tests below start: fills the library in the folder that the variable names.
+#[test]
+fn child_fills_a_library() {
+    let Some(cache) = std::env::var_os(CHILD) else { return };
+    let (library, heard) = open(&PathBuf::from(cache));
+    for _ in 0..3 {
+        for id in ids() {
+            assert_same(&library.get(&id).expect("module"), &fresh(&id));
+        }
+    }
+    println!("emitted {} written {} said {:?}", library.statistics().emitted, library.statistics().written, heard.lines());
+}
+
+fn child(cache: &Path) -> Command {
+    let mut command = Command::new(std::env::current_exe().expect("this binary"));
+    command.args(["--exact", "library::child_fills_a_library", "--nocapture"]).env(CHILD, cache);
+    command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
+    command
+}
+
+#[test]
+fn eight_processes_and_as_many_threads_fill_one_library_at_once() {
+    let dir = tempfile::tempdir().expect("temp");
+    let children: Vec<_> = (0..8).map(|_| child(dir.path()).spawn().expect("starts")).collect();
+    let (library, heard) = open(dir.path());
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| ids().iter().for_each(|id| assert_same(&library.get(id).expect("module"), &fresh(id))));
+        }
+    });
+    for child in children {
+        let output = child.wait_with_output().expect("ends");
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && text.contains("said []"), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert!(heard.lines().is_empty(), "{:?}", heard.lines());
+    let n = ids().len() as u64;
+    assert_eq!(library.statistics().emitted + library.statistics().from_disk, n, "threads of one library share the work");
+    assert_eq!((library.verify().whole, library.verify().damaged.len()), (n, 0));
+    let folder = library.entry_path(&ids()[0]).expect("path").parent().expect("folder").to_owned();
+    assert_eq!(std::fs::read_dir(folder).expect("read").count() as u64, n, "no temporary file is left");
+}
+
+/// A disk that takes no byte: the shell forbids files longer than 0 and has the signal for it ignored, so each write fails.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_only_warns() {
+    let dir = tempfile::tempdir().expect("temp");
+    let inner = child(dir.path());
+    let mut command = Command::new("sh");
+    command.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\""]).arg(inner.get_program()).args(inner.get_args());
+    let output = command.env(CHILD, dir.path()).output().expect("sh runs");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("written 0") && text.matches("cannot be written").count() == 1, "{text}");
+    let (library, heard) = open(dir.path());
+    assert_eq!(library.status().entries, 0);
+    library.get(&ids()[0]).expect("module");
+    assert!(heard.lines().is_empty());
+}
