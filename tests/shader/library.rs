@@ -34,7 +34,7 @@ fn open(cache: &Path) -> (Library, Heard) {
 
 /// Equal in everything that a renderer or a reader sees. Spans do not survive the disk and are no part of that.
 fn assert_same(a: &ShaderModule, b: &ShaderModule) {
-    assert_eq!((&a.id, &a.wesl, &a.layout, &a.source_map, &a.tape), (&b.id, &b.wgsl, &b.layout, &b.source_map, &b.tape));
+    assert_eq!((&a.id, &a.wgsl, &a.layout, &a.source_map, &a.tape), (&b.id, &b.wgsl, &b.layout, &b.source_map, &b.tape));
     let ir = |m: &ShaderModule| postcard::to_stdvec(&(&m.module, &m.info)).expect("encodes");
     assert_eq!(ir(a), ir(b));
 }

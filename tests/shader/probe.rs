@@ -4,7 +4,7 @@ use crate::support::session::SESSION;
 use orrery::probe::lanes::Lanes;
 use orrery::probe::{KINDS, Need, Prober};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
-use orrery::shader::fragments::probe_samples;
+use orrery::shader::id::probe_samples;
 
 fn renderer(precision: Precision) -> SoftwareRenderer {
     SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")
