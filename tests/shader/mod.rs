@@ -4,3 +4,4 @@ mod formulas;
 mod keys;
 mod library;
 mod probe;
+mod wesl;

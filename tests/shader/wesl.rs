@@ -1,0 +1,152 @@
+//! The generator against the reference compiler of WESL: the same fragments, the same module.
+
+use naga::compact::{KeepUnused, compact};
+use orrery::shader::emit::{emit_fragment, emit_module, emit_module_with};
+use orrery::shader::fragments::{FRAGMENTS, Fragments};
+use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
+use orrery::shader::key::{covering, features};
+use orrery::shader::module::diagnosis;
+use orrery::shader::source::condition::{Features, names_that_hold};
+use orrery::shader::{ModuleId, ShaderError};
+use rayon::prelude::*;
+use wesl::syntax::{ModulePath, PathOrigin};
+use wesl::{CompileOptions, Feature, NoMangler, VirtualResolver};
+
+fn module_path(fragment: &str) -> ModulePath {
+    let stem = fragment.strip_suffix(".wesl").expect("a fragment's ending");
+    ModulePath::new(PathOrigin::Absolute, stem.split('/').map(str::to_owned).collect())
+}
+
+/// The module as the reference compiler makes it, for the features of a key.
+fn by_reference(entry: &str, on: &[&str]) -> String {
+    let mut resolver = VirtualResolver::new();
+    for (path, text) in FRAGMENTS.iter() {
+        resolver.add_module(module_path(path), (*text).into());
+    }
+    let flags = names_that_hold(Features::of(on)).map(|(name, holds)| (name.to_owned(), Feature::from(holds))).collect();
+    let options = CompileOptions {
+        // All of each module that is imported, as the generator takes it; vertex stages stand in imported modules.
+        strip: false,
+        lazy: false,
+        validate: false,
+        features: wesl::Features { default: Feature::Error, flags },
+        ..CompileOptions::default()
+    };
+    let compiled = wesl::compile(&module_path(entry), &resolver, &NoMangler, &options);
+    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {on:?}: {e}")).to_string()
+}
+
+/// naga's IR of what entry points reach. Declarations come in the order of their text, so that the order of fragments does not count.
+fn ir(wgsl: &str) -> String {
+    let syntax = wgsl_parse::parse_str(wgsl).unwrap_or_else(|e| panic!("{e}\n{wgsl}"));
+    let mut declarations: Vec<String> = syntax.global_declarations.iter().map(|d| d.node().to_string()).collect();
+    declarations.sort();
+    let mut module = naga::front::wgsl::parse_str(&declarations.join("\n")).unwrap_or_else(|e| panic!("{}", e.emit_to_string(wgsl)));
+    compact(&mut module, KeepUnused::No);
+    format!("{module:?}")
+}
+
+fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
+    match id {
+        ModuleId::Planet(key) => ("entry/planet.wesl".to_owned(), features(key.needs())),
+        ModuleId::Probe(name, key) => (format!("entry/{name}.wesl"), features(key.needs())),
+        ModuleId::Simple(name) => (format!("entry/{name}.wesl"), Vec::new()),
+    }
+}
+
+#[test]
+fn every_covering_module_is_what_the_reference_compiler_makes() {
+    let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
+    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering(2).into_iter().map(ModuleId::Planet)).collect();
+    ids.par_iter().for_each(|id| {
+        let (entry, on) = entry_and_features(id);
+        let emitted = emit_module(id).unwrap_or_else(|e| panic!("{e}"));
+        assert!(ir(&emitted.wgsl) == ir(&by_reference(&entry, &on)), "{id}");
+    });
+    // The comparison sees one feature.
+    let on = ["surface.lambert", "lights.1", "shape.sphere", "view.shaded"];
+    let more = [&on[..], &["lights.2"]].concat();
+    let emitted = emit_fragment("entry/planet.wesl", "planet", &on).expect("emits");
+    assert_eq!(ir(&emitted.wgsl), ir(&by_reference("entry/planet.wesl", &on)));
+    assert_ne!(ir(&emitted.wgsl), ir(&by_reference("entry/planet.wesl", &more)));
+}
+
+/// A fragment of the user's in place of the one that every globe has.
+fn with(text: &str) -> Fragments {
+    Fragments::with_files([("lib/photometry/lambert.wesl".to_owned(), text.to_owned())])
+}
+
+fn fault(text: &str) -> (u32, u32, String) {
+    let id: ModuleId = "lambert.sun1.sphere".parse().expect("a key");
+    match emit_module_with(&with(text), &id) {
+        Err(ShaderError::Fragment { path, line, column, what }) => {
+            assert_eq!(path, "lib/photometry/lambert.wesl");
+            let shown = diagnosis(&with(text), &id).expect("a diagnosis");
+            assert!(shown.contains(&format!("line {line}, column {column}")) && shown.contains(&what), "{shown}");
+            (line, column, what)
+        }
+        other => panic!("{text}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_mistake_in_a_fragment_is_told_with_line_and_column() {
+    let law = "fn reflectance(cos_incidence: f32, cos_emission: f32, cos_phase: f32) -> f32 {\n    return cos_incidence;\n}\n";
+    for (text, line, column, says) in [
+        (format!("//: if lights.1\n{law}"), 1, 1, "no longer read"),
+        (format!("// law\n@if(light_1) {law}"), 2, 5, "`lights_1`"),
+        (format!("@if(lights_1 + 1) {law}"), 1, 5, "no condition"),
+        (format!("{law}@else const A = 1;\n"), 4, 1, "no `@if`"),
+        (format!("@if(lights_1) @if(lights_2) {law}"), 1, 15, "&&"),
+        (law.replace("-> f32", "-> @if(lights_1) f32"), 1, 75, "before a declaration"),
+        (format!("{law}fn more( {{\n"), 4, 8, "closed"),
+        (format!("{law}fn more() {{ let = 1; }}\n"), 4, 17, "cannot stand here"),
+        (format!("import package::lib::none::a;\n{law}"), 1, 1, "there is no fragment `lib/none.wesl`"),
+        (format!("import package::lib::screen::corner;\n{law}"), 1, 1, "declares no `corner`"),
+        (format!("import package::lib::screen::screen_corner as corner;\n{law}"), 1, 1, "rename"),
+    ] {
+        let (at_line, at_column, what) = fault(&text);
+        assert!(what.contains(says), "{what}");
+        assert_eq!((at_line, at_column), (line, column), "{text}{what}");
+    }
+}
+
+#[test]
+fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
+    let text = "// Head.\n\n// Import.\n@if(lights_2)\nimport super::super::screen::screen_corner;\n\n// Both.\n@if(lights_2) const A = 2.0; // two\n\
+                @elif(lights_1) const A = 1.0; // one\n@else const A = 0.0;\n\nfn reflectance(\n    a: f32,\n    // Out.\n    @if(lights_2) q: f32,\n    b: f32,\n    \
+                c: f32,\n) -> f32 {\n    // Kept.\n    @if(lights_1) let x = A;\n    // Gone.\n    @if(lights_2)\n    if x > 0.0 {\n        return c;\n    } else {\n        \
+                return b;\n    }\n    @if(lights_1 && !lights_2) { return a * x; }\n    @else return b;\n}\n";
+    let emitted = emit_module_with(&with(text), &"lambert.sun1.sphere".parse().expect("a key")).expect("emits");
+    let mine: Vec<(u32, &str)> = (1..)
+        .zip(emitted.wgsl.lines())
+        .filter_map(|(n, line)| {
+            emitted.source_map.origin_of(n).filter(|(path, _)| path.ends_with("lambert.wesl")).map(|(_, at)| (at, line))
+        })
+        .collect();
+    let expected = [
+        (1, "// Head."),
+        (2, ""),
+        (7, "// Both."),
+        (9, "const A = 1.0; // one"),
+        (11, ""),
+        (12, "fn reflectance("),
+        (13, "    a: f32,"),
+        (16, "    b: f32,"),
+        (17, "    c: f32,"),
+        (18, ") -> f32 {"),
+        (19, "    // Kept."),
+        (20, "    let x = A;"),
+        (28, "    { return a * x; }"),
+        (30, "}"),
+    ];
+    assert_eq!(mine, expected);
+    naga::front::wgsl::parse_str(&emitted.wgsl).expect("what is left is WGSL");
+    let feature = |text: &str| {
+        let line = emitted.wgsl.lines().position(|l| l.contains(text)).expect(text);
+        emitted.source_map.feature_of(line + 1).expect("mapped").to_owned()
+    };
+    assert_eq!(feature("const A = 1.0"), "lights.1");
+    assert_eq!(feature("return a * x"), "not lights.2");
+    assert_eq!(feature("a: f32"), feature("fn reflectance("));
+}
