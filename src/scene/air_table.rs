@@ -18,7 +18,7 @@ pub use super::constants::{MULTIPLE_HEIGHTS as HEIGHTS, MULTIPLE_SUNS as SUNS};
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// The sources that decide which table an atmosphere gets: an edit of one of them makes tables that are kept on disk stale. What they take from the
 /// rest of the program are the body's numbers, which name a kept table too, and the narrowing to f32.
-pub const SOURCES: [&str; 2] = [include_str!("air_table.rs"), include_str!("extinction.rs")];
+pub const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str!("extinction.rs"), include_str!("constants.rs")];
 
 /// Directions over the sphere and steps along each, by day.
 const BY_DAY: Fineness = Fineness { directions: 64, steps: 24 };

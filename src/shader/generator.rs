@@ -42,8 +42,7 @@ sources![
 ];
 
 /// Sources of `shader` that no module depends on: they translate, compare and record finished ones, or list keys to test.
-pub const NO_PART: &[&str] =
-    &["shader/compare.rs", "shader/key/covering.rs", "shader/record.rs", "shader/translate.rs"];
+pub const NO_PART: &[&str] = &["shader/compare.rs", "shader/key/covering.rs", "shader/record.rs", "shader/translate.rs"];
 
 const LOCK: &str = include_str!("../../Cargo.lock");
 

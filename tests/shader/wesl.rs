@@ -98,7 +98,7 @@ fn a_mistake_in_a_fragment_is_told_with_line_and_column() {
         (format!("@if(lights_1 + 1) {law}"), 1, 5, "no condition"),
         (format!("{law}@else const A = 1;\n"), 4, 1, "no `@if`"),
         (format!("@if(lights_1) @if(lights_2) {law}"), 1, 15, "&&"),
-        (law.replace("-> f32", "-> @if(lights_1) f32"), 1, 75, "before a declaration"),
+        (law.replace("-> f32", "-> @if(lights_1) f32"), 1, 74, "before a declaration"),
         (format!("{law}fn more( {{\n"), 4, 8, "closed"),
         (format!("{law}fn more() {{ let = 1; }}\n"), 4, 17, "cannot stand here"),
         (format!("import package::lib::none::a;\n{law}"), 1, 1, "there is no fragment `lib/none.wesl`"),
@@ -115,7 +115,7 @@ fn a_mistake_in_a_fragment_is_told_with_line_and_column() {
 fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
     let text = "// Head.\n\n// Import.\n@if(lights_2)\nimport super::super::screen::screen_corner;\n\n// Both.\n@if(lights_2) const A = 2.0; // two\n\
                 @elif(lights_1) const A = 1.0; // one\n@else const A = 0.0;\n\nfn reflectance(\n    a: f32,\n    // Out.\n    @if(lights_2) q: f32,\n    b: f32,\n    \
-                c: f32,\n) -> f32 {\n    // Kept.\n    @if(lights_1) let x = A;\n    // Gone.\n    @if(lights_2)\n    if x > 0.0 {\n        return c;\n    } else {\n        \
+                third: f32,\n) -> f32 {\n    // Kept.\n    @if(lights_1) let x = A;\n    // Gone.\n    @if(lights_2)\n    if x > 0.0 {\n        return third;\n    } else {\n        \
                 return b;\n    }\n    @if(lights_1 && !lights_2) { return a * x; }\n    @else return b;\n}\n";
     let emitted = emit_module_with(&with(text), &"lambert.sun1.sphere".parse().expect("a key")).expect("emits");
     let mine: Vec<(u32, &str)> = (1..)
@@ -133,7 +133,7 @@ fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
         (12, "fn reflectance("),
         (13, "    a: f32,"),
         (16, "    b: f32,"),
-        (17, "    c: f32,"),
+        (17, "    third: f32,"),
         (18, ") -> f32 {"),
         (19, "    // Kept."),
         (20, "    let x = A;"),
@@ -148,5 +148,5 @@ fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
     };
     assert_eq!(feature("const A = 1.0"), "lights.1");
     assert_eq!(feature("return a * x"), "not lights.2");
-    assert_eq!(feature("a: f32"), feature("fn reflectance("));
+    assert_eq!(feature("third: f32"), feature("fn reflectance("));
 }
