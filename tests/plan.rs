@@ -12,7 +12,7 @@ use orrery::shader::key::{ShaderKey, features, keys_of};
 use orrery::shader::reflect::LayoutError;
 use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Amounts with a different number in every field, and as many lights as asked.
 fn amounts(lights: u8) -> Amounts {
@@ -102,6 +102,10 @@ fn every_possible_structure_is_filled_by_name() {
     let block = |key: &ShaderKey| emit_fragment("lib/draw.wgsl", "planet", &features(key.needs())).expect("emits").wgsl;
     let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (block(key), *key)).collect();
     let alone = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
+    // And the reverse: no value is made that no module reads.
+    let read: BTreeSet<String> = blocks.keys().flat_map(|text| alone(text).fields.into_iter().map(|f| f.name)).collect();
+    let unread: Vec<&str> = Amounts::uniforms().filter(|name| !read.contains(*name)).collect();
+    assert!(unread.is_empty() && read.len() > 50, "no module reads {unread:?}");
     let failures: Vec<String> = blocks.par_iter().filter_map(|(text, key)| filled(&alone(text), key)).collect();
     // In its module the block is the same.
     let pieces: Vec<_> = blocks.iter().step_by(blocks.len().div_ceil(40)).collect();

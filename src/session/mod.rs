@@ -34,20 +34,19 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 use crate::catalog::{Body, Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{Letters, MapStore, Reading, SharedTexture, srgb_to_linear};
+use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
-use crate::scene::air_spread;
-use crate::scene::draw::{AirTier, Shape};
+use crate::scene::draw::Shape;
 use crate::scene::lamps::Lamps;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Caches, Requirements, Resources, Scene, SceneBuilder, SceneError};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
-use glam::Vec4;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -110,6 +109,9 @@ pub struct Drawn {
 /// Texels around the equator of the lamps that the light meter reads: 20 km on the Earth.
 const LAMPS_WIDTH: u32 = 2048;
 
+/// Bodies whose lamps are kept.
+const LAMPS_KEPT: usize = 16;
+
 pub struct Session {
     catalog: Catalog,
     ephemeris: Ephemeris,
@@ -118,9 +120,10 @@ pub struct Session {
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
     /// By body, each read once when an exposure first asks for it.
-    lamps: Mutex<BTreeMap<NaifId, Arc<Lamps>>>,
+    lamps: Memo<NaifId, Option<Arc<Lamps>>>,
     /// Those of the last size that was asked for.
-    letters: Mutex<Option<(f64, Arc<Letters>)>>,
+    letters: Memo<u64, Arc<Letters>>,
+    scene_caches: Caches,
     devices: Devices,
     /// Map and mesh files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
@@ -212,8 +215,9 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
-            lamps: Mutex::default(),
-            letters: Mutex::default(),
+            lamps: Memo::holding(LAMPS_KEPT),
+            letters: Memo::holding(1),
+            scene_caches: Caches::default(),
             devices,
             missing: Mutex::default(),
             say,
@@ -310,56 +314,83 @@ impl Session {
         done
     }
 
-    fn scene_of_what_is_read(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
-        let mut request = request.clone();
-        request.missing_maps.extend(self.missing.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());
-        request.meshes = self.meshes.read();
-        request.lamps = self.lamps.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        Ok(self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?)
+    /// The scene of a view. Shape models, lamps and tables are read or computed; maps are not: those already found unreadable are left out.
+    ///
+    /// # Errors
+    /// See [`SceneBuilder::new`].
+    pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
+        self.scene_after(request, |_| {})
     }
 
-    /// The scene of a view. Maps already found missing are left out. A shape model that cannot be read is said once.
-    pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
-        let mut scene = self.scene_of_what_is_read(request)?;
-        if !scene.unread_meshes.is_empty() {
-            self.measured(Stage::Maps, || {
-                for body in scene.unread_meshes.iter().filter_map(|id| self.catalog.body(*id)) {
-                    let (Some(named), Err(why)) = (&body.mesh, self.meshes.load(body)) else { continue };
-                    if self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(named.file.clone()) {
-                        (self.say)(&format!("{why}; {} is drawn as its ellipsoid", body.name));
+    /// The scene of a view. `prepare` is told what the view needs before anything of it is read.
+    fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
+        let start = || SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches);
+        let builder = self.measured(Stage::Scene, start)?;
+        let known = Resources { unreadable: self.unreadable(), ..Resources::default() };
+        let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
+        prepare(&wanted);
+        let resources = self.resources(&wanted);
+        Ok(self.measured(Stage::Scene, || builder.build(&resources)))
+    }
+
+    fn unreadable(&self) -> BTreeSet<String> {
+        self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Remembers that a file cannot be read, and says so once.
+    fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) {
+        if self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned()) {
+            (self.say)(&line());
+        }
+    }
+
+    /// Reads and computes what a view needs. A shape model that cannot be read is said once.
+    fn resources(&self, wanted: &Requirements) -> Resources {
+        let mut resources = Resources::default();
+        for mesh in &wanted.meshes {
+            let Some((body, named)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
+            match self.measured(Stage::Maps, || self.meshes.model(body)) {
+                Ok(model) => {
+                    if let Some((towards, radius_rad)) = mesh.sun {
+                        let heights = self.measured(Stage::Scene, || self.meshes.sun_heights(&model, towards, radius_rad));
+                        resources.sun_heights.insert(body.id, heights);
                     }
+                    resources.meshes.insert(body.id, model);
                 }
-            });
-            scene = self.scene_of_what_is_read(request)?;
-        }
-        if !scene.unread_lamps.is_empty() {
-            self.measured(Stage::Maps, || {
-                let bodies = scene.unread_lamps.iter().filter_map(|id| self.catalog.body(*id));
-                let read = bodies.filter_map(|body| Some((body.id, self.read_lamps(body)?))).collect::<Vec<_>>();
-                self.lamps.lock().unwrap_or_else(PoisonError::into_inner).extend(read);
-            });
-            scene = self.scene_of_what_is_read(request)?;
-        }
-        for mesh in scene.draws.iter_mut().filter_map(|d| d.amounts.mesh.as_mut()) {
-            mesh.sun_heights = self.measured(Stage::Scene, || self.meshes.heights(mesh));
-        }
-        // Ground and sky of a body share one.
-        let mut spread: Option<(NaifId, Vec<Vec4>, Vec<Vec4>)> = None;
-        for draw in scene.draws.iter_mut().filter(|d| d.needs.air.tier == AirTier::Table) {
-            if let Some(body) = self.catalog.body(draw.body) {
-                draw.amounts.air.many = self.air_tables.get(body);
-                let eclipse = &mut draw.amounts.eclipse;
-                if !eclipse.places.is_empty() && spread.as_ref().is_none_or(|(id, places, _)| *id != draw.body || *places != eclipse.places)
-                {
-                    let tables = self.measured(Stage::Scene, || air_spread::tables(body, eclipse));
-                    spread = Some((draw.body, eclipse.places.clone(), tables));
-                }
-                if let Some((_, _, tables)) = &spread {
-                    eclipse.spread.clone_from(tables);
-                }
+                Err(why) => self.note_unreadable(&named.file, || format!("{why}; {} is drawn as its ellipsoid", body.name)),
             }
         }
-        Ok(scene)
+        for body in wanted.lamps.iter().filter_map(|id| self.catalog.body(*id)) {
+            let lamps = self.measured(Stage::Maps, || self.lamps.get(body.id, || self.read_lamps(body)));
+            resources.lamps.extend(lamps.map(|lamps| (body.id, lamps)));
+        }
+        for body in wanted.scattering_tables.iter().filter_map(|id| self.catalog.body(*id)) {
+            resources.scattering_tables.insert(body.id, self.measured(Stage::Scene, || self.air_tables.get(body)));
+        }
+        resources.unreadable = self.unreadable();
+        resources
+    }
+
+    /// Reads the maps of a view, all at a time; the plan finds them in memory. One that cannot be read is said once.
+    fn read_maps(&self, wanted: &Requirements) {
+        let (overlays, maps): (Vec<_>, Vec<_>) = wanted
+            .maps
+            .iter()
+            .flat_map(|(files, shape)| files.bindings().map(|(binding, file)| (binding, file, *shape)))
+            .filter(|(_, file, _)| !self.missing.lock().unwrap_or_else(PoisonError::into_inner).contains(*file))
+            .partition(|(binding, ..)| plan::OVERLAY_BINDINGS.contains(binding));
+        let maps: Vec<(&str, Reading)> = maps.into_iter().map(|(binding, file, shape)| (file, plan::map_reading(binding, shape))).collect();
+        self.maps.bring(&maps);
+        for (file, reading) in maps {
+            if let Err(why) = self.maps.get_as(file, reading) {
+                self.note_unreadable(file, || format!("{why}; drawn in its mean colour"));
+            }
+        }
+        for (_, file, _) in overlays {
+            if let Err(why) = self.maps.premultiplied(file) {
+                self.note_unreadable(file, || format!("{why}; drawn without it"));
+            }
+        }
     }
 
     /// The lamps of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
@@ -373,46 +404,15 @@ impl Session {
     }
 
     /// Scene and plan of a view. A map that cannot be read is said once, and its body is drawn without it.
+    ///
+    /// # Errors
+    /// No scene, or a module that cannot be made.
     pub fn plan(&self, request: &ViewRequest, fineness: Fineness) -> Result<(Scene, Plan), SessionError> {
-        loop {
-            let scene = self.scene(request)?;
-            self.fetch(&scene)?;
-            match self.measured(Stage::Plan, || plan::plan(&scene, self, fineness)) {
-                Ok(plan) => return Ok((scene, plan)),
-                Err(PlanError::Map { file, why }) => {
-                    let new = self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.clone());
-                    if !new {
-                        return Err(PlanError::Map { file, why }.into());
-                    }
-                    let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
-                    let instead = if overlay { "without it" } else { "in its mean colour" };
-                    (self.say)(&format!("{why}; drawn {instead}"));
-                }
-                Err(e) => return Err(e.into()),
-            }
-        }
-    }
-
-    /// What is drawn in which order for a view, for a reader.
-    pub fn passes(&self, request: &ViewRequest, fineness: Fineness) -> Result<String, SessionError> {
-        // A map that cannot be read is found, said and left out here.
-        let (scene, plan) = self.plan(request, fineness)?;
-        Ok(plan::graph::outline(&plan::steps(&scene, self, fineness)?, &plan))
-    }
-
-    /// Brings in modules and maps by all threads, so that the plan finds them in memory. Failures come out of the plan.
-    fn fetch(&self, scene: &Scene) -> Result<(), SessionError> {
-        let modules = plan::modules(scene);
+        let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
+        let modules = plan::modules(&scene);
         self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-        let wanted: Vec<(&str, Reading)> = scene
-            .draws
-            .iter()
-            .flat_map(|d| d.map_files.bindings().map(|(binding, file)| (binding, file, d.needs.shape)))
-            .filter(|(b, ..)| !plan::OVERLAY_BINDINGS.contains(b))
-            .map(|(binding, file, shape)| (file, plan::map_reading(binding, shape)))
-            .collect();
-        self.measured(Stage::Maps, || self.maps.bring(&wanted));
-        Ok(())
+        let plan = self.measured(Stage::Plan, || plan::plan(&scene, self, fineness))?;
+        Ok((scene, plan))
     }
 
     /// Draws a view with the renderer that was asked for, or in software where that cannot.
@@ -468,15 +468,9 @@ impl Supplies for Session {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
     fn letters(&self, size_px: f64) -> Arc<Letters> {
-        let mut kept = self.letters.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*kept {
-            Some((size, letters)) if *size == size_px => Arc::clone(letters),
-            _ => {
-                let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
-                let letters = Arc::new(Letters::draw(names, size_px as f32, marks::MARKER_RADIUS as f32));
-                *kept = Some((size_px, Arc::clone(&letters)));
-                letters
-            }
-        }
+        self.letters.get(size_px.to_bits(), || {
+            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
+            Arc::new(Letters::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
+        })
     }
 }
