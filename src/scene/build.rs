@@ -106,7 +106,7 @@ impl<'a> SceneBuilder<'a> {
         self.request.effects.for_body(&body.name).map(|effects| ViewRequest { effects, ..self.request.clone() })
     }
 
-    /// What [`Self::build`] needs to be at hand for the whole scene. `unreadable`: files that are known to be unreadable.
+    /// What [`Self::build`] needs to be at hand for the whole scene. `known`: which files are known to be unreadable.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(self.request, known, &self.metered);
         let mut wanted = Requirements {

@@ -12,6 +12,7 @@ pub(crate) const POINT_RADIUS_PX: f64 = 2.0;
 /// in the pixel a full disc of 4 pixels is 6 % too bright, a half-lit one within 10 %; at 2 pixels 18 % and 25 % (worked outside).
 pub const BLEND_FROM_PX: f64 = 2.0;
 pub const BLEND_TO_PX: f64 = 4.0;
+
 /// Part of the light that the disc draw carries at a diameter; the point carries the rest.
 pub fn disc_share(diameter_px: f64) -> f64 {
     let x = ((diameter_px - BLEND_FROM_PX) / (BLEND_TO_PX - BLEND_FROM_PX)).clamp(0.0, 1.0);

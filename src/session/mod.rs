@@ -376,7 +376,7 @@ impl Session {
         let (overlays, maps): (Vec<_>, Vec<_>) = wanted
             .maps
             .iter()
-            .flat_map(|(files, shape)| files.bindings().map(|(binding, file)| (binding, file, *shape)))
+            .flat_map(|(files, shape)| files.bindings().map(move |(binding, file)| (binding, file, *shape)))
             .filter(|(_, file, _)| !self.missing.lock().unwrap_or_else(PoisonError::into_inner).contains(*file))
             .partition(|(binding, ..)| plan::OVERLAY_BINDINGS.contains(binding));
         let maps: Vec<(&str, Reading)> = maps.into_iter().map(|(binding, file, shape)| (file, plan::map_reading(binding, shape))).collect();

@@ -236,6 +236,7 @@ uniforms! {
 
 /// Rows of one overlay in the uniform block.
 pub const OVERLAY_ROWS: usize = 6;
+
 /// What the shader knows of one overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlayAmounts {
@@ -298,7 +299,8 @@ impl Amounts {
             "light_irradiance" => Some(of_lights(|l| l.irradiance)),
             "overlay" => Some(UniformValue::Rows(self.overlays.iter().flat_map(|o| o.rows).collect())),
             "ring_nodes" => Some(UniformValue::F32(self.ring.nodes())),
-            _ => (self.own_uniform(name))
+            _ => self
+                .own_uniform(name)
                 .or_else(|| self.clouds.own_uniform(name))
                 .or_else(|| self.eclipse.own_uniform(name))
                 .or_else(|| self.ring.own_uniform(name))

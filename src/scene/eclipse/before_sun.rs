@@ -2,7 +2,6 @@
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::atmosphere::clouds;
-use crate::scene::draw::needs::EclipseModel;
 use crate::scene::eclipse::occluders::{self, Caster, Extent, Receiver, Wanted};
 use crate::scene::eclipse::shade::Shade;
 use crate::scene::placed::Placed;

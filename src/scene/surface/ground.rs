@@ -23,8 +23,8 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     if !available.ellipsoid {
         log.note(Effect::Ellipsoid.name(), false, "its axes are equal".into());
     }
-    let mut maps = MapSet::default();
-    maps.albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {diameter_px:.1} px is drawn")));
+    let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {diameter_px:.1} px is drawn")));
+    let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.emissive {
         log.note("lights", false, "it glows by itself".into());
         so_far.chosen.maps = maps;

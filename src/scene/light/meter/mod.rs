@@ -56,7 +56,7 @@ const DARK_WEIGHS: f64 = 1e-6;
 const LEFT_IN_TOTALITY: f64 = 5.5e-4;
 /// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
-/// Rays over a near body, over rings and over the frame, on a side.
+/// Rays over a near body and over the frame, on a side.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
 /// Where the corona is looked for, solar radii.

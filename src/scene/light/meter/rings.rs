@@ -12,6 +12,7 @@ use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
+/// Rays over rings, on a side.
 const RING_RAYS: u32 = 28;
 /// Phase angles between which a ringed globe's night begins to count, radians.
 const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
