@@ -7,10 +7,13 @@
 mod air_tables;
 mod cpu;
 mod devices;
+#[cfg(feature = "gpu")]
+mod gpu_device;
 mod mark;
 mod meshes;
 mod pictures;
 mod price;
+mod renderers;
 mod sample;
 mod screen;
 mod shaders;
@@ -20,11 +23,12 @@ mod standard_scenes;
 
 pub use crate::render::software::{TapeCost, tape_costs};
 pub use cpu::process_cpu;
-use devices::{Devices, Done, Keep};
-pub use devices::{DrawnBy, Readiness, RendererWish};
+use devices::Devices;
 pub use mark::{Earlier, MARK_CHUNK, Mark};
 pub use pictures::{Readers, is_exr, write_new, write_new_picture, write_picture, write_whole};
 pub use price::{LightChange, Price};
+use renderers::{Done, Keep};
+pub use renderers::{DrawnBy, Readiness, RendererWish};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
 pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};
 pub use shaders::{Stamps, fragment_stamps, read_fragments};
