@@ -419,6 +419,15 @@ impl Session {
         Ok((scene, plan))
     }
 
+    /// What is drawn in which order for a view, for a reader.
+    ///
+    /// # Errors
+    /// As [`Self::plan`].
+    pub fn passes(&self, request: &ViewRequest, fineness: Fineness) -> Result<String, SessionError> {
+        let (scene, plan) = self.plan(request, fineness)?;
+        Ok(plan::graph::outline(&plan::steps(&scene, self, fineness)?, &plan))
+    }
+
     /// Draws a view with the renderer that was asked for, or in software where that cannot.
     pub fn draw(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
         self.draw_by(self.renderer(), request, fineness, keep_hdr)

@@ -14,8 +14,8 @@ macro_rules! sources {
 }
 
 sources![
-    "scene/draw.rs",
-    "scene/needs.rs",
+    "scene/draw/mod.rs",
+    "scene/draw/needs.rs",
     "shader/assembly.rs",
     "shader/compare.rs",
     "shader/emit.rs",
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn no_source_and_no_fragment_is_left_out() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let mut sources = BTreeSet::from(["scene/draw.rs".to_owned(), "scene/needs.rs".to_owned()]);
+        let mut sources = BTreeSet::from(["scene/draw/mod.rs".to_owned(), "scene/draw/needs.rs".to_owned()]);
         files_under(&root.join("src/shader"), "rs", &mut sources, &root.join("src"));
         assert_eq!(sources, SOURCES.iter().map(|(n, _)| (*n).to_owned()).collect());
         let mut fragments = BTreeSet::new();

@@ -19,9 +19,9 @@ use crate::render::plan::{ColourFormat, ModuleName, Modules, Pass, PictureOnDevi
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use wgpu::{
-    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, Color, Device, IndexFormat, Instance,
+    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, BufferBinding, Color, Device, IndexFormat, Instance,
     LoadOp, Operations, PollType, Queue, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor,
-    RenderPassTimestampWrites, StoreOp, TextureFormat, TextureView,
+    RenderPassTimestampWrites, StoreOp, TextureFormat,
 };
 
 /// Where a GPU frame's time went.
