@@ -19,8 +19,8 @@ use crate::render::plan::{ColourFormat, ModuleName, Modules, Pass, PictureOnDevi
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use wgpu::{
-    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, BufferBinding, Color, Device, IndexFormat, Instance,
-    LoadOp, Operations, PollType, Queue, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor,
+    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, BufferBinding, Color, Device, IndexFormat, Instance, LoadOp,
+    Operations, PollType, Queue, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor,
     RenderPassTimestampWrites, StoreOp, TextureFormat,
 };
 

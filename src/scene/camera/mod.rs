@@ -1,11 +1,11 @@
 //! The camera, and the one place where f64 becomes f32.
 //!
 //! In: the camera's place and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen places, and the affine
-//! forms of [`ViewRays`], whose f32 values are of order one at any distance becapub mod silhouette;
-pub mod viewpoint;
-
-use the camera was subtracted before.
+//! forms of [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before.
 //! Clip coordinates: x right, y up, -1..1 over the viewport. Pixels: x right, y down, centres at halves.
+
+pub mod silhouette;
+pub mod viewpoint;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 

@@ -4,12 +4,12 @@
 //! A camera over its target stands still and is placed about the target as seen, so light time does not shift the target in the
 //! frame. Diurnal aberration (at most 0.32 arcsec on the Earth) is left out.
 
-use crate::scene::error::SceneError;
-use crate::scene::camera::Camera;
-use crate::scene::request::view_request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 pub use crate::ephemeris::horizon::ground_point_km;
+use crate::scene::camera::Camera;
+use crate::scene::error::SceneError;
+use crate::scene::request::view_request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec3};
