@@ -6,7 +6,7 @@
 use image::{Rgb, RgbImage, imageops::FilterType};
 use orrery::catalog::Catalog;
 use orrery::image::{TexelFormat, Texture};
-use orrery::image::{linear_to_srgb, srgb_to_linear};
+use orrery::units::{linear_to_srgb, srgb_to_linear};
 use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path;

@@ -1,9 +1,49 @@
 //! Orrery: a solar-system viewer whose planets are drawn by generated shaders.
 //!
-//! The modules are the stages of one pipeline, in order; ARCHITECTURE.md draws it and `tests/layering.rs` holds the
+//! The modules are the stages of one pipeline, in order; ARCHITECTURE.md draws it and `tests/project/layering.rs` holds the
 //! table of who may use whom:
 //!
 //! [`catalog`] + [`time`] → [`ephemeris`] → [`scene`] → [`shader`] → [`render`] → [`image`] → [`view`] or [`cli`].
+//!
+//! # Use as a library
+//!
+//! The names below, re-exported here, are where most uses begin. All of them report errors as values; none reads the clock or the
+//! network.
+//!
+//! Render an image:
+//!
+//! ```no_run
+//! use orrery::{Fineness, Instant, NaifId, Session, Sources, ViewRequest, write_picture};
+//!
+//! let session = Session::open(&Sources::default(), |message| eprintln!("{message}"))?;
+//! let request = ViewRequest::of(NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z")?);
+//! let drawn = session.draw(&request, Fineness::of(request.quality), false)?;
+//! write_picture("earth.png".as_ref(), &drawn.frame, &[])?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Ask for a position (kilometres and kilometres per second, ICRF, geometric):
+//!
+//! ```no_run
+//! use orrery::{Catalog, Ephemeris, Instant, NaifId};
+//!
+//! let ephemeris = Ephemeris::embedded(&Catalog::embedded())?;
+//! let time = Instant::parse("2024-04-08T18:17:16Z")?;
+//! let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, time, None)?;
+//! println!("{} km, within {} km", moon.state.pos_km, moon.error_km);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Emit a shader:
+//!
+//! ```no_run
+//! use orrery::shader::translate::{Language, translate};
+//! use orrery::{Fragments, ShaderModule, lowering};
+//!
+//! let module = ShaderModule::build_with(&Fragments::default(), &"lambert.albedo.sun1.ellipsoid".parse()?, &lowering())?;
+//! println!("{}", translate(&module, Language::Hlsl)?);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod catalog;
 pub mod cli;
@@ -21,3 +61,13 @@ pub mod units;
 #[cfg(feature = "view")]
 pub mod view;
 pub mod wording;
+
+pub use catalog::{Catalog, NaifId};
+pub use ephemeris::Ephemeris;
+pub use render::plan::Fineness;
+pub use render::software::lowering;
+pub use scene::request::ViewRequest;
+pub use session::{Session, Sources, write_picture};
+pub use shader::ShaderModule;
+pub use shader::fragments::Fragments;
+pub use time::Instant;

@@ -16,7 +16,21 @@ pub const JD_J2000: f64 = 2_451_545.0;
 pub const DAYS_PER_JULIAN_CENTURY: f64 = 36_525.0;
 pub const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 
-/// Luminance of linear RGB with the primaries of sRGB (ITU-R BT.709-6, item 3.2).
-pub fn luminance([red, green, blue]: [f64; 3]) -> f64 {
-    0.2126 * red + 0.7152 * green + 0.0722 * blue
+/// Parts of red, green and blue in the luminance of linear RGB with the primaries of sRGB, and in the luma of encoded RGB (ITU-R BT.709-6, item 3.2).
+pub const LUMINANCE_WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Luminance of linear RGB with the primaries of sRGB.
+pub fn luminance(rgb: [f64; 3]) -> f64 {
+    let [red, green, blue] = LUMINANCE_WEIGHTS;
+    red * rgb[0] + green * rgb[1] + blue * rgb[2]
+}
+
+/// The sRGB transfer function of IEC 61966-2-1, encoded value 0..1 to linear.
+pub fn srgb_to_linear(encoded: f64) -> f64 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Its inverse, linear value 0..1 to encoded.
+pub fn linear_to_srgb(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

@@ -1,73 +1,19 @@
-//! One test binary: one link. Each module below is one area; unit tests live beside the code.
+//! One test binary, so one link. Each module is a folder named after the part of the program that it tests; tests/README.md maps behaviour to file.
 
-mod air;
-mod air_bounds;
-mod air_shadows;
-mod apparent;
-mod bench;
+mod atmosphere;
 mod catalog;
 mod cli;
-mod cli_frames;
-mod cli_messages;
-mod clouds;
-mod depth;
 mod eclipse;
 mod ephemeris;
-mod exposure;
-mod glint;
-mod golden;
 #[cfg(feature = "gpu")]
 mod gpu;
-mod horizon;
-mod layering;
-mod layers;
-mod library;
-mod limb_profile;
-mod limbs;
-mod linear;
-mod mesh;
-mod metering;
-mod moments;
-mod orientation;
-mod overlays;
-mod permutations;
-mod plan;
-mod poles;
-mod probe;
-mod refracted_limb;
-mod relief;
-mod ring_shine;
+mod image;
+mod project;
+mod render;
 mod rings;
-mod satellites;
 mod scene;
-mod scene_magnitude;
-mod scene_silhouette;
-mod shader_keys;
-mod shared;
-mod shrinking;
-mod six_cases;
-mod software_filtered;
-mod software_frame;
-mod software_lower;
-mod software_math;
-mod software_raster;
-mod software_sampling;
-mod software_speed;
-mod software_tone_map;
-mod textures;
-mod toggles;
-mod totality;
-mod umbra;
+mod shader;
+mod software;
+mod support;
 #[cfg(feature = "view")]
-mod viewer;
-#[cfg(feature = "view")]
-mod viewer_access;
-#[cfg(feature = "view")]
-mod viewer_hands;
-#[cfg(feature = "view")]
-mod viewer_inspect;
-#[cfg(feature = "view")]
-mod viewer_panels;
-mod views;
-#[cfg(all(feature = "gpu", feature = "view"))]
-mod window_frame;
+mod view;

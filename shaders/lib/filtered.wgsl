@@ -2,7 +2,7 @@
 //
 // A pixel's footprint is the ellipse that its unit circle becomes in texels. Up to `most` trilinear taps stand evenly along its major axis; the mip
 // level is log2 of the minor one, or of the major over `most` where that is more. With one tap it is log2 of the longer gradient.
-// The software renderer runs `filtered_map` as one operation, by the same formula (src/render/software/sample/footprint.rs; tests/software_filtered.rs).
+// The software renderer runs `filtered_map` as one operation, by the same formula (src/render/software/sample/footprint.rs; tests/software/filtered.rs).
 
 struct Footprint {
     level: f32,

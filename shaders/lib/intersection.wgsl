@@ -1,7 +1,7 @@
 // A sphere or ellipsoid met exactly by each pixel's view ray, with no triangles but the two that bound it on the screen.
 //
 // All in the unit-sphere frame: body-fixed axes, each coordinate divided by its semi-axis, so that the body is |p| = 1.
-// The silhouette is that of the exact quadric; tests/scene_silhouette.rs measures the rounding of the rays.
+// The silhouette is that of the exact quadric; tests/scene/silhouette.rs measures the rounding of the rays.
 
 //: use lib/draw.wgsl
 //: use lib/view_ray.wgsl

@@ -5,6 +5,7 @@
 
 use crate::wording::{did_you_mean, echo, echo_of};
 use glam::{DVec3, Vec3};
+use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
 pub mod moments;
@@ -14,19 +15,6 @@ mod read;
 mod table;
 
 pub use radii::EclipseRadii;
-
-/// The files that ship inside the program, in reading order.
-const EMBEDDED: &[(&str, &str)] = &[
-    ("planets.toml", include_str!("../../catalogs/planets.toml")),
-    ("dwarfs_and_asteroids.toml", include_str!("../../catalogs/dwarfs_and_asteroids.toml")),
-    ("moons_inner.toml", include_str!("../../catalogs/moons_inner.toml")),
-    ("moons_jupiter.toml", include_str!("../../catalogs/moons_jupiter.toml")),
-    ("moons_saturn.toml", include_str!("../../catalogs/moons_saturn.toml")),
-    ("moons_outer.toml", include_str!("../../catalogs/moons_outer.toml")),
-    ("rings.toml", include_str!("../../catalogs/rings.toml")),
-    ("atmospheres.toml", include_str!("../../catalogs/atmospheres.toml")),
-    ("moments.toml", include_str!("../../catalogs/moments.toml")),
-];
 
 /// A NAIF integer code: a body (`399` the Earth), a system barycentre (`1`..`9`), or `0`, the solar system barycentre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -360,7 +348,7 @@ pub struct UnknownName(pub String);
 impl Catalog {
     /// The catalog that ships inside the program. A test holds that it has no problem, so it never panics in a built program.
     pub fn embedded() -> Self {
-        match read::read(EMBEDDED) {
+        match read::read(TABLES) {
             Ok(catalog) => catalog,
             Err(e) => panic!("the embedded catalog is broken:\n{e}"),
         }
@@ -369,7 +357,7 @@ impl Catalog {
     /// The embedded catalog under the user's files: (name, text) pairs in reading order. A `[[body]]` whose `id` is known overrides the
     /// fields it gives; another adds a body.
     pub fn with_files(files: &[(String, String)]) -> Result<Self, CatalogError> {
-        let all: Vec<(&str, &str)> = EMBEDDED.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
+        let all: Vec<(&str, &str)> = TABLES.iter().copied().chain(files.iter().map(|(n, t)| (n.as_str(), t.as_str()))).collect();
         read::read(&all)
     }
 

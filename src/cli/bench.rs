@@ -3,6 +3,7 @@
 //! A scene is drawn once to fill caches and then counted. What is printed of it belongs to one frame, the median by wall time, so that
 //! its stages add up to it. Writing a file is no part of a frame here.
 
+use super::output::say;
 use super::view_words::size;
 use super::{CliError, Common};
 use crate::render::plan::Fineness;
@@ -19,37 +20,36 @@ const EXAMPLE: &str = "Examples:
   orrery bench
   orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
 
-With --effects each scene also lists what each effect that is on takes and what it
-changes (light: the change of luminance, whichever way, over the brighter picture).
-cpu_ms and wall_ms: the scene is drawn with the effect and without it in turn, --frames
-times; the median of the differences, 0 where that is less: an effect takes no time
-back. cpu_noise_ms and wall_noise_ms: the median distance of the differences from their
-median (null for one frame); a cost below its noise is none.
+With --effects, each scene also lists the cost of each active effect and the light that
+it changes (absolute change of luminance, relative to the brighter image). cpu_ms and
+wall_ms: the median difference between --frames pairs of frames with and without the
+effect, at least 0. cpu_noise_ms and wall_noise_ms: the median absolute deviation of
+these differences (null for one pair); a cost below its noise is not significant.
 
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system.
 
-Each is drawn once to fill caches (first_ms), then --frames times. median_ms,
-median_cpu_ms, stages and stages_cpu all belong to one frame: the median by wall
-time (of an even number, the faster of the middle two). CPU is that of all threads
-of the process; null where the system does not tell. Compare figures of one
-machine only, and least_ms where other programs run beside.";
+Each scene is drawn once to fill the caches (first_ms), then --frames times. median_ms,
+median_cpu_ms, stages and stages_cpu are those of the frame with the median wall time
+(of an even number, the faster of the middle two). CPU times add up all threads of the
+process; null if the system does not report them. Compare results of one machine only;
+on a busy machine compare least_ms.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
 pub struct BenchArgs {
-    /// Only this scene; may be given again, or as a list with commas [default: all]
+    /// Scene to measure; repeat or separate by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     scene: Vec<String>,
-    /// Counted frames of each scene
+    /// Measured frames of each scene
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Pixels
+    /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024")]
     size: String,
-    /// Also what each effect that is on costs: each scene again without it
+    /// Also measure the cost of each active effect
     #[arg(long)]
     effects: bool,
-    /// The output is JSON with or without this word
+    /// Print JSON (always the case)
     #[arg(long)]
     json: bool,
 }
@@ -70,11 +70,11 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
-        return Err(CliError(format!("--scene {}: {}", echo(unknown), or_one_of(unknown, &names))));
+        return Err(CliError::Failed(format!("--scene {}: {}", echo(unknown), or_one_of(unknown, &names))));
     }
-    scenes.iter_mut().for_each(|s| s.request.quality = common.quality.of_request());
+    scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
-    let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?.counting_cpu();
+    let session = Session::open(&common.sources_to_draw(), say)?.counting_cpu();
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {
@@ -82,7 +82,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = Moment::now();
-            let by = Some(session.draw(request, common.quality.fineness(), false)?.by);
+            let by = Some(session.draw(request, Fineness::of(common.quality), false)?.by);
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
@@ -93,7 +93,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
         let mut of_scene = row(scene.name, &first, &mut frames);
         if args.effects {
-            let list = effects(&session, common.quality.fineness(), &scene.request, args.frames, &measure_of)?;
+            let list = effects(&session, Fineness::of(common.quality), &scene.request, args.frames, &measure_of)?;
             of_scene["effects"] = list.into();
         }
         rows.push(of_scene);
@@ -105,7 +105,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         "threads": session.renderer().threads(),
         "width": width,
         "height": height,
-        "samples": common.quality.fineness().samples,
+        "samples": Fineness::of(common.quality).samples,
         "frames": args.frames,
         "scenes": rows,
     });

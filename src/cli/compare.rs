@@ -1,26 +1,32 @@
-//! `orrery compare`: how far two pictures are from each other.
+//! `orrery compare`: the difference between two images.
 
 use super::output::put;
 use super::{CliError, Common};
 use crate::image::{self, Picture};
+use crate::session::{Readers, write_new, write_whole};
 use crate::wording::{echo, echo_of};
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Differences are in levels of 255, over red, green and blue (and alpha where there is any).\n\n\
+    after_help = "Differences are in levels of 0 to 255, over red, green and blue (and alpha, if present).\n\n\
 Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png",
     next_help_heading = "Comparison"
 )]
 pub struct CompareArgs {
-    /// A PNG or JPEG
+    /// First image, PNG or JPEG
     a: PathBuf,
-    /// Another of the same size
+    /// Second image, of the same size
     b: PathBuf,
-    /// Write the differences as a PNG, stretched so that the largest is white
+    /// Write the absolute difference as a PNG, scaled so that the largest is white
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Levels that the largest difference may have: above it the exit status is 1
+    /// Replace an existing file
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+    /// Largest allowed difference; the exit status is 1 above it
     #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// Print JSON
@@ -30,26 +36,44 @@ pub struct CompareArgs {
 
 fn read(path: &Path) -> Result<Picture, CliError> {
     let name = echo(&path.display().to_string());
-    let bytes = std::fs::read(path).map_err(|e| CliError(format!("{name}: {e}")))?;
-    Picture::decode(&name, &bytes).map_err(|e| CliError(e.to_string()))
+    let bytes = std::fs::read(path).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;
+    Picture::decode(&name, &bytes).map_err(|e| CliError::Failed(e.to_string()))
+}
+
+/// Writes the bytes, unless a file with other bytes is there and may not be replaced.
+fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
+    let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes).map_err(|e| e.to_string());
+    if overwrite {
+        return write_whole(path, Readers::All, fill).map_err(CliError::Failed);
+    }
+    match std::fs::read(path) {
+        Ok(there) if there == bytes => Ok(()),
+        Ok(_) => {
+            let name = echo(&path.display().to_string());
+            Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")))
+        }
+        Err(_) => write_new([path.to_owned()], Readers::All, fill).map(drop).map_err(CliError::Failed),
+    }
 }
 
 pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
-        return Err(CliError(format!("--tolerance {t}: levels from 0 to 255")));
+        return Err(CliError::Failed(format!("--tolerance {t}: must be 0 to 255")));
     }
     let (a, b) = (read(&args.a)?, read(&args.b)?);
     let both = |e: image::ImageError| {
-        CliError(format!("{} and {}: {e}", echo_of(&args.a.display().to_string(), 100), echo_of(&args.b.display().to_string(), 100)))
+        CliError::Failed(format!(
+            "{} and {}: {e}",
+            echo_of(&args.a.display().to_string(), 100),
+            echo_of(&args.b.display().to_string(), 100)
+        ))
     };
     let d = a.difference(&b).map_err(both)?;
     if let Some(path) = &args.output {
         let shown = a.difference_picture(&b).map_err(both)?;
         let mut bytes = Vec::new();
-        image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[])
-            .map_err(|e| e.to_string())
-            .and_then(|()| std::fs::write(path, bytes).map_err(|e| e.to_string()))
-            .map_err(|e| CliError(format!("{}: {e}", echo(&path.display().to_string()))))?;
+        image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
+        write_once(path, &bytes, args.overwrite)?;
     }
     let psnr = d.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     if args.json {
@@ -59,7 +83,7 @@ pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     }
     match args.tolerance {
         Some(t) if f64::from(d.max) > t => {
-            Err(CliError(format!("the pictures differ by {} levels, more than the tolerance of {t}", d.max)))
+            Err(CliError::Failed(format!("the images differ by {} levels, more than the tolerance of {t}", d.max)))
         }
         _ => Ok(()),
     }

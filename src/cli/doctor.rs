@@ -1,11 +1,11 @@
-//! `orrery doctor`: what is there, what is missing, what to do. It never fails: each finding is a line.
+//! `orrery doctor`: checks adapters, data files and caches. It never fails: each finding is a line.
 
-use super::{CliError, Common, RendererChoice};
+use super::{CliError, Common};
 use crate::catalog::{Catalog, Kind};
 use crate::image::{MapOrigin, MapStore};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
-use crate::session::{SessionError, read_catalog};
+use crate::session::{RendererWish, SessionError, read_catalog};
 
 /// One line more. Printed at the end: a reader that has seen enough is no error.
 macro_rules! tell {
@@ -26,12 +26,12 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
             catalog
         }
         Err(SessionError::Catalog(e)) => {
-            tell!(out, "catalogs  {} wrong fields; mend these:", e.problems.len());
+            tell!(out, "catalogs  {} invalid fields:", e.problems.len());
             e.problems.iter().for_each(|problem| tell!(out, "          {problem}"));
             embedded
         }
         Err(e) => {
-            tell!(out, "catalogs  {e}; name a readable folder with --catalogs");
+            tell!(out, "catalogs  {e}; give a readable folder with --catalogs");
             embedded
         }
     }
@@ -54,14 +54,14 @@ fn bodies(catalog: &Catalog, out: &mut String) {
     }
     let without: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
     if !without.is_empty() {
-        tell!(out, "          without a source of their values ([body.sources]): {}", without.join(", "));
+        tell!(out, "          values without a source ([body.sources]): {}", without.join(", "));
     }
 }
 
 fn shaders(common: &Common, out: &mut String) {
     match (super::inputs::fragments(common), &common.shaders) {
         (Ok(fragments), Some(folder)) => {
-            tell!(out, "shaders   {} of the fragments replaced by {}", fragments.replaced().count(), folder.display());
+            tell!(out, "shaders   {} fragments replaced by {}", fragments.replaced().count(), folder.display());
         }
         (Ok(_), None) => tell!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len()),
         (Err(e), _) => tell!(out, "shaders   {e}"),
@@ -72,7 +72,7 @@ fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
     match super::inputs::ephemeris(common, catalog) {
         Ok(_) => match &common.kernel {
             Some(path) => tell!(out, "kernel    {} over the embedded one, 1900 to 2100", path.display()),
-            None => tell!(out, "kernel    embedded, 1900 to 2100; outside it series and mean elements answer"),
+            None => tell!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
         },
         // One line a fault: a body that no source can follow is listed with its file.
         Err(e) => e.to_string().lines().for_each(|line| tell!(out, "kernel    {line}")),
@@ -88,7 +88,7 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
                 MapOrigin::Embedded => embedded += 1,
                 MapOrigin::Folder(_) => own += 1,
                 MapOrigin::Missing => {
-                    tell!(out, "textures  {} of {} is missing; put it into a folder named by --textures", map.file, body.name)
+                    tell!(out, "textures  {} of {} is missing; put it into the folder of --textures", map.file, body.name)
                 }
             }
         }
@@ -98,7 +98,7 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
     }
     tell!(out, "textures  {embedded} embedded, {own} from --textures");
     if !bare.is_empty() {
-        tell!(out, "          without a map, drawn in their mean colour: {}", bare.join(", "));
+        tell!(out, "          no map, drawn in their mean colour: {}", bare.join(", "));
     }
 }
 
@@ -108,31 +108,31 @@ fn adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
     let all = adapters();
     let choice = match common.renderer {
-        RendererChoice::Software => "software, as --renderer says".to_owned(),
-        choice => match GpuRenderer::open(choice == RendererChoice::Gpu) {
+        RendererWish::Software => "software (--renderer software)".to_owned(),
+        choice => match GpuRenderer::open(choice == RendererWish::Gpu) {
             Ok(gpu) => format!("GPU: {}", gpu.facts()),
-            Err(e) if choice == RendererChoice::Gpu => format!("none: {e}; leave --renderer out to draw in software"),
-            Err(e) => format!("software, because {e}"),
+            Err(e) if choice == RendererWish::Gpu => format!("none: {e}; omit --renderer to draw in software"),
+            Err(e) => format!("software: {e}"),
         },
     };
     tell!(out, "renderer  {choice}");
     for facts in &all {
         let kind = match facts.kind {
             AdapterKind::Hardware => "hardware",
-            AdapterKind::Unknown => "the driver does not say what",
-            AdapterKind::Software => "computes on the processor; --renderer gpu takes it nonetheless",
+            AdapterKind::Unknown => "kind unknown to the driver",
+            AdapterKind::Software => "software driver; used only with --renderer gpu",
         };
         tell!(out, "adapter   {facts}: {kind}");
     }
     if all.is_empty() {
-        tell!(out, "adapter   none; a graphics driver for Vulkan, Metal, DX12 or GL would be found here");
+        tell!(out, "adapter   none found (Vulkan, Metal, DX12, GL)");
     }
 }
 
 #[cfg(not(feature = "gpu"))]
 fn adapters(common: &Common, out: &mut String) {
     match common.renderer {
-        RendererChoice::Gpu => tell!(out, "renderer  none: this build has no GPU renderer; leave --renderer out to draw in software"),
+        RendererWish::Gpu => tell!(out, "renderer  none: this build has no GPU renderer; omit --renderer to draw in software"),
         _ => tell!(out, "renderer  software: this build has no GPU renderer"),
     }
 }
@@ -144,7 +144,7 @@ pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     adapters(common, out);
     tell!(out, "software  {} kernels on {threads} threads", options.kernels.name());
     let others: Vec<_> = KernelClass::available().iter().filter(|k| **k != options.kernels).map(|k| k.name()).collect();
-    tell!(out, "          this machine could run {} too; ORRERY_KERNELS names one to try", others.join(", "));
+    tell!(out, "          also available: {}; select one with ORRERY_KERNELS", others.join(", "));
     let catalog = catalogs(common, out);
     bodies(&catalog, out);
     kernel(common, &catalog, out);
@@ -152,8 +152,8 @@ pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     shaders(common, out);
     match super::library::cache_directory(common).map(|cache| cache.join("orrery")) {
         Some(folder) if folder.is_dir() => tell!(out, "cache     {}", folder.display()),
-        Some(folder) => tell!(out, "cache     {} is not there yet; the first picture makes it", folder.display()),
-        None => tell!(out, "cache     no home folder is known; name one with --cache, else shaders are kept in memory only"),
+        Some(folder) => tell!(out, "cache     {} does not exist yet; it is created with the first image", folder.display()),
+        None => tell!(out, "cache     no home folder; shaders are kept in memory unless you give --cache"),
     }
     super::output::put(out)
 }

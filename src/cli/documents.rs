@@ -10,7 +10,7 @@ use clap::CommandFactory;
   orrery completions zsh > ~/.zfunc/_orrery
   orrery completions fish > ~/.config/fish/completions/orrery.fish")]
 pub struct CompletionsArgs {
-    /// Which shell reads them
+    /// Shell
     #[arg(value_enum)]
     shell: clap_complete::Shell,
 }
@@ -20,9 +20,9 @@ pub struct CompletionsArgs {
   orrery man > ~/.local/share/man/man1/orrery.1
   orrery man render | man -l -
 
-The page of a verb describes its options; that of the program lists the verbs.")]
+The main page lists the commands; the page of a command describes its options.")]
 pub struct ManArgs {
-    /// The page of this verb
+    /// Page of this command
     #[arg(value_name = "VERB")]
     verb: Option<String>,
 }
@@ -42,8 +42,13 @@ pub fn manual(args: &ManArgs) -> Result<(), CliError> {
             let verbs: Vec<String> = command.get_subcommands().map(|v| v.get_name().to_owned()).collect();
             let known: Vec<&str> = verbs.iter().map(String::as_str).collect();
             let found = command.find_subcommand(verb.to_lowercase()).cloned();
-            let unknown =
-                || CliError(format!("man {}: no such verb; {}", crate::wording::echo(verb), crate::wording::or_one_of(verb, &known)));
+            let unknown = || {
+                CliError::Failed(format!(
+                    "man {}: no such command; {}",
+                    crate::wording::echo(verb),
+                    crate::wording::or_one_of(verb, &known)
+                ))
+            };
             let name = format!("orrery-{}", verb.to_lowercase());
             found.ok_or_else(unknown)?.display_name(name).version(env!("CARGO_PKG_VERSION"))
         }
@@ -53,6 +58,6 @@ pub fn manual(args: &ManArgs) -> Result<(), CliError> {
         .source(concat!("orrery ", env!("CARGO_PKG_VERSION")))
         .manual("Orrery")
         .render(&mut text)
-        .map_err(|e| CliError(format!("the manual page: {e}")))?;
+        .map_err(|e| CliError::Failed(format!("the manual page: {e}")))?;
     put(&String::from_utf8_lossy(&text))
 }

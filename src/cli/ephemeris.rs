@@ -7,27 +7,9 @@ use crate::ephemeris::apparent::{apparent_place, sub_points};
 use crate::ephemeris::{Answer, Ephemeris, Source};
 use crate::time::Instant;
 use crate::wording::{echo, or_one_of};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 use std::io::BufRead;
-
-/// Which family of theories answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SourceChoice {
-    Mean,
-    Series,
-    Kernel,
-}
-
-impl From<SourceChoice> for Source {
-    fn from(choice: SourceChoice) -> Self {
-        match choice {
-            SourceChoice::Mean => Self::Mean,
-            SourceChoice::Series => Self::Series,
-            SourceChoice::Kernel => Self::Kernel,
-        }
-    }
-}
 
 #[derive(Args, Debug, Default)]
 #[command(
@@ -35,25 +17,25 @@ impl From<SourceChoice> for Source {
     echo '{\"body\":\"jupiter\",\"center\":\"sun\",\"time\":\"jd_tdb:2460409.262\"}' | orrery ephemeris --stdin\n  \
     orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n\n\
     Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel).",
-    next_help_heading = "Question"
+    next_help_heading = "Query"
 )]
 pub struct EphemerisArgs {
-    /// The body or centre of mass that is asked for, such as io or "mars barycenter"
+    /// Body or centre of mass, such as io or "mars barycenter"
     #[arg(long, required_unless_present = "stdin")]
     body: Option<String>,
-    /// What it is counted from
+    /// Origin: the body or centre of mass that positions are relative to
     #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation"])]
     center: Option<String>,
-    /// ISO 8601 UTC, jd_tdb:2460409.262 or now
+    /// Time: ISO 8601 UTC, jd_tdb:2460409.262 or now
     #[arg(long, required_unless_present = "stdin", allow_hyphen_values = true)]
     time: Option<String>,
-    /// Which theories answer (default: the best that covers the time)
+    /// Source of positions [default: the best one that covers the time]
     #[arg(long, value_enum)]
-    source: Option<SourceChoice>,
-    /// Read questions as JSON lines {"body","center","time","source"} and answer one line each
+    source: Option<Source>,
+    /// Read queries as JSON lines {"body","center","time","source"} and print one line for each
     #[arg(long, conflicts_with_all = ["body", "center", "time"])]
     stdin: bool,
-    /// Where the body is seen from the Earth's centre: RA and Dec with light time, deflection and aberration
+    /// Apparent place from the Earth's centre: RA and Dec with light time, deflection and aberration
     #[arg(long, conflicts_with_all = ["orientation", "center", "source"])]
     apparent: bool,
     /// Pole, prime meridian, sub-observer and sub-solar points, with light time to --center (default: the Earth)
@@ -85,7 +67,7 @@ impl EphemerisArgs {
 pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
-    let source = args.source.map(Source::from);
+    let source = args.source;
     let asked = args.asked();
     if args.stdin {
         return answer_lines(&catalog, &ephemeris, source, asked);
@@ -93,10 +75,10 @@ pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let word = |w: &Option<String>| w.clone().unwrap_or_default();
     let question = Question { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
     if asked != Asked::State {
-        let seen = question.seen(&catalog, &ephemeris, asked).map_err(CliError)?;
+        let seen = question.seen(&catalog, &ephemeris, asked).map_err(CliError::Failed)?;
         return put(&if args.json { format!("{seen}\n") } else { format!("{seen:#}\n") });
     }
-    let answer = question.answer(&catalog, &ephemeris).map_err(CliError)?;
+    let answer = question.answer(&catalog, &ephemeris).map_err(CliError::Failed)?;
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     put(&text)
 }
@@ -125,7 +107,8 @@ impl Question {
             serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
         } else {
             let observer = if self.center.is_empty() { NaifId::EARTH } else { place(catalog, "center", &self.center)? };
-            let body = catalog.body(id).ok_or_else(|| format!("body `{}` is a centre of mass, which does not turn", echo(&self.body)))?;
+            let body =
+                catalog.body(id).ok_or_else(|| format!("body `{}` is a centre of mass, which has no orientation", echo(&self.body)))?;
             serde_json::to_value(sub_points(ephemeris, body, observer, t).map_err(|e| e.to_string())?)
         };
         value.map_err(|e| e.to_string())
@@ -148,7 +131,7 @@ impl Question {
             None | Some(Value::Null) => source,
             Some(s) => Some(
                 serde_json::from_value(s.clone())
-                    .map_err(|_| format!("source {} is not known; mean, series and kernel are", echo(&s.to_string())))?,
+                    .map_err(|_| format!("source {} is not known; one of mean, series, kernel", echo(&s.to_string())))?,
             ),
         };
         let center = match text("center") {
@@ -173,7 +156,7 @@ fn time(text: &str) -> Result<Instant, String> {
 
 fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, asked: Asked) -> Result<(), CliError> {
     for line in std::io::stdin().lock().split(b'\n') {
-        let line = line.map_err(|e| CliError(format!("standard input: {e}")))?;
+        let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
         let answer = String::from_utf8(line)
             .map_err(|_| "not UTF-8 text".to_owned())
             .and_then(|line| Question::from_json(line.trim(), source, asked))

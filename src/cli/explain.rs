@@ -1,7 +1,9 @@
 //! `orrery explain`: every body of a view, what its draw got and did not get, and why.
+use super::output::say;
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
+use crate::render::plan::Fineness;
 use crate::scene::request::Purpose;
 use crate::scene::{BodyInView, Scene};
 use crate::session::Session;
@@ -16,27 +18,27 @@ use serde_json::{Value, json};
 pub struct ExplainArgs {
     #[command(flatten)]
     view: ViewWords,
-    /// One JSON value
+    /// Print one JSON value
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Print the passes of the frame and their draws instead
+    /// Print the render passes and their draws instead
     #[arg(long, conflicts_with = "json", help_heading = "Output")]
     passes: bool,
-    /// As an EXR file or a question about a pixel has it: linear light, not a display at this exposure
+    /// Explain linear output (EXR files, pixel probes) in place of a display image
     #[arg(long, help_heading = "Output")]
     linear: bool,
-    /// Bodies that are not in the picture too
+    /// Include bodies that are not in the image
     #[arg(long, help_heading = "Output")]
     all: bool,
 }
 
 pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+    let session = Session::open(&common.sources(), say)?;
     let mut request = args.view.request(session.catalog())?;
-    request.quality = common.quality.of_request();
+    request.quality = common.quality;
     request.purpose = Purpose::of_file(args.linear);
     if args.passes {
-        return super::output::put(&session.passes(&request, common.quality.fineness())?);
+        return super::output::put(&session.passes(&request, Fineness::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
     let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
@@ -85,7 +87,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
     );
     text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_in_words()));
     for b in bodies {
-        let magnitude = b.magnitude.map_or("none (no sunlight reaches it)".to_owned(), |m| format!("{m:.2}"));
+        let magnitude = b.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
         text.push_str(&format!(
             "\n{}: {:.6e} km away, {:.3} px across, phase angle {:.2} deg, magnitude {magnitude}\n",
             b.name, b.distance_km, b.diameter_px, b.phase_angle_deg

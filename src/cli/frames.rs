@@ -20,8 +20,8 @@ pub enum Output {
 
 impl Output {
     pub fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
-        let Some(text) = text else { return Err(CliError("name the file to write: -o out.png (or .exr, out-%05d.png, -)".into())) };
-        let wrong = |why: &str| Err(CliError(format!("-o {}: {why}", echo(text))));
+        let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
+        let wrong = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
         if text == "-" {
             return Ok(Self::Stream);
         }
@@ -29,7 +29,7 @@ impl Output {
             return wrong("the name must end in .png or .exr");
         }
         match text.split_once('%') {
-            None if frames > 1 => wrong(&format!("for {frames} frames the name needs a number, as out-%05d.png")),
+            None if frames > 1 => wrong(&format!("for {frames} frames the name needs a number, such as out-%05d.png")),
             None => Ok(Self::One(text.into())),
             Some((before, rest)) => {
                 let digits = rest.split_once('d').and_then(|(width, after)| {
@@ -61,35 +61,37 @@ pub fn step_seconds(text: &str) -> Result<f64, CliError> {
         _ => None,
     };
     let seconds = scale.zip(number.trim().parse::<f64>().ok()).map(|(s, n)| s * n).filter(|s| s.is_finite());
-    seconds.ok_or_else(|| CliError(format!("--step {}: write a number with s, m, h or d, as 60s", echo(text))))
+    seconds.ok_or_else(|| CliError::Failed(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
 }
 
 /// `i/n` with 0 <= i < n.
 pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let parts = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
-    parts.filter(|(i, n)| i < n).ok_or_else(|| CliError(format!("--shard {}: write i/n with i from 0 to n-1, as 0/4", echo(text))))
+    parts
+        .filter(|(i, n)| i < n)
+        .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
 
 /// What a file that is not this request's says of itself.
 fn refusal(path: &Path, earlier: &Earlier, mark: &Mark, clock: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
-    let instead = "--overwrite replaces it, another -o keeps both";
+    let instead = "--overwrite replaces it";
     let line = match earlier {
         Earlier::None | Earlier::Same => return None,
         Earlier::Other(differ) => {
             // A run that takes its time from the clock can never be gone on with.
-            let hint = if clock && differ.contains("time ") { "; --time tells which instant is meant" } else { "" };
-            format!("{path} was drawn for another request: {differ}; {instead}{hint}")
+            let hint = if clock && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
+            format!("{path} is of another request: {differ}; {instead}{hint}")
         }
         Earlier::Damaged(why) => {
-            format!("{path} was drawn for this request ({}) but is damaged: {why}; --overwrite draws it anew", mark.short())
+            format!("{path} is of this request ({}) but damaged: {why}; --overwrite replaces it", mark.short())
         }
         Earlier::Unknown(why) => {
-            format!("{path} is there, drawn for a request that is not known ({why}); this one is {}; {instead}", mark.short())
+            format!("{path} exists, and its request is unknown ({why}); this one is {}; {instead}", mark.short())
         }
     };
-    Some(CliError(line))
+    Some(CliError::Failed(line))
 }
 
 /// The frames that are there already, whole and of this request; `wanted`: number, path and mark of each.
@@ -106,7 +108,7 @@ pub fn kept(
     for (number, path, mark) in wanted {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
             let shown = |path: &Path| echo_of(&path.display().to_string(), 100);
-            return Err(CliError(format!("{}: there is no folder {}; make it first", shown(&path), shown(folder))));
+            return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
         }
         let earlier = mark.earlier(&path, size);
         if earlier == Earlier::Same {

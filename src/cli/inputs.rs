@@ -3,21 +3,35 @@
 use super::{CliError, Common};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
+use crate::scene::effects::possible_needs;
 use crate::session::{fragment_stamps, read_catalog, read_ephemeris, read_fragments};
+use crate::shader::Lowering;
 use crate::shader::fragments::Fragments;
+use crate::shader::key::{ShaderKey, keys_of};
+use std::collections::BTreeSet;
 
 /// The embedded catalog under the files of `--catalogs` (every `.toml` in it, in order of name).
 pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
-    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.eclipse_radii()))
+    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii))
 }
 
 /// The fragments of `--shaders` over those built in.
 pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
     let Some(folder) = &common.shaders else { return Ok(Fragments::default()) };
-    fragment_stamps(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(CliError)
+    fragment_stamps(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(CliError::Failed)
 }
 
 /// The shipped ephemeris under the file of `--kernel`.
 pub fn ephemeris(common: &Common, catalog: &Catalog) -> Result<Ephemeris, CliError> {
     Ok(read_ephemeris(catalog, common.kernel.as_deref())?)
+}
+
+/// The keys that views of the catalog can need under any effects.
+pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
+    Ok(keys_of(possible_needs(&catalog(common)?)))
+}
+
+/// How modules become tapes.
+pub fn lowering() -> Lowering {
+    crate::render::software::lowering()
 }

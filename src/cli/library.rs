@@ -1,15 +1,16 @@
 //! `orrery library`: the shader library on disk.
 
-use super::shader::reachable_keys;
+use super::inputs::{lowering, reachable_keys};
+use super::output::{put, say};
 use super::{CliError, Common};
 use crate::session::open_library;
 use crate::shader::fragments::SIMPLE_MODULES;
-use crate::shader::{Library, Lowering, ModuleId};
+use crate::shader::{Library, ModuleId};
 use std::path::PathBuf;
 
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\nModules of edited fragments (--shaders) are kept in memory only: warm then proves that each can be made."
+    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\nModules of edited fragments (--shaders) stay in memory; `warm` then only checks that they compile."
 )]
 pub struct LibraryArgs {
     #[command(subcommand)]
@@ -21,13 +22,13 @@ pub struct LibraryArgs {
 
 #[derive(clap::Subcommand, Debug, Clone, Copy)]
 enum LibraryVerb {
-    /// Where the library lies and what it holds
+    /// Show the location and the contents
     Status,
-    /// Fill it with every module that any view can need
+    /// Compile every module that a view can need
     Warm,
-    /// Read every entry and check it whole
+    /// Check every entry
     Verify,
-    /// Remove every entry
+    /// Remove all entries
     Clear,
 }
 
@@ -38,21 +39,15 @@ pub fn cache_directory(common: &Common) -> Option<PathBuf> {
 
 /// The library that this command line asks for. Troubles with the disk go to standard error.
 pub fn open(common: &Common) -> Result<Library, CliError> {
-    let library = open_library(common.cache.clone(), lowering(), std::sync::Arc::new(|line: &str| eprintln!("orrery: {line}")));
+    let library = open_library(common.cache.clone(), lowering(), std::sync::Arc::new(say));
     if common.shaders.is_some() {
         library.make_of(super::inputs::fragments(common)?);
     }
     Ok(library)
 }
 
-/// How modules become tapes.
-pub fn lowering() -> Lowering {
-    crate::render::software::lowering()
-}
-
 fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
-    println!("{}", serde_json::to_string(value).map_err(|e| CliError(e.to_string()))?);
-    Ok(())
+    put(&format!("{}\n", serde_json::to_string(value).map_err(|e| CliError::Failed(e.to_string()))?))
 }
 
 pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
@@ -64,9 +59,13 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 return json(&status);
             }
             let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
-            println!("folder     {folder}");
-            println!("entries    {} ({} kB)", status.entries, status.bytes / 1000);
-            println!("of other versions  {} ({} kB)", status.other_entries, status.other_bytes / 1000);
+            put(&format!(
+                "folder     {folder}\nentries    {} ({} kB)\nother versions  {} ({} kB)\n",
+                status.entries,
+                status.bytes / 1000,
+                status.other_entries,
+                status.other_bytes / 1000
+            ))
         }
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
@@ -76,40 +75,50 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             let failures = library.warm(&ids, || bar.inc(1));
             bar.finish_and_clear();
             if let Some(first) = failures.first() {
-                return Err(CliError(format!("{} of {} modules could not be made; the first: {first}", failures.len(), ids.len())));
+                return Err(CliError::Failed(format!(
+                    "{} of {} modules could not be compiled; the first: {first}",
+                    failures.len(),
+                    ids.len()
+                )));
             }
             let s = library.statistics();
             if args.json {
                 return json(&s);
             }
             let each = |seconds: f64, n: u64| if n == 0 { 0.0 } else { 1000.0 * seconds / n as f64 };
-            println!("emitted    {} ({:.2} ms each)", s.emitted, each(s.emitting_s, s.emitted));
-            println!("from disk  {} ({:.2} ms each)", s.from_disk, each(s.reading_s, s.from_disk));
-            println!("written    {} ({:.2} ms each)", s.written, each(s.writing_s, s.written));
-            println!("healed     {}", s.healed);
+            put(&format!(
+                "compiled   {} ({:.2} ms each)\nfrom disk  {} ({:.2} ms each)\nwritten    {} ({:.2} ms each)\nrepaired   {}\n",
+                s.emitted,
+                each(s.emitting_s, s.emitted),
+                s.from_disk,
+                each(s.reading_s, s.from_disk),
+                s.written,
+                each(s.writing_s, s.written),
+                s.healed
+            ))
         }
         LibraryVerb::Verify => {
             let check = library.verify();
             if args.json {
                 json(&check)?;
             } else {
-                println!("whole      {}", check.whole);
-                check.damaged.iter().for_each(|(file, what)| println!("damaged    {}: {what}", file.display()));
+                let damaged = check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", file.display()));
+                put(&format!("valid      {}\n{}", check.whole, damaged.collect::<String>()))?;
             }
             if !check.damaged.is_empty() {
-                return Err(CliError(format!(
-                    "{} entries are damaged; they are replaced when next used, `orrery library clear` removes all",
+                return Err(CliError::Failed(format!(
+                    "{} entries are damaged; they are replaced when they are next used, or run `orrery library clear`",
                     check.damaged.len()
                 )));
             }
+            Ok(())
         }
         LibraryVerb::Clear => {
-            let removed = library.clear().map_err(|e| CliError(format!("the shader library cannot be cleared: {e}")))?;
+            let removed = library.clear().map_err(|e| CliError::Failed(format!("the shader library cannot be cleared: {e}")))?;
             if args.json {
                 return json(&serde_json::json!({ "removed": removed }));
             }
-            println!("removed    {removed} files");
+            put(&format!("removed    {removed} files\n"))
         }
     }
-    Ok(())
 }

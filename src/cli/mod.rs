@@ -1,10 +1,10 @@
-//! The command line: words in, results on standard output, messages on standard error.
+//! The command line: arguments in, results on standard output, messages on standard error.
 //!
-//! Exit status 0 done, 1 it could not be done (one clear line says why and what to do), 2 the words are wrong. A verb is one file
-//! with its arguments and a `run`; nothing here computes anything.
+//! Exit status: 0 for success, 1 for failure (one line says why and what to do), 2 for wrong arguments. Each verb is one file with its
+//! arguments and a `run`. Nothing here computes anything.
 
 use crate::catalog::EclipseRadii;
-use crate::render::plan::Fineness;
+use crate::scene::request::Quality;
 use crate::session::{RendererWish, SessionError, Sources};
 use crate::wording::{echo_of, harmless};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -26,11 +26,12 @@ mod output;
 mod probe;
 mod render;
 mod shader;
+mod values;
 mod view;
 mod view_words;
 
 /// Text under the verbs.
-const DEFAULT_VERB: &str = "Without a verb the words are those of `view`:
+const DEFAULT_VERB: &str = "Without a command, the arguments are those of `view`:
   orrery --target saturn --time 2017-05-17T00:00:00Z
   orrery 'orrery://view?target=599&time=2015-01-24T06:45:00Z'
 
@@ -38,7 +39,7 @@ Examples:
   orrery
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png
   orrery explain --target jupiter --from earth
-  orrery <VERB> --help";
+  orrery <COMMAND> --help";
 
 #[derive(Parser)]
 #[command(name = "orrery", version, about = "A solar-system viewer whose planets are drawn by generated shaders", after_help = DEFAULT_VERB)]
@@ -53,136 +54,95 @@ struct Cli {
 enum Verb {
     /// Open the window (default)
     View(view::ViewArgs),
-    /// Render one image, or a run of frames, to files
+    /// Render an image or a sequence of frames to files
     Render(render::RenderArgs),
-    /// Print for a view every body, what its draw got and did not get, and why
+    /// Explain which effects each body of a view has, and why
     Explain(explain::ExplainArgs),
-    /// List, emit, compare, cost and verify generated shaders
+    /// List, emit, compare, measure and verify the generated shaders
     Shader(shader::ShaderArgs),
-    /// The shader library on disk
+    /// Manage the shader library on disk
     Library(library::LibraryArgs),
-    /// Positions and orientations of bodies
+    /// Compute positions and orientations of bodies
     Ephemeris(ephemeris::EphemerisArgs),
-    /// Questions that the emitted shaders answer themselves
+    /// Evaluate single quantities with the generated shaders
     Probe(probe::ProbeArgs),
-    /// How far two pictures are from each other
+    /// Measure the difference between two images
     Compare(compare::CompareArgs),
-    /// Milliseconds per frame of the standard scenes, by stage
+    /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),
-    /// What is there, what is missing, what to do
+    /// Check graphics adapters, data files and caches
     Doctor(doctor::DoctorArgs),
-    /// Completions of verbs and options for a shell
+    /// Generate shell completions
     Completions(documents::CompletionsArgs),
-    /// The manual page
+    /// Generate the manual page
     Man(documents::ManArgs),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum RendererChoice {
-    Auto,
-    Gpu,
-    Software,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Quality {
-    Draft,
-    Standard,
-    Reference,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Radii {
-    Iau,
-    Almanac,
-}
-
-/// Options that every verb takes.
+/// Options that every command takes.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Common options")]
 pub struct Common {
-    /// Which renderer draws
+    /// Renderer: auto takes a hardware GPU if there is one, otherwise software
     #[arg(long, global = true, value_enum, default_value = "auto")]
-    pub renderer: RendererChoice,
-    /// Trade of speed for accuracy: draft has one sample a pixel, standard four, reference four in f64
+    pub renderer: RendererWish,
+    /// Quality: draft takes 1 sample per pixel, standard 4, reference 4 in f64
     #[arg(long, global = true, value_enum, default_value = "standard")]
     pub quality: Quality,
-    /// Shader fragments laid over the built-in ones, by their paths inside shaders/ (`orrery shader export` writes them)
+    /// Folder of shader fragments that replace built-in ones (`orrery shader export` writes them)
     #[arg(long, global = true, value_name = "DIR")]
     pub shaders: Option<PathBuf>,
-    /// Where the shader library lives
+    /// Folder of the shader library
     #[arg(long, global = true, value_name = "DIR")]
     pub cache: Option<PathBuf>,
-    /// Catalog files that override or add bodies
+    /// Folder of catalog files that override or add bodies
     #[arg(long, global = true, value_name = "DIR")]
     pub catalogs: Option<PathBuf>,
-    /// Maps that come before the embedded ones
+    /// Folder of maps that replace the embedded ones
     #[arg(long, global = true, value_name = "DIR")]
     pub textures: Option<PathBuf>,
-    /// A SPICE SPK file such as DE440
+    /// SPICE SPK file, such as DE440, used before the embedded kernel
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
-    /// Radii of the Sun and the Moon in eclipses: the IAU's of 2015, or those of printed almanacs
+    /// Radii of the Sun and the Moon in eclipses: IAU 2015, or those of printed almanacs
     #[arg(long, global = true, value_enum, default_value = "iau")]
-    pub radii: Radii,
-    /// Worker threads (default: one per core)
+    pub radii: EclipseRadii,
+    /// Number of worker threads [default: one per core]
     #[arg(long, global = true, value_name = "N")]
     pub threads: Option<usize>,
-    /// More messages
+    /// Print more messages
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
 
-/// It could not be done: one line that says why and what to do.
+/// Why a verb ended early.
 #[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct CliError(pub String);
-
-impl Quality {
-    /// What scene knows it as.
-    pub fn of_request(self) -> crate::scene::request::Quality {
-        match self {
-            Self::Draft => crate::scene::request::Quality::Draft,
-            Self::Standard => crate::scene::request::Quality::Standard,
-            Self::Reference => crate::scene::request::Quality::Reference,
-        }
-    }
-    /// Samples a pixel and taps of anisotropic filtering. `reference` computes in f64 too.
-    pub fn fineness(self) -> Fineness {
-        Fineness::of(self.of_request())
-    }
+pub enum CliError {
+    /// It could not be done: one line that says why and what to do.
+    #[error("{0}")]
+    Failed(String),
+    /// The reader of standard output has seen enough, as in `orrery shader keys | head`.
+    #[error("standard output was closed")]
+    OutputClosed,
 }
 
 impl Common {
-    /// The same for a verb that draws frames.
+    /// The sources that the user chose, for verbs that draw frames.
     pub fn sources_to_draw(&self) -> Sources {
         Sources { draws: true, ..self.sources() }
     }
 
-    /// What the catalog knows `--radii` as.
-    pub fn eclipse_radii(&self) -> EclipseRadii {
-        match self.radii {
-            Radii::Iau => EclipseRadii::Iau,
-            Radii::Almanac => EclipseRadii::Almanac,
-        }
-    }
-
-    /// The files and folders that the user named.
+    /// The sources that the user chose, for verbs that draw nothing.
     pub fn sources(&self) -> Sources {
         Sources {
             catalogs: self.catalogs.clone(),
-            eclipse_radii: self.eclipse_radii(),
+            eclipse_radii: self.radii,
             textures: self.textures.clone(),
             kernel: self.kernel.clone(),
             shaders: self.shaders.clone(),
             cache: self.cache.clone(),
             threads: self.threads,
             double_precision: self.quality == Quality::Reference,
-            renderer: match self.renderer {
-                RendererChoice::Auto => RendererWish::Auto,
-                RendererChoice::Gpu => RendererWish::Gpu,
-                RendererChoice::Software => RendererWish::Software,
-            },
+            renderer: self.renderer,
             draws: false,
         }
     }
@@ -190,14 +150,14 @@ impl Common {
 
 impl From<SessionError> for CliError {
     fn from(e: SessionError) -> Self {
-        Self(e.to_string())
+        Self::Failed(e.to_string())
     }
 }
 
-/// A word of the command line that messages show at most so much of.
+/// Characters of an argument that messages repeat, at most.
 const WORD_ECHO: usize = 60;
 
-/// The words, by way of `view` where they name no verb.
+/// Parses the arguments; those that name no verb are `view`'s.
 fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
     let e = match Cli::try_parse_from(words) {
         Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
@@ -206,7 +166,7 @@ fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
     let verbs = Cli::command();
     let is_verb = |word: &OsString| verbs.get_subcommands().any(|v| word == v.get_name());
     let kept_view = match e.get(ContextKind::InvalidSubcommand) {
-        // A verb with a slip of the finger opens no window.
+        // A misspelt verb opens no window.
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
@@ -217,7 +177,7 @@ fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
     Cli::try_parse_from(viewed)
 }
 
-/// Prints what clap has to say, with long words cut and nothing that steers a terminal.
+/// Prints clap's message with long arguments shortened and without control characters.
 fn print_parser(e: &clap::Error, words: &[OsString]) {
     let mut given: Vec<String> = Vec::new();
     for word in words.iter().skip(1) {
@@ -232,7 +192,7 @@ fn print_parser(e: &clap::Error, words: &[OsString]) {
     }
     given.sort_by_key(|word| std::cmp::Reverse(word.len()));
     let said = given.iter().fold(e.render().to_string(), |said, word| said.replace(word.as_str(), &echo_of(word, WORD_ECHO)));
-    eprint!("{}", harmless(&said));
+    output::write_error(&harmless(&said));
 }
 
 /// Runs the program for the process's arguments.
@@ -262,9 +222,9 @@ pub fn run() -> ExitCode {
         Some(Verb::Man(a)) => documents::manual(a),
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("orrery: {}", harmless(&e.to_string()));
+            output::say(&e.to_string());
             ExitCode::FAILURE
         }
     }

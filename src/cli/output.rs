@@ -1,13 +1,35 @@
-//! Results on standard output.
+//! Standard output and standard error, for all verbs.
+//!
+//! In: results and messages. Out: text on the two streams. Always: a closed stream ends nothing with a panic: results answer
+//! [`CliError::OutputClosed`], messages are dropped. It formats nothing.
 
 use super::CliError;
-use std::io::{ErrorKind, Write};
+use crate::wording::harmless;
+use std::io::{Error, ErrorKind, Write};
 
-/// Writes a result. A reader that has seen enough (`… | head`) is no error.
+/// Writes a result to standard output.
+///
+/// # Errors
+/// [`CliError::OutputClosed`] where the reader has closed the pipe (`… | head`), else why nothing can be written.
 pub fn put(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(CliError(format!("standard output: {e}"))),
-        _ => Ok(()),
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| to_stdout(&e))
+}
+
+/// What a failure to write to standard output means for the verb.
+pub fn to_stdout(e: &Error) -> CliError {
+    match e.kind() {
+        ErrorKind::BrokenPipe => CliError::OutputClosed,
+        _ => CliError::Failed(format!("standard output: {e}")),
     }
+}
+
+/// Writes a message for people to standard error: `orrery: …`.
+pub fn say(line: &str) {
+    write_error(&format!("orrery: {}\n", harmless(line)));
+}
+
+/// Writes text to standard error as it is. Nobody reads a closed one, so a failure is no error.
+pub fn write_error(text: &str) {
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

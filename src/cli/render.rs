@@ -1,8 +1,10 @@
-//! `orrery render`: one image, or a run of frames, to files or a video stream.
+//! `orrery render`: an image or a sequence of frames to files or a video stream.
 use super::frames::{Output, kept, shard, step_seconds};
+use super::output::{put, say, to_stdout, write_error};
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
+use crate::render::plan::Fineness;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, MARK_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
@@ -16,11 +18,11 @@ const EXAMPLES: &str = "Examples:
   orrery render --target jupiter --distance-radii 40 --frames 240 --step 10m -o out-%05d.png
   orrery render --target io --frames 240 --step 60s -o - | ffmpeg -i - io.mp4
 
-A run of frames goes on where it stopped: each file says which request it was drawn
-for, those of this one are kept, and one of another ends the run before it begins
-(--overwrite replaces it). Give --time then: now is another request each time. With
---quality draft each pixel has 1 sample and maps 1 tap; standard 4 samples and
-up to 8 taps; reference 4 samples and up to 16 taps.
+A sequence resumes where it stopped: each file records its request. Files of the same
+request are kept; a file of another request stops the command before it draws
+(--overwrite replaces it). Give --time to resume: `now` is a new request each time.
+--quality draft takes 1 sample per pixel and 1 texture tap, standard 4 samples and up
+to 8 taps, reference 4 samples and up to 16 taps.
 ";
 
 /// The group of options that are not of the view.
@@ -36,25 +38,25 @@ fn after_help() -> String {
 pub struct RenderArgs {
     #[command(flatten)]
     view: ViewWords,
-    /// File to write: .png, .exr (linear), a pattern as out-%05d.png, or - for a y4m stream
+    /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,
-    /// How many frames
+    /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = OUTPUT)]
     frames: u32,
     /// Time between frames: 60s, 10m, 6h, 1d; may be negative
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT)]
     step: String,
-    /// Render every n-th frame from i (0 to n-1), so that several machines share a run
+    /// Render every n-th frame starting at i (0 to n-1), to share a sequence between machines
     #[arg(long, value_name = "I/N", help_heading = OUTPUT)]
     shard: Option<String>,
-    /// Replace files that another request drew; those of this one are kept all the same
+    /// Replace files of other requests; files of the same request are kept
     #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
-    /// Frames a second of a y4m stream
+    /// Frames per second of a y4m stream
     #[arg(long, value_name = "N", default_value_t = 25, help_heading = OUTPUT)]
     rate: u32,
-    /// Print JSON timings per stage, and when the first frame was there (to standard error when the picture goes to standard output)
+    /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
     #[arg(long, help_heading = OUTPUT)]
     time_report: bool,
 }
@@ -66,11 +68,11 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
     if output == Output::Stream && stride > 1 {
-        return Err(CliError("--shard needs files: frames of one stream come in order from one run".into()));
+        return Err(CliError::Failed("--shard needs files: a stream is written in order by one process".into()));
     }
-    let session = Session::open(&common.sources_to_draw(), |line| eprintln!("orrery: {line}"))?;
+    let session = Session::open(&common.sources_to_draw(), say)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
-    let request = ViewRequest { quality: common.quality.of_request(), ..args.view.request(session.catalog())? };
+    let request = ViewRequest { quality: common.quality, ..args.view.request(session.catalog())? };
     let frame = |number: u32| {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
         ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), purpose, ..request.clone() }
@@ -84,11 +86,12 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         kept.clear();
     }
     if !kept.is_empty() {
-        eprintln!("orrery: kept {} of {} frames, which this request drew before", kept.len(), numbers().count());
+        say(&format!("kept {} of {} frames of an earlier run", kept.len(), numbers().count()));
     }
-    let fineness = common.quality.fineness();
+    let fineness = Fineness::of(common.quality);
     let mut written = Stages::default();
-    let mut stream = std::io::BufWriter::new(std::io::stdout());
+    let mut stream = std::io::stdout();
+    let failed = |e: image::ImageError| CliError::Failed(e.to_string());
     let bar = progress(args.frames);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -110,13 +113,15 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             Some(path) => {
                 let mut text = text_chunks(args, &request, &drawn.scene);
                 text.push((MARK_CHUNK, session.mark(&request).to_text()));
-                write_picture(path, &drawn.frame, &text).map_err(CliError)?;
+                write_picture(path, &drawn.frame, &text).map_err(CliError::Failed)?;
             }
             None => {
+                let mut bytes = Vec::new();
                 if number == first {
-                    image::write_y4m_header(&mut stream, request.width, request.height, args.rate).map_err(to_stream)?;
+                    image::write_y4m_header(&mut bytes, request.width, request.height, args.rate).map_err(failed)?;
                 }
-                image::write_y4m_frame(&mut stream, &drawn.frame.display).map_err(to_stream)?;
+                image::write_y4m_frame(&mut bytes, &drawn.frame.display).map_err(failed)?;
+                stream.write_all(&bytes).and_then(|()| stream.flush()).map_err(|e| to_stdout(&e))?;
             }
         }
         written.add(Stage::Write, start.elapsed());
@@ -125,18 +130,18 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         bar.inc(1);
     }
-    stream.flush().map_err(to_stream)?;
     bar.finish_and_clear();
     if args.time_report {
         let mut report = report(&session, &written, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept.len().into();
-        if output == Output::Stream { eprintln!("{report}") } else { println!("{report}") }
+        let report = format!("{report}\n");
+        if output == Output::Stream {
+            write_error(&report);
+        } else {
+            put(&report)?;
+        }
     }
     Ok(())
-}
-
-fn to_stream(e: impl std::fmt::Display) -> CliError {
-    CliError(format!("standard output: {e}"))
 }
 
 /// A bar on a terminal, nothing in a pipe or for one frame.

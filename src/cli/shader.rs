@@ -1,11 +1,9 @@
 //! `orrery shader`: list, emit, compare, cost and verify generated shaders.
 
-use super::inputs::{catalog, fragments};
-use super::library::lowering;
-use super::output::put;
+use super::inputs::{fragments, lowering, reachable_keys};
+use super::output::{put, say, write_error};
 use super::{CliError, Common};
 use crate::render::software::{TapeCost, tape_costs};
-use crate::scene::effects::possible_needs;
 use crate::scene::request::ViewRequest;
 use crate::session::{Readers, Session, ms_per_megapixel, write_whole};
 use crate::shader::compare::{difference, ir_cost};
@@ -16,7 +14,6 @@ use crate::shader::record::{Record, Verified, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
 use crate::wording::echo;
-use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -28,7 +25,7 @@ use std::time::Instant;
   orrery shader emit lambert.albedo.sun1.ellipsoid --annotate
   orrery shader export my-shaders && orrery --shaders my-shaders
 
-The parts of a key are read in any order and case.")]
+The parts of a key may be in any order and case.")]
 pub struct ShaderArgs {
     #[command(subcommand)]
     verb: ShaderVerb,
@@ -36,48 +33,48 @@ pub struct ShaderArgs {
 
 #[derive(clap::Subcommand, Debug)]
 enum ShaderVerb {
-    /// The keys that views of the catalog can need, one a line
+    /// List the keys that views of the catalog can need, one per line
     Keys {
-        /// Instead: keys in which every combination of this many dimension values occurs
+        /// List instead keys that cover every combination of this many dimension values
         #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
         covering: Option<u8>,
-        /// Instead: the keys that the default view of this body needs
+        /// List instead the keys of the default view of this body
         #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
         of: Option<String>,
-        /// When: ISO 8601 UTC, jd_tdb:DAY, or now
+        /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
         #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
         time: Option<String>,
-        /// Instead: the simple shaders, for everything that is not a planet, by name
+        /// List instead the utility shaders, which draw everything but bodies, by name
         #[arg(long, conflicts_with_all = ["covering", "of"])]
         simple: bool,
         /// Print one JSON list
         #[arg(long)]
         json: bool,
-        /// Print how many there are; the nominal size goes to standard error
+        /// Print the number of keys; the nominal size goes to standard error
         #[arg(long)]
         count: bool,
     },
-    /// The module of a key, or a simple module by name
+    /// Print the module of a key, or a utility shader by name
     Emit {
         #[arg(value_parser = module_id)]
         key: ModuleId,
         #[arg(long, value_enum, default_value = "wgsl")]
-        lang: LanguageWord,
-        /// Name the feature that asked for each line
+        lang: Language,
+        /// Name the feature that needs each line
         #[arg(long)]
         annotate: bool,
         /// Print uniforms and bindings instead
         #[arg(long)]
         layout: bool,
     },
-    /// What differs between two modules, by feature
+    /// Compare two modules, by feature
     Diff {
         #[arg(value_parser = module_id)]
         first: ModuleId,
         #[arg(value_parser = module_id)]
         second: ModuleId,
     },
-    /// Operations by kind, texture reads, registers, and the software renderer's time by the million pixels
+    /// Count operations, texture reads and registers, and time the software renderer per megapixel
     Cost {
         #[arg(value_parser = module_id)]
         key: ModuleId,
@@ -85,49 +82,23 @@ enum ShaderVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Make every reachable and covering module, translate it to every language, compare with the recorded digests
+    /// Compile every reachable and covering module, translate it to all languages and compare it with the recorded digests
     Verify {
-        /// Record the digests anew
+        /// Record the digests
         #[arg(long)]
         update: bool,
-        /// The record
+        /// File of recorded digests
         #[arg(long, value_name = "FILE", default_value = "tests/shader_digests.txt")]
         record: PathBuf,
     },
-    /// Write the fragments that modules are made of as files to edit, for --shaders
+    /// Write the shader fragments as files to edit, for --shaders
     Export {
         #[arg(value_name = "DIR")]
         folder: PathBuf,
-        /// Replace files that say something else
+        /// Replace files with other contents
         #[arg(long)]
         overwrite: bool,
     },
-}
-
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum LanguageWord {
-    Wgsl,
-    Hlsl,
-    Glsl,
-    Msl,
-    Spirv,
-    /// SPIR-V, an instruction a line
-    SpirvText,
-    Ir,
-}
-
-impl From<LanguageWord> for Language {
-    fn from(word: LanguageWord) -> Self {
-        match word {
-            LanguageWord::Wgsl => Self::Wgsl,
-            LanguageWord::Hlsl => Self::Hlsl,
-            LanguageWord::Glsl => Self::Glsl,
-            LanguageWord::Msl => Self::Msl,
-            LanguageWord::Spirv => Self::Spirv,
-            LanguageWord::SpirvText => Self::Assembly,
-            LanguageWord::Ir => Self::Ir,
-        }
-    }
 }
 
 fn module_id(text: &str) -> Result<ModuleId, String> {
@@ -135,20 +106,14 @@ fn module_id(text: &str) -> Result<ModuleId, String> {
 }
 
 fn failed(e: impl std::fmt::Display) -> CliError {
-    CliError(e.to_string())
-}
-
-/// The keys that views of the catalog can need under any effects.
-pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
-    Ok(key::keys_of(possible_needs(&catalog(common)?)))
+    CliError::Failed(e.to_string())
 }
 
 /// The keys of every draw in the default view of a body.
 fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
-    let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
-    let id = session.catalog().named(body).map_err(|e| CliError(format!("--for: {e}")))?.id;
-    let scene =
-        session.scene(&ViewRequest { quality: common.quality.of_request(), ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
+    let session = Session::open(&common.sources(), say)?;
+    let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
+    let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.needs)).into_iter().collect())
 }
 
@@ -199,7 +164,7 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
         let operations: usize = tape.operations.values().sum();
         let _ = writeln!(
             text,
-            "{:<8} tape  {operations} lane operations, {} once a draw, {} texture reads, {} jumps, {} slots, {} registers",
+            "{:<8} tape  {operations} lane operations, {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
             tape.stage, tape.uniform_operations, tape.texture_reads, tape.jumps, tape.slots, tape.registers
         );
         let mut kinds: Vec<_> = tape.operations.iter().collect();
@@ -207,10 +172,10 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
         kinds.iter().for_each(|(name, n)| text.push_str(&format!("  {n:>4}  {name}\n")));
     }
     match ms_per_megapixel {
-        Some(ms) => text.push_str(&format!("software       {ms:.1} ms a million pixels on this machine\n")),
-        None => text.push_str("software       not timed: only bodies that are met by view rays are\n"),
+        Some(ms) => text.push_str(&format!("software       {ms:.1} ms per megapixel on this machine\n")),
+        None => text.push_str("software       not timed (only ray-traced bodies are)\n"),
     }
-    let _ = writeln!(text, "made in        {:.2} ms", making.as_secs_f64() * 1000.0);
+    let _ = writeln!(text, "compile time   {:.2} ms", making.as_secs_f64() * 1000.0);
     text
 }
 
@@ -234,17 +199,17 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                 return put(&format!("{}\n", serde_json::json!(keys)));
             }
             if *count {
-                eprintln!("of {} nominal combinations", key::nominal_size());
+                write_error(&format!("of {} nominal combinations\n", key::nominal_size()));
                 return put(&format!("{}\n", keys.len()));
             }
             put(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
         }
         ShaderVerb::Emit { key, lang, annotate, layout } => {
             let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
-            match Language::from(*lang) {
+            match *lang {
                 _ if *layout => put(&layout_text(&module)),
                 Language::Wgsl if *annotate => put(&annotated_text(&module.wgsl, &module.source_map)),
-                _ if *annotate => Err(CliError("--annotate names the features of WGSL lines; leave out --lang".into())),
+                _ if *annotate => Err(CliError::Failed("--annotate works for WGSL only; omit --lang".into())),
                 language => put(&translate(&module, language).map_err(failed)?),
             }
         }
@@ -257,7 +222,7 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             let start = Instant::now();
             let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
             let making = start.elapsed();
-            let session = Session::open(&common.sources(), |line| eprintln!("orrery: {line}"))?;
+            let session = Session::open(&common.sources(), say)?;
             let ms = ms_per_megapixel(session.renderer(), session.library(), key)?;
             let tapes = tape_costs(&module).map_err(failed)?;
             if *json {
@@ -283,21 +248,18 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
         match std::fs::read(&path) {
             Ok(bytes) if bytes == text.as_bytes() => same += 1,
             Ok(_) if !overwrite => {
-                return Err(CliError(format!(
-                    "{}: it says something else than the built-in fragment; --overwrite replaces it",
-                    shown(&path)
-                )));
+                return Err(CliError::Failed(format!("{}: differs from the built-in fragment; --overwrite replaces it", shown(&path))));
             }
             _ => new.push((path, *text)),
         }
     }
     for (path, text) in &new {
         let parent = path.parent().unwrap_or(folder);
-        std::fs::create_dir_all(parent).map_err(|e| CliError(format!("{}: {e}", shown(parent))))?;
-        write_whole(path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError)?;
+        std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
+        write_whole(path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError::Failed)?;
     }
-    let there = if same == 0 { String::new() } else { format!(", {same} were there already") };
-    put(&format!("{} fragments written to {}{there}; `--shaders` with this folder draws with them\n", new.len(), shown(folder)))
+    let there = if same == 0 { String::new() } else { format!(", {same} unchanged") };
+    put(&format!("{} fragments written to {}{there}; use this folder with --shaders\n", new.len(), shown(folder)))
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
@@ -306,28 +268,28 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let made = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let now = made.map_err(|failures| match put(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
-        Ok(()) => CliError(format!("{} of {} modules are not valid", failures.len(), ids.len())),
+        Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
         Err(e) => e,
     })?;
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
-    put(&format!("{} modules emitted, validated and lowered; {translated} of them translated\n", ids.len()))?;
+    put(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
     let old = match std::fs::read_to_string(path) {
         Ok(text) if update => Record::parse(&text).unwrap_or_default(),
-        Ok(text) => Record::parse(&text).map_err(|e| CliError(format!("{}: {e}", path.display())))?,
+        Ok(text) => Record::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
         Err(_) if update => Record::default(),
         Err(e) => {
-            let advice = "run in the source tree, or name a file by --record and make it by --update";
-            return Err(CliError(format!("{}: {e}; {advice}", path.display())));
+            let advice = "run in the source tree, or give a file with --record and create it with --update";
+            return Err(CliError::Failed(format!("{}: {e}; {advice}", path.display())));
         }
     };
     let changes = old.changes(&now);
     put(&changes_text(&changes))?;
     if update {
-        std::fs::write(path, now.record.to_text()).map_err(|e| CliError(format!("{} cannot be written: {e}", path.display())))?;
+        std::fs::write(path, now.record.to_text()).map_err(|e| CliError::Failed(format!("{} cannot be written: {e}", path.display())))?;
         return put(&format!("recorded in {}\n", path.display()));
     }
     match changes.len() {
         0 => put("all as recorded\n"),
-        n => Err(CliError(format!("{n} modules are not as recorded; `orrery shader verify --update` records them"))),
+        n => Err(CliError::Failed(format!("{n} modules differ from the record; `orrery shader verify --update` records them"))),
     }
 }

@@ -3,12 +3,12 @@
 use super::view_words::instant;
 use super::{CliError, Common};
 
-const KEYS: &str = "`view` is what the program does without a verb: `orrery --target saturn` is `orrery view --target saturn`.
-With --shaders DIR the fragments are read again when a file changes. The window explains its keys and mouse under `?`.
+const KEYS: &str = "`view` is the default command: `orrery --target saturn` is `orrery view --target saturn`.
+With --shaders DIR, fragments are reloaded when a file changes. Press `?` in the window for keyboard and mouse help.
 
-What a link or a file leaves out is as the window begins: the Earth, now, the lit side from 3.5 radii. `target` and `eye.body` are names
-or NAIF codes, `time` is ISO 8601 UTC, `paused` is true or false. All faults of one that cannot be read are told in the window, which
-opens all the same.
+Fields that a link or a file omits have the defaults of a new window: the Earth, now, the lit side from 3.5 radii.
+`target` and `eye.body` are names or NAIF codes, `time` is ISO 8601 UTC, `paused` is true or false. If a link cannot
+be read, the window opens with the default view and lists all errors.
 
 Examples:
   orrery
@@ -19,16 +19,16 @@ Examples:
 #[derive(clap::Args, Debug)]
 #[command(after_help = KEYS, next_help_heading = "First view")]
 pub struct ViewArgs {
-    /// Body to start at
+    /// First body to look at
     #[arg(long, value_name = "BODY", default_value = "earth")]
     target: String,
-    /// A view that was kept: orrery://… or a file
+    /// Saved view: an orrery:// link or a file
     #[arg(value_name = "LINK")]
     link: Option<String>,
-    /// What the window remembers [default: settings.json in the user's configuration folder]
+    /// Settings file [default: settings.json in the user's configuration folder]
     #[arg(long, value_name = "FILE")]
     settings: Option<std::path::PathBuf>,
-    /// ISO 8601 UTC, jd_tdb:DAY, or now
+    /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     time: String,
 }
@@ -42,7 +42,10 @@ impl Default for ViewArgs {
 #[cfg(not(feature = "view"))]
 pub fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
     let at = instant(&args.time)?.to_utc_iso();
-    Err(CliError(format!("this build has no window; to draw to a file: orrery render --target {} --time {at} -o {0}.png", args.target)))
+    Err(CliError::Failed(format!(
+        "this build has no window; to draw to a file: orrery render --target {} --time {at} -o {0}.png",
+        args.target
+    )))
 }
 
 #[cfg(feature = "view")]
@@ -53,17 +56,19 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 #[cfg(feature = "view")]
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
+    use crate::cli::output::say;
     use crate::ephemeris::order::by_distance;
     use crate::session::Session;
     use crate::time::Instant;
-    use crate::view::first::first_view;
-    use crate::view::interface::{Interface, SessionPlaces};
-    use crate::view::kept::{SCHEME, is_link, restored};
-    use crate::view::settings::Settings;
-    use crate::view::sight::{Sight, quality_name};
-    use crate::view::viewer::{Subject, Viewer};
-    use crate::view::watch::Watch;
+    use crate::view::app::initial_view::initial_view;
+    use crate::view::app::places::SessionPlaces;
+    use crate::view::app::settings::Settings;
+    use crate::view::app::view_state::ViewState;
+    use crate::view::app::viewer::{Subject, Viewer};
+    use crate::view::link::{SCHEME, is_link, restored};
+    use crate::view::panels::Interface;
     use crate::view::window;
+    use crate::view::window::shader_watcher::ShaderWatcher;
     use crate::wording::echo;
     use std::sync::{Arc, Mutex, PoisonError};
 
@@ -71,43 +76,43 @@ mod windowed {
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
         let hearing = Arc::clone(&heard);
         let session = Session::open(&common.sources_to_draw(), move |line| {
-            eprintln!("orrery: {line}");
+            say(line);
             hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
         })?;
-        let watch = common.shaders.as_ref().map(|folder| Watch::open(folder, &session)).transpose().map_err(CliError)?;
-        let usual = Sight { quality: quality_name(common.quality.of_request()).into(), ..first(&session, args)? };
+        let watch = common.shaders.as_ref().map(|folder| ShaderWatcher::open(folder, &session)).transpose().map_err(CliError::Failed)?;
+        let usual = ViewState { quality: common.quality, ..first(&session, args)? };
         let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
         let warning = kept.as_ref().err().cloned();
         // Who clicked on a link sees no standard error.
-        warning.iter().for_each(|line| eprintln!("orrery: {line}"));
-        let sight = kept.ok().flatten().unwrap_or(usual);
-        let viewer = Viewer::new(subjects(&session), sight, clock);
+        warning.iter().for_each(|line: &String| say(line));
+        let view = kept.ok().flatten().unwrap_or(usual);
+        let viewer = Viewer::new(subjects(&session), view, clock);
         let path = args.settings.clone().or_else(Settings::usual_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
-        said.iter().for_each(|line| eprintln!("orrery: {line}"));
+        said.iter().for_each(|line: &String| say(line));
         heard.lock().unwrap_or_else(PoisonError::into_inner).extend(said);
         let mut interface = Interface::new(viewer, settings);
         interface.heard = heard;
         interface.warning = warning;
         let keep = |interface: &Interface| path.as_ref().map_or(Ok(()), |path| interface.settings.save(path));
-        window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError(e.to_string()))
+        window::run(&mut interface, &session, watch.as_ref(), keep).map_err(|e| CliError::Failed(e.to_string()))
     }
 
     /// The view of a link, or of the file that keeps one.
-    fn kept(link: &str, session: &Session) -> Result<Sight, String> {
+    fn kept(link: &str, session: &Session) -> Result<ViewState, String> {
         let named = |why: String| format!("{}: {why}", echo(link));
         if is_link(link) {
             return restored(link, session, clock()).map_err(named);
         }
-        let text = std::fs::read_to_string(link).map_err(|e| named(format!("{e}; a link begins with {SCHEME}")))?;
+        let text = std::fs::read_to_string(link).map_err(|e| named(format!("{e}; a link starts with {SCHEME}")))?;
         restored(&text, session, clock()).map_err(named)
     }
 
-    fn first(session: &Session, args: &ViewArgs) -> Result<Sight, CliError> {
+    fn first(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
-        let target = catalog.named(&args.target).map_err(|e| CliError(format!("--target: {e}")))?.id;
-        let view = first_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
-        view.map_err(|e| CliError(format!("--target {}: {e}", echo(&args.target))))
+        let target = catalog.named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
+        let view = initial_view(catalog, &SessionPlaces(session), target, instant(&args.time)?);
+        view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }
 
     fn clock() -> Instant {

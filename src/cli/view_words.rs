@@ -14,54 +14,54 @@ use std::path::PathBuf;
 
 /// What to look at, from where, when and how.
 #[derive(clap::Args, Clone, Debug, Default)]
-#[command(next_help_heading = "What, from where and when")]
+#[command(next_help_heading = "View")]
 pub struct ViewWords {
     /// Body to look at
     #[arg(long, value_name = "BODY")]
     pub target: Option<String>,
-    /// Look from this body's centre (with --distance-radii: from its side; with --at: from its ground) [default: the Earth's side; for the Earth the Sun's]
+    /// Look from this body's centre (with --distance-radii: from its direction; with --at: from its surface) [default: the direction of the Earth, or of the Sun for the Earth]
     #[arg(long, value_name = "BODY")]
     pub from: Option<String>,
-    /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the height]
+    /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the image height]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub distance_radii: Option<f64>,
-    /// A place, planetographic latitude and east longitude: to stand on with --from, else over the target, looking down
+    /// Planetographic latitude and east longitude: with --from a place to stand on, otherwise a place of the target to look down at
     #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true)]
     pub at: Option<String>,
-    /// Height over the ground at --at in km [default: 0.0017, an eye's; over the target: by --distance-radii]
+    /// Height above the surface at --at in km [default: 0.0017, eye level; above the target: from --distance-radii]
     #[arg(long, value_name = "KM", allow_negative_numbers = true, requires = "at")]
     pub height_km: Option<f64>,
-    /// A camera file; its fields are described below
+    /// Camera file (JSON); its fields are described below
     #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "distance_radii", "at"])]
     pub camera_json: Option<PathBuf>,
-    /// ISO 8601 UTC, jd_tdb:DAY, or now
+    /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
     pub time: String,
     /// Vertical field of view in degrees [default: 20; with a distance or a place 45; from a body's centre what fits the target]
-    #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Picture")]
+    #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Image")]
     pub fov: Option<f64>,
-    /// What is up: north (of the target), zenith, celestial or ecliptic [default: north; on the ground the zenith]
-    #[arg(long, value_name = "WHAT", help_heading = "Picture")]
+    /// Up direction: north (of the target), zenith, celestial or ecliptic [default: north; on a surface the zenith]
+    #[arg(long, value_name = "WHAT", help_heading = "Image")]
     pub up: Option<String>,
-    /// Pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x1024", help_heading = "Picture")]
+    /// Image size in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", help_heading = "Image")]
     pub size: String,
-    /// Stops (0: a white plane facing the Sun at 1 au is white), or auto: by what fills the frame
-    #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true, help_heading = "Picture")]
+    /// Exposure in stops (at 0 a white surface facing the Sun at 1 au is white), or auto
+    #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true, help_heading = "Image")]
     pub exposure: String,
-    /// Light beyond white: film (a shoulder from 0.8 on) or plain (true up to white, then cut)
-    #[arg(long, value_name = "HOW", default_value = "film", help_heading = "Picture")]
+    /// Tone mapping of highlights: filmic (linear to 0.8, then a shoulder) or clipped (linear to white)
+    #[arg(long, value_name = "HOW", default_value = "filmic", help_heading = "Image")]
     pub tone_map: String,
-    /// Switch features by hand: ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
-    /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; of one body alone as moon:-eclipse
-    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Picture")]
+    /// Set effects on (+) or off (-): ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
+    /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
+    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,
-    /// Over the bodies: +orbits, +labels (names and markers), +outline (a line around the target); as a lens: +bloom
-    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Picture")]
+    /// Layers to add: +orbits, +labels (names and markers), +outline (of the target), +bloom
+    #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
-    /// What each pixel shows: shaded, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the file's metadata say what
-    /// its colours mean
-    #[arg(long, value_name = "WHAT", default_value = "shaded", help_heading = "Picture")]
+    /// What the pixels show: final, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the
+    /// file's metadata explain the colours
+    #[arg(long, value_name = "WHAT", default_value = "final", help_heading = "Image")]
     pub pixels: String,
 }
 
@@ -69,11 +69,11 @@ pub struct ViewWords {
 pub fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
-    Instant::parse(&text).map_err(|e| CliError(format!("--time: {e}")))
+    Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
 }
 
 fn wrong(option: &str, value: &str, allowed: &str) -> CliError {
-    CliError(format!("{option} {}: {allowed}", echo(value)))
+    CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
 /// `1024x768`.
@@ -88,28 +88,27 @@ fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
 }
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
-    let known = PixelView::ALL.into_iter().find(|v| v.name().eq_ignore_ascii_case(text));
-    known.ok_or_else(|| wrong("--pixels", text, &or_one_of(text, &PixelView::ALL.map(PixelView::name))))
+    PixelView::by_name(text).ok_or_else(|| wrong("--pixels", text, &or_one_of(text, &PixelView::ALL.map(PixelView::name))))
 }
 
 impl ViewWords {
     /// The request that the words make with this catalog.
     pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
-        let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError(format!("{option}: {e}")));
+        let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
         let time = instant(&self.time)?;
         let target = self.target.as_ref().map(|name| place("--target", name)).transpose()?;
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
         if let Some(file) = &self.camera_json {
             let shown = echo(&file.display().to_string());
-            let text = std::fs::read_to_string(file).map_err(|e| CliError(format!("{shown}: {e}")))?;
-            let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError(e.to_string()))?;
-            camera.resolve(catalog, &mut request).map_err(|e| CliError(e.to_string()))?;
+            let text = std::fs::read_to_string(file).map_err(|e| CliError::Failed(format!("{shown}: {e}")))?;
+            let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError::Failed(e.to_string()))?;
+            camera.resolve(catalog, &mut request).map_err(|e| CliError::Failed(e.to_string()))?;
         } else {
-            let target = target.ok_or_else(|| CliError("name what to look at: --target BODY, or give --camera-json FILE".into()))?;
+            let target = target.ok_or_else(|| CliError::Failed("no target: give --target BODY or --camera-json FILE".into()))?;
             if catalog.body(target).is_none() {
                 let name = self.target.as_deref().unwrap_or("");
-                return Err(wrong("--target", name, "a centre of mass has nothing to look at: name a body"));
+                return Err(wrong("--target", name, "a centre of mass cannot be drawn: name a body"));
             }
             let from = self.from.as_ref().map(|name| place("--from", name)).transpose()?;
             request.position = self.position(catalog, target, from)?;
@@ -119,7 +118,7 @@ impl ViewWords {
             request.fov_deg = self.fov;
         }
         if let Some(up) = &self.up {
-            request.up = up_by_name(up).map_err(|e| CliError(e.to_string()))?;
+            request.up = up_by_name(up).map_err(|e| CliError::Failed(e.to_string()))?;
         }
         (request.width, request.height) = size(&self.size)?;
         if !self.exposure.eq_ignore_ascii_case("auto") {
@@ -127,15 +126,15 @@ impl ViewWords {
             request.exposure = ExposureRequest::Stops(stops);
         }
         if let Some(effects) = &self.effects {
-            request.effects = EffectOverrides::parse(effects).map_err(|e| CliError(e.to_string()))?;
+            request.effects = EffectOverrides::parse(effects).map_err(|e| CliError::Failed(e.to_string()))?;
         }
         if let Some(layers) = &self.layers {
-            request.layers = Layers::parse(layers).map_err(|e| CliError(e.to_string()))?;
+            request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
         }
         let tones = || wrong("--tone-map", &self.tone_map, &or_one_of(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(tones)?;
         request.pixel_view = pixel_view(&self.pixels)?;
-        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError(e.to_string()))?;
+        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError::Failed(e.to_string()))?;
         Ok(request)
     }
 
@@ -153,8 +152,8 @@ impl ViewWords {
                     (None, d) => (d.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
                 };
                 if height_km <= 0.0 {
-                    return Err(CliError(format!(
-                        "a camera {height_km} km over the ground is inside {}: give a greater height",
+                    return Err(CliError::Failed(format!(
+                        "a camera {height_km} km above the surface is inside {}: give a greater height",
                         catalog.body(target).map_or("the target", |b| b.name.as_str())
                     )));
                 }
@@ -198,8 +197,8 @@ mod tests {
                     fov: Some(40.0),
                     size: "64x64".into(),
                     exposure: "auto".into(),
-                    tone_map: "film".into(),
-                    pixels: "shaded".into(),
+                    tone_map: "filmic".into(),
+                    pixels: "final".into(),
                     ..ViewWords::default()
                 };
                 let request = words.request(&catalog).expect(at);

@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn a_cut_kernel_is_refused_in_one_line() {
-        let whole = include_bytes!("../../catalogs/pluto_1551_2646.bsp");
+        let whole = orrery_catalogs::PLUTO_KERNEL;
         assert!(Spk::parse("x.bsp", whole).is_ok());
         for tenths in 1..10 {
             let error = Spk::parse("x.bsp", &whole[..whole.len() * tenths / 10]).expect_err("cut short").to_string();

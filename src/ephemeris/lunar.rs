@@ -9,7 +9,6 @@
 use super::{EphemerisError, State, frames};
 use glam::DVec3;
 
-const TABLE: &str = include_str!("../../catalogs/elp2000_truncated.csv");
 const ARCSEC: f64 = crate::units::RAD_PER_ARCSEC;
 const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SECONDS_PER_DAY;
 
@@ -63,7 +62,7 @@ pub struct LunarSeries {
 
 impl LunarSeries {
     pub fn embedded() -> Result<Self, EphemerisError> {
-        let lines = TABLE.lines().enumerate().filter(|(_, l)| !l.starts_with('#') && !l.trim().is_empty());
+        let lines = orrery_catalogs::LUNAR_SERIES.lines().enumerate().filter(|(_, l)| !l.starts_with('#') && !l.trim().is_empty());
         let read = |(number, line): (usize, &str)| {
             term(line).ok_or_else(|| EphemerisError(format!("elp2000_truncated.csv:{}: not a term: {line}", number + 1)))
         };

@@ -27,9 +27,6 @@ use satellites::{drift, galilean, tass};
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, PoisonError};
 
-/// The kernel that ships: 1900-2100, baked by `examples/bake_kernel.rs`.
-static SHIPPED_KERNEL: &[u8] = include_bytes!("../../catalogs/orrery_1900_2100.bsp");
-
 /// A family of theories, from the least accurate to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -141,7 +138,7 @@ const LATELY: usize = 16;
 impl Ephemeris {
     /// The shipped kernel, series and theories for the bodies of `catalog`.
     pub fn embedded(catalog: &Catalog) -> Result<Self, EphemerisError> {
-        let shipped = kernel::Spk::parse("orrery_1900_2100.bsp", SHIPPED_KERNEL)?;
+        let shipped = kernel::Spk::parse("orrery_1900_2100.bsp", orrery_catalogs::KERNEL)?;
         let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
         let pulls = pulls(catalog);
         let theories = satellites::Theories::embedded()?;
@@ -218,7 +215,7 @@ impl Ephemeris {
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
         // Each round shrinks the error by v/c, under 1e-3 for any body here. What is late by less than a second is moved along its velocity, which
-        // leaves 6 metres at most (Metis, which turns most; tests/ephemeris.rs).
+        // leaves 6 metres at most (Metis, which turns most; tests/ephemeris/positions.rs).
         for round in 0.. {
             let state = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None)?.state;
             let light_s = (state.pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;

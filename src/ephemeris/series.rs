@@ -2,7 +2,7 @@
 //!
 //! A place and an instant come in; a state relative to the place that the theory counts from goes out, ICRF. The planets' series have thousands of terms:
 //! they are summed at the nodes of polynomials (src/ephemeris/pieces.rs), which follow them to 4e-3 km, as
-//! far as a Julian date in a double tells one instant from the next, and 2e-6 km/s (tests/ephemeris.rs).
+//! far as a Julian date in a double tells one instant from the next, and 2e-6 km/s (tests/ephemeris/positions.rs).
 //! Errors against DE440 are in [`error_km`].
 
 use super::pieces::Pieces;
@@ -10,8 +10,6 @@ use super::{EphemerisError, State, frames, kernel::Spk, lunar::LunarSeries};
 use crate::units::{JD_J2000, KM_PER_AU, SECONDS_PER_DAY};
 use glam::DVec3;
 use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
-
-static PLUTO: &[u8] = include_bytes!("../../catalogs/pluto_1551_2646.bsp");
 
 /// Mass of the Earth over that of the Moon (DE440, Park et al. 2021).
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
@@ -29,7 +27,11 @@ pub struct Series {
 
 impl Series {
     pub fn embedded() -> Result<Self, EphemerisError> {
-        Ok(Self { moon: LunarSeries::embedded()?, pluto: Spk::parse("pluto_1551_2646.bsp", PLUTO)?, pieces: Pieces::default() })
+        Ok(Self {
+            moon: LunarSeries::embedded()?,
+            pluto: Spk::parse("pluto_1551_2646.bsp", orrery_catalogs::PLUTO_KERNEL)?,
+            pieces: Pieces::default(),
+        })
     }
 
     /// NAIF code of the place that the series of `place` counts from; `None` where no series has it.

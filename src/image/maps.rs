@@ -1,7 +1,7 @@
 //! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
 
-use super::embedded::EMBEDDED;
 use super::{ImageError, Poles, SharedTexture, TexelFormat, Texture};
+use orrery_textures::MAPS;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -38,7 +38,7 @@ impl MapStore {
 
     /// Names and sizes in bytes of the maps inside the program.
     pub fn embedded() -> impl Iterator<Item = (&'static str, usize)> {
-        EMBEDDED.iter().map(|(name, bytes)| (*name, bytes.len()))
+        MAPS.iter().map(|(name, bytes)| (*name, bytes.len()))
     }
 
     /// Where `name` would be read from, without reading it.
@@ -46,7 +46,7 @@ impl MapStore {
         if let Some(path) = self.folder.as_ref().map(|f| f.join(name)).filter(|p| p.is_file()) {
             return MapOrigin::Folder(path);
         }
-        if EMBEDDED.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
+        if MAPS.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
     }
 
     /// The texels of the file. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and water maps [`TexelFormat::Rgba8Unorm`].
@@ -90,7 +90,7 @@ impl MapStore {
                 Texture::decode_around_poles(&shown, &bytes, format, poles)
             }
             MapOrigin::Embedded => {
-                let bytes = EMBEDDED.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
+                let bytes = MAPS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
                 Texture::decode_around_poles(name, bytes, format, poles)
             }
             MapOrigin::Missing => {

@@ -6,18 +6,9 @@
 
 use super::poles::Circles;
 use super::{Level, Poles, TexelFormat};
+use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
 use std::sync::LazyLock;
-
-/// The sRGB transfer function of IEC 61966-2-1, encoded value 0..1 to linear.
-pub fn srgb_to_linear(v: f64) -> f64 {
-    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Its inverse.
-pub fn linear_to_srgb(v: f64) -> f64 {
-    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-}
 
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));

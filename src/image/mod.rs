@@ -6,13 +6,11 @@
 use std::sync::Arc;
 
 mod compare;
-mod embedded;
 mod letters;
 mod maps;
 mod mips;
 mod poles;
 mod sealed;
-pub use mips::{linear_to_srgb, srgb_to_linear};
 pub use poles::Poles;
 mod write;
 

@@ -76,9 +76,10 @@ pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), 
     let mut planes = vec![0_u8; display.len() * 3];
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
+    let [red, green, blue] = crate::units::LUMINANCE_WEIGHTS.map(|w| w as f32);
     for (i, p) in display.iter().enumerate() {
         let [r, g, b] = [p[0], p[1], p[2]].map(|v| f32::from(v) / 255.0);
-        let luma = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let luma = red * r + green * g + blue * b;
         y[i] = (16.0 + 219.0 * luma + 0.5) as u8;
         cb[i] = (128.0 + 224.0 * (b - luma) / 1.8556 + 0.5) as u8;
         cr[i] = (128.0 + 224.0 * (r - luma) / 1.5748 + 0.5) as u8;

@@ -7,6 +7,7 @@
 
 use super::horizon::Solid;
 use super::obj::{Corner, Obj};
+use crate::units::srgb_to_linear;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 use std::f64::consts::{PI, TAU};
@@ -77,10 +78,6 @@ struct Same {
     place: u32,
     normal: [u64; 3],
     map: [u64; 2],
-}
-
-fn linear(srgb: f64) -> f64 {
-    if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
 }
 
 /// For each place of the file the first one at the same spot: files that repeat a place for each face are one surface all the same.
@@ -209,7 +206,7 @@ impl Model {
                     place_km,
                     normal: given.or(normals[weld[c.place as usize] as usize].try_normalize()).unwrap_or(facing),
                     map: of_file.unwrap_or_else(|| figure.map_place(place_km)),
-                    colour: obj.colours.get(c.place as usize).map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(linear))),
+                    colour: obj.colours.get(c.place as usize).map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(srgb_to_linear))),
                 }
             };
             let corners = [point(&t[0]), point(&t[1]), point(&t[2])];

@@ -1,7 +1,7 @@
 //! From a request to a finished [`Scene`], in two steps.
 //!
-//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::requirements`] says what else the
-//! view needs; [`SceneBuilder::build`] decides on every feature and makes the scene of what is at hand. Nothing changes a scene afterwards.
+//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_lamps`] adds that of night
+//! lamps; [`SceneBuilder::requirements`] says what else the view needs; [`SceneBuilder::build`] decides on every feature and makes the scene of what is at hand. Nothing changes a scene afterwards.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -45,8 +45,8 @@ pub struct SceneBuilder<'a> {
     reflectors: Vec<Reflector<'a>>,
     /// The air that the camera stands in.
     air: Option<Around<'a>>,
-    /// Without lamps and shape models.
-    metered: Exposure,
+    /// Without lamps until they are metered.
+    exposure: Exposure,
 }
 
 impl Scene {
@@ -82,15 +82,30 @@ impl<'a> SceneBuilder<'a> {
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let context = Context { request, ephemeris, resources: &Resources::default(), caches };
-        let metered = auto_exposure::exposure(context, &viewer.camera, &placed, &reflectors, air.as_ref());
-        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, metered })
+        let exposure = auto_exposure::exposure(context, &viewer.camera, &placed, &reflectors, air.as_ref());
+        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, exposure })
     }
 
-    fn frame<'f>(&'f self, request: &'f ViewRequest, resources: &'f Resources, exposure: &Exposure) -> Frame<'f> {
+    /// The bodies whose lamps the exposure depends on.
+    pub fn lamps_wanted(&self, known: &Resources) -> Vec<NaifId> {
+        auto_exposure::lamps_wanted(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
+    }
+
+    /// Meters the light once more, with the lamps at hand.
+    pub fn meter_lamps(&mut self, resources: &Resources) {
+        let camera = &self.viewer.camera;
+        self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
+    }
+
+    fn context<'f>(&'f self, resources: &'f Resources) -> Context<'f> {
+        Context { request: self.request, ephemeris: self.ephemeris, resources, caches: self.caches }
+    }
+
+    fn frame<'f>(&'f self, request: &'f ViewRequest, resources: &'f Resources) -> Frame<'f> {
         Frame {
-            context: Context { request, ephemeris: self.ephemeris, resources, caches: self.caches },
+            context: Context { request, ..self.context(resources) },
             camera: &self.viewer.camera,
-            bound: Bound::of(self.request.purpose, exposure.white()),
+            bound: Bound::of(self.request.purpose, self.exposure.white()),
             reflectors: &self.reflectors,
             air: self.air.as_ref(),
         }
@@ -108,11 +123,8 @@ impl<'a> SceneBuilder<'a> {
 
     /// What [`Self::build`] needs to be at hand for the whole scene. `known`: which files are known to be unreadable.
     pub fn requirements(&self, known: &Resources) -> Requirements {
-        let frame = self.frame(self.request, known, &self.metered);
-        let mut wanted = Requirements {
-            lamps: auto_exposure::lamps_wanted(frame.context, frame.camera, &self.placed, &self.metered),
-            ..Requirements::default()
-        };
+        let frame = self.frame(self.request, known);
+        let mut wanted = Requirements::default();
         for p in self.placed.iter().filter(|p| !self.is_inside(p.body)) {
             let own = self.own_request(p.body);
             let frame = Frame { context: Context { request: own.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
@@ -131,13 +143,8 @@ impl<'a> SceneBuilder<'a> {
     /// Decides on every feature of every body, and makes the scene of what is at hand.
     pub fn build(self, resources: &Resources) -> Scene {
         let (request, camera, placed) = (self.request, &self.viewer.camera, &self.placed);
-        let context = Context { request, ephemeris: self.ephemeris, resources, caches: self.caches };
-        let exposure = if resources.lamps.is_empty() && resources.meshes.is_empty() {
-            self.metered.clone()
-        } else {
-            auto_exposure::exposure(context, camera, placed, &self.reflectors, self.air.as_ref())
-        };
-        let frame = self.frame(request, resources, &exposure);
+        let context = self.context(resources);
+        let frame = self.frame(request, resources);
         let (mut draws, mut points, mut lines) = (Vec::new(), Vec::new(), Vec::new());
         let draws_lines = request.layers.orbits && request.pixel_view == PixelView::Shaded;
         let mut seen_bodies = placed.iter().map(|p| {
@@ -173,7 +180,7 @@ impl<'a> SceneBuilder<'a> {
         Scene {
             time: request.time,
             camera: camera.clone(),
-            exposure,
+            exposure: self.exposure.clone(),
             pixel_view: request.pixel_view,
             tone_map: request.tone_map,
             bodies,

@@ -18,6 +18,7 @@ mod features;
 mod finished;
 mod in_view;
 pub mod light;
+mod numeric;
 mod placed;
 mod point;
 pub mod purpose;

@@ -28,8 +28,6 @@ pub struct MeshWanted {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requirements {
     pub meshes: Vec<MeshWanted>,
-    /// Bodies whose night lamps the light meter reads.
-    pub lamps: Vec<NaifId>,
     /// Bodies whose table of multiple scattering ([`crate::scene::air_table`]) their draws read.
     pub scattering_tables: Vec<NaifId>,
     /// The maps of each body that is drawn, and what carries them.
@@ -44,6 +42,7 @@ pub struct Resources {
     pub meshes: BTreeMap<NaifId, Arc<Model>>,
     /// Height of the Sun over the shape's own horizon at each vertex of a mesh, in the Sun's radii; computed where it is not here.
     pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
+    /// For the light meter alone.
     pub lamps: BTreeMap<NaifId, Arc<Lamps>>,
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
 }

@@ -31,7 +31,7 @@ impl fmt::Display for Tier {
     }
 }
 
-/// Of one ray's light in each channel, against adaptive quadrature on new random rays in each run, through every air of the catalog (tests/air_bounds.rs).
+/// Of one ray's light in each channel, against adaptive quadrature on new random rays in each run, through every air of the catalog (tests/atmosphere/tier_bounds.rs).
 const RAY: &str = "each ray's light scattered once";
 /// Where a ray's light is less than this part of the brightest channel of the zenith under a Sun at 45 degrees, the error is told of that.
 pub const LEAST_OF_ZENITH: f64 = 1e-3;
@@ -52,7 +52,7 @@ pub fn of_air(tier: AirTier) -> Option<Tier> {
     }
 }
 
-/// `None` without an eclipse. The limb-darkened disc against integrals of forty digits, the simpler ones against it (tests/eclipse.rs).
+/// `None` without an eclipse. The limb-darkened disc against integrals of forty digits, the simpler ones against it (tests/eclipse/reference_tables.rs).
 pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
     let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
@@ -64,7 +64,7 @@ pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
     }
 }
 
-/// `None` without a shadow. Against the closed form (tests/rings.rs); the simpler one is taken where its edges stay within a part of a pixel.
+/// `None` without a shadow. Against the closed form (tests/rings/reference_tables.rs); the simpler one is taken where its edges stay within a part of a pixel.
 pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
     let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
@@ -89,7 +89,7 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
 ///
 /// In the plane both shadows are ellipses about the centre, as wide as the equator and 1 / sine or q / sine long, where q is half the height of the globe's outline
 /// seen from the Sun. In each direction the lengths' ratio lies between q and 1, so the edges are apart by at most 1 - q of the way to the farther one, which
-/// ends at the ring or at its own tip. Where both shadows leave the ring by its outer edge they are apart by their widths there at most. Measured by tests/rings.rs.
+/// ends at the ring or at its own tip. Where both shadows leave the ring by its outer edge they are apart by their widths there at most. Measured by tests/rings/reference_tables.rs.
 pub fn sphere_aside(polar: f64, sine: f64, outer: f64) -> f64 {
     let outline = (polar * polar * (1.0 - sine * sine) + sine * sine).sqrt();
     let half_width = |tip: f64| (1.0 - outer * outer / (tip * tip)).sqrt();

@@ -11,7 +11,7 @@ use glam::Vec4;
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Airs whose tables are kept in memory.
 const KEPT: usize = 64;
@@ -23,11 +23,28 @@ pub struct AirTables {
     held: Memo<String, Arc<Vec<Vec4>>>,
 }
 
-/// Names the table by all numbers that make it.
-fn digest(body: &Body) -> String {
+/// Digest of the sources that compute a table.
+fn code_digest(sources: &[&str]) -> [u8; 32] {
     let mut hash = Sha256::new();
+    for text in sources {
+        // Lengths in front, so that no two lists run together to the same bytes.
+        hash.update((text.len() as u64).to_le_bytes());
+        hash.update(text);
+    }
+    hash.finalize().into()
+}
+
+/// Names the table by the code that computes it and by all numbers that go in.
+fn digest(body: &Body) -> String {
+    static CODE: OnceLock<[u8; 32]> = OnceLock::new();
+    digest_with(CODE.get_or_init(|| code_digest(&air_table::SOURCES)), body)
+}
+
+fn digest_with(code: &[u8; 32], body: &Body) -> String {
+    let mut hash = Sha256::new();
+    hash.update(code);
     let mut put = |values: &[f64]| values.iter().for_each(|v| hash.update(v.to_le_bytes()));
-    put(&[f64::from(air_table::VERSION), body.radii_km.x]);
+    put(&[body.radii_km.x]);
     put(&body.map_target());
     if let Some(air) = &body.atmosphere {
         put(&[air.top_km]);
@@ -119,5 +136,38 @@ mod tests {
         let mut denser = pluto.clone();
         denser.atmosphere.as_mut().expect("air").top_km += 1.0;
         assert_ne!(digest(&denser), digest(pluto));
+    }
+
+    #[test]
+    fn an_edit_of_the_code_that_computes_a_table_renames_it() {
+        let catalog = Catalog::embedded();
+        let pluto = catalog.body(NaifId(999)).expect("Pluto");
+        for k in 0..air_table::SOURCES.len() {
+            let mut edited = air_table::SOURCES;
+            edited[k] = "// edited";
+            assert_ne!(digest_with(&code_digest(&edited), pluto), digest(pluto));
+        }
+    }
+
+    /// A source that uses more of scene than the sources that are in the digest, and the narrowing to f32, could change a table unseen.
+    #[test]
+    fn the_code_that_computes_a_table_is_all_in_the_digest() {
+        let covered = ["atmosphere::extinction", "camera"];
+        let used = |text: &str| -> Vec<String> {
+            let code = text.split("#[cfg(test)]").next().unwrap_or("").lines().map(|l| l.split("//").next().unwrap_or(""));
+            let code = code.collect::<Vec<_>>().join("\n");
+            let path = |rest: &str| -> String { rest.chars().take_while(|c| c.is_alphanumeric() || "_:".contains(*c)).collect() };
+            // A list of names ends the path of their module.
+            let module = |path: String| path.trim_end_matches("::").to_owned();
+            code.match_indices("crate::scene::").map(|(at, found)| module(path(&code[at + found.len()..]))).collect()
+        };
+        for source in air_table::SOURCES {
+            assert!(used(source).iter().all(|name| covered.contains(&name.as_str())), "{:?}", used(source));
+            // Whole paths only, but for the unit tests.
+            assert_eq!(source.matches("super::").count(), source.matches("use super::*;").count());
+            // Of the camera, only the narrowing.
+            assert_eq!(source.matches("camera::").count(), source.matches("camera::narrow(").count());
+        }
+        assert_eq!(used("use crate::scene::eclipse::{Shade};"), ["eclipse"]);
     }
 }

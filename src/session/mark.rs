@@ -4,7 +4,7 @@
 //! a request, every catalog, map, kernel and fragment that can change the picture changes the mark; no clock, path, number of threads or folder of a cache does. Not
 //! done: to tell two builds of one version apart by more than catalogs and shaders; to tell the GPU from software where either may draw.
 
-use super::{RendererWish, Session, is_exr};
+use super::{Session, is_exr};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, png_head_text, whole_exr, whole_png};
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
@@ -60,14 +60,8 @@ fn file_digest(path: &Path) -> String {
     read().unwrap_or_else(|_| "none".into())
 }
 
-/// What a session's pictures are made of, beside the request.
-pub(super) fn of_sources(
-    catalog: &Catalog,
-    kernel: Option<&Path>,
-    folders: &[PathBuf],
-    fragments_digest: String,
-    renderer: RendererWish,
-) -> BTreeMap<String, String> {
+/// The files that a session's pictures are made of.
+pub(super) fn of_sources(catalog: &Catalog, kernel: Option<&Path>, folders: &[PathBuf]) -> BTreeMap<String, String> {
     // What a source is called changes no picture.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
@@ -78,19 +72,12 @@ pub(super) fn of_sources(
     let found = files.flat_map(|name| folders.iter().map(move |f| (name, f.join(name)))).filter(|(_, path)| path.is_file());
     let own: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images = if own.is_empty() { "embedded".into() } else { hex_digest(own.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
-    let renderer = match renderer {
-        RendererWish::Auto => "auto",
-        RendererWish::Gpu => "gpu",
-        RendererWish::Software => "software",
-    };
     let of = |name: &str, value: String| (name.to_owned(), value);
     BTreeMap::from([
         of("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
         of("catalogs", hex_digest(bodies)),
         of("kernel", kernel.map_or("embedded".into(), file_digest)),
         of("images", images),
-        of("shaders", fragments_digest),
-        of("renderer", renderer.into()),
     ])
 }
 
@@ -249,10 +236,11 @@ impl Mark {
 impl Session {
     /// What decides the picture of a request that this session draws.
     pub fn mark(&self, request: &ViewRequest) -> Mark {
-        let sources = self.mark_sources.get_or_init(|| {
-            let fragments = generator::digest_with(&self.library.fragments(), &super::software::lowering().digest);
-            of_sources(&self.catalog, self.kernel.as_deref(), &self.folders, fragments, self.devices.wish())
-        });
-        Mark::new(&self.catalog, request, sources)
+        let sources = self.mark_sources.get_or_init(|| of_sources(&self.catalog, self.kernel.as_deref(), &self.folders));
+        let mut sources = sources.clone();
+        // A window changes both while it runs.
+        sources.insert("shaders".into(), self.library.generator().to_string());
+        sources.insert("renderer".into(), self.devices.wish().name().into());
+        Mark::new(&self.catalog, request, &sources)
     }
 }

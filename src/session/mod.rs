@@ -37,7 +37,7 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Body, Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{Letters, MapStore, Reading, SharedTexture, srgb_to_linear};
+use crate::image::{Letters, MapStore, Reading, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
@@ -52,6 +52,7 @@ use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::ThreadId;
@@ -141,7 +142,7 @@ pub struct Session {
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
 
-/// The built-in catalog under the `*.toml` files of a folder, in order of name.
+/// The built-in catalog under the `*.toml` files of a folder, in order of name. A `Cargo.toml`, as catalogs/ has one, is no catalog.
 ///
 /// # Errors
 /// A file that cannot be read, or every wrong field.
@@ -150,6 +151,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let failed = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
     let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
+    paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
     paths.sort();
     let mut files = Vec::new();
     for path in paths {
@@ -329,8 +331,15 @@ impl Session {
     /// The scene of a view. `prepare` is told what the view needs before anything of it is read.
     fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
         let start = || SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches);
-        let builder = self.measured(Stage::Scene, start)?;
-        let known = Resources { unreadable: self.unreadable(), ..Resources::default() };
+        let mut builder = self.measured(Stage::Scene, start)?;
+        let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
+        for body in builder.lamps_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
+            let lamps = self.measured(Stage::Maps, || self.lamps.get(body.id, || self.read_lamps(body)));
+            known.lamps.extend(lamps.map(|lamps| (body.id, lamps)));
+        }
+        if !known.lamps.is_empty() {
+            self.measured(Stage::Scene, || builder.meter_lamps(&known));
+        }
         let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
         prepare(&wanted);
         let resources = self.resources(&wanted);
@@ -341,11 +350,20 @@ impl Session {
         self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Remembers that a file cannot be read, and says so once.
-    fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) {
-        if self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned()) {
+    /// Remembers that a file cannot be read, and says so once. Whether that is new.
+    fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
+        let new = self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned());
+        if new {
             (self.say)(&line());
         }
+        new
+    }
+
+    /// The same of a map.
+    fn note_bad_map(&self, file: &str, why: &dyn Display) -> bool {
+        let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
+        let instead = if overlay { "without it" } else { "in its mean colour" };
+        self.note_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
     /// Reads and computes what a view needs. A shape model that cannot be read is said once.
@@ -361,12 +379,10 @@ impl Session {
                     }
                     resources.meshes.insert(body.id, model);
                 }
-                Err(why) => self.note_unreadable(&named.file, || format!("{why}; {} is drawn as its ellipsoid", body.name)),
+                Err(why) => {
+                    self.note_unreadable(&named.file, || format!("{why}; {} is drawn as its ellipsoid", body.name));
+                }
             }
-        }
-        for body in wanted.lamps.iter().filter_map(|id| self.catalog.body(*id)) {
-            let lamps = self.measured(Stage::Maps, || self.lamps.get(body.id, || self.read_lamps(body)));
-            resources.lamps.extend(lamps.map(|lamps| (body.id, lamps)));
         }
         for body in wanted.scattering_tables.iter().filter_map(|id| self.catalog.body(*id)) {
             resources.scattering_tables.insert(body.id, self.measured(Stage::Scene, || self.air_tables.get(body)));
@@ -387,12 +403,12 @@ impl Session {
         self.maps.bring(&maps);
         for (file, reading) in maps {
             if let Err(why) = self.maps.get_as(file, reading) {
-                self.note_unreadable(file, || format!("{why}; drawn in its mean colour"));
+                self.note_bad_map(file, &why);
             }
         }
         for (_, file, _) in overlays {
             if let Err(why) = self.maps.premultiplied(file) {
-                self.note_unreadable(file, || format!("{why}; drawn without it"));
+                self.note_bad_map(file, &why);
             }
         }
     }
@@ -403,7 +419,7 @@ impl Session {
         let map = self.maps.get_as(&night.file, plan::map_reading(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
         let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
-        let texels = level.bytes.chunks_exact(4).map(|texel| srgb_to_linear(f64::from(brightest(texel)) / 255.0));
+        let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
         Lamps::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 
@@ -412,11 +428,17 @@ impl Session {
     /// # Errors
     /// No scene, or a module that cannot be made.
     pub fn plan(&self, request: &ViewRequest, fineness: Fineness) -> Result<(Scene, Plan), SessionError> {
-        let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
-        let modules = plan::modules(&scene);
-        self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-        let plan = self.measured(Stage::Plan, || plan::plan(&scene, self, fineness))?;
-        Ok((scene, plan))
+        loop {
+            let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
+            let modules = plan::modules(&scene);
+            self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
+            match self.measured(Stage::Plan, || plan::plan(&scene, self, fineness)) {
+                Ok(plan) => return Ok((scene, plan)),
+                // A map that the requirements did not name; without it the scene is another one.
+                Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
+                Err(e) => return Err(e.into()),
+            }
+        }
     }
 
     /// What is drawn in which order for a view, for a reader.

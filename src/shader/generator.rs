@@ -16,7 +16,6 @@ macro_rules! sources {
 sources![
     "scene/draw/mod.rs",
     "scene/draw/needs.rs",
-    "shader/assembly.rs",
     "shader/compare.rs",
     "shader/emit.rs",
     "shader/fragments.rs",

@@ -2,7 +2,6 @@
 //!
 //! [`key`] says what to draw, [`mod@emit`] writes the WGSL, [`module`] parses, validates, reflects and lowers it, [`library`] keeps the result.
 
-pub mod assembly;
 pub mod compare;
 pub mod emit;
 pub mod fragments;

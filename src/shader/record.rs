@@ -1,10 +1,8 @@
 //! Recorded digests of modules, and why a module is no longer what was recorded.
 //!
-//! In: which modules. Out: a text of one line per fragment and per module (a name as how many of its parts the name before it has too, and
-//! two letters for each part after: thousands of keys stay within 100 kB), and the list of changes between two such records, each
-//! with its reason: a fragment that changed, the emitter, or naga. Every module is emitted, parsed, validated and lowered; those of the
-//! covering sets are translated as well. Only digests are kept of it: the modules of all keys together would fill gigabytes. Not here: where
-//! the record lies.
+//! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each with its
+//! reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; those of the covering sets are
+//! translated as well. The record keeps digests alone: the modules of all keys together would fill gigabytes. Not here: the record's path.
 
 use super::fragments::{FRAGMENTS, Fragments, SIMPLE_MODULES, probe_samples};
 use super::generator::{hex, naga_version};
@@ -16,17 +14,20 @@ use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-fn hash_of(parts: &[&str]) -> impl AsRef<[u8]> {
+/// The first 64 bits of SHA-256 over the parts and their lengths, as 16 hexadecimal digits.
+fn digest_of(parts: &[&str]) -> String {
     let mut hash = Sha256::new();
     for part in parts {
         hash.update((part.len() as u64).to_le_bytes());
         hash.update(part);
     }
-    hash.finalize()
+    hex(&hash.finalize()[..DIGITS / 2])
 }
 
-fn short_digest(parts: &[&str]) -> String {
-    hex(&hash_of(parts).as_ref()[..6])
+const DIGITS: usize = 16;
+
+fn is_digest(word: &str) -> bool {
+    word.len() == DIGITS && word.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
 }
 
 /// Digests of one module.
@@ -34,48 +35,8 @@ fn short_digest(parts: &[&str]) -> String {
 struct Digests {
     /// Of the emitted text.
     wgsl: String,
-    /// Of its translations to every other language; empty where it is not translated.
-    translations: String,
-}
-
-/// Letters (of 64) kept of a module's digests: one change in 16 million of its text would be missed, one in 4096 of what naga makes of
-/// it, and naga changes all modules at a time.
-const WGSL_LETTERS: usize = 4;
-const TRANSLATION_LETTERS: usize = 2;
-const LETTERS: &[u8; 64] = b"0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_-";
-
-/// A digest in letters, six bits each.
-fn lettered(parts: &[&str]) -> String {
-    hash_of(parts).as_ref().iter().take(WGSL_LETTERS).map(|b| char::from(LETTERS[usize::from(b % 64)])).collect()
-}
-
-impl Digests {
-    fn of(wgsl: &str, translations: &str) -> Self {
-        let first = |text: &str, letters: usize| text.chars().take(letters).collect();
-        Self { wgsl: first(wgsl, WGSL_LETTERS), translations: first(translations, TRANSLATION_LETTERS) }
-    }
-}
-
-/// Two letters for the part of that number.
-fn code(number: usize) -> [char; 2] {
-    [number / LETTERS.len() % LETTERS.len(), number % LETTERS.len()].map(|n| char::from(LETTERS[n]))
-}
-
-/// The number that a letter stands for.
-fn number(letter: u8) -> Option<usize> {
-    LETTERS.iter().position(|l| *l == letter)
-}
-
-/// A name from its short form: how many parts of the name before it starts with, then the numbers of the others.
-fn name_of(short: &str, before: &str, parts: &[String]) -> Option<String> {
-    let (&kept, rest) = short.as_bytes().split_first()?;
-    let mut name: Vec<&str> = before.split('.').collect();
-    let kept = number(kept).filter(|n| *n <= name.len() && rest.len() % 2 == 0)?;
-    name.truncate(kept);
-    for pair in rest.chunks_exact(2) {
-        name.push(parts.get(number(pair[0])? * LETTERS.len() + number(pair[1])?)?);
-    }
-    Some(name.join("."))
+    /// Of its translations to all other languages together; `None` where the module is not translated.
+    translations: Option<String>,
 }
 
 /// Digests by fragment path and by module name.
@@ -104,7 +65,7 @@ pub struct Change {
 impl Record {
     /// An empty record of the fragments and the naga that this program has.
     pub fn new() -> Self {
-        let fragments = FRAGMENTS.iter().map(|(name, text)| ((*name).to_owned(), short_digest(&[text]))).collect();
+        let fragments = FRAGMENTS.iter().map(|(name, text)| ((*name).to_owned(), digest_of(&[text]))).collect();
         Self { naga: naga_version().unwrap_or("unknown").to_owned(), fragments, modules: BTreeMap::new() }
     }
 
@@ -121,26 +82,14 @@ impl Record {
             "# Digests of every generated module, of all reachable keys and the covering sets. `orrery shader verify` compares and\n\
              # explains; `orrery shader verify --update` records anew.\n\
              # fragment <path> <digest>\n\
-             # part <part of a name>, numbered from 0\n\
-             # <how many parts the name before has too, numbers of the other parts> <emitted WGSL> <all translations together, where done>\n",
+             # <module> <digest of the emitted WGSL> <digest of all translations together, where the module is translated>\n",
         );
         let _ = writeln!(text, "naga {}", self.naga);
         for (name, digest) in &self.fragments {
             let _ = writeln!(text, "fragment {name} {digest}");
         }
-        let distinct: BTreeSet<&str> = self.modules.keys().flat_map(|name| name.split('.')).collect();
-        let numbers: BTreeMap<&str, usize> = distinct.into_iter().zip(0..).collect();
-        for part in numbers.keys() {
-            let _ = writeln!(text, "part {part}");
-        }
-        let mut before: Vec<&str> = Vec::new();
         for (name, d) in &self.modules {
-            let parts: Vec<&str> = name.split('.').collect();
-            let same = before.iter().zip(&parts).take_while(|(a, b)| a == b).count();
-            text.push(char::from(LETTERS[same]));
-            text.extend(parts[same..].iter().flat_map(|part| code(numbers[part])));
-            let _ = writeln!(text, "{}", format!(" {} {}", d.wgsl, d.translations).trim_end());
-            before = parts;
+            let _ = writeln!(text, "{}", [name.as_str(), &d.wgsl, d.translations.as_deref().unwrap_or_default()].join(" ").trim_end());
         }
         text
     }
@@ -148,19 +97,16 @@ impl Record {
     /// Reads the text form.
     pub fn parse(text: &str) -> Result<Self, RecordError> {
         let mut record = Self::default();
-        let (mut before, mut parts) = (String::new(), Vec::new());
         for (line, content) in (1..).zip(text.lines()) {
             let words: Vec<&str> = content.split_whitespace().collect();
             match words[..] {
                 [] => {}
                 [first, ..] if first.starts_with('#') => {}
                 ["naga", version] => version.clone_into(&mut record.naga),
-                ["fragment", name, digest] => drop(record.fragments.insert(name.into(), digest.into())),
-                ["part", part] => parts.push(part.to_owned()),
-                [short, wgsl, ..] if words.len() <= 3 => {
-                    let Some(name) = name_of(short, &before, &parts) else { return Err(RecordError { line, text: content.to_owned() }) };
-                    before.clone_from(&name);
-                    record.modules.insert(name, Digests::of(wgsl, words.get(2).copied().unwrap_or_default()));
+                ["fragment", path, digest] if is_digest(digest) => drop(record.fragments.insert(path.into(), digest.into())),
+                [name, wgsl, ref translations @ ..] if translations.len() <= 1 && words[1..].iter().all(|w| is_digest(w)) => {
+                    let translations = translations.first().map(|d| (*d).to_owned());
+                    record.modules.insert(name.to_owned(), Digests { wgsl: wgsl.to_owned(), translations });
                 }
                 _ => return Err(RecordError { line, text: content.to_owned() }),
             }
@@ -239,8 +185,8 @@ impl Verified {
                 let others = Language::ALL.into_iter().filter(|l| *translated && !l.is_for_reading());
                 let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-                let translations = if texts.is_empty() { String::new() } else { lettered(&texts) };
-                Ok((m.id.to_string(), Digests::of(&lettered(&[&m.wgsl]), &translations), m.source_map.fragments))
+                let translations = translated.then(|| digest_of(&texts));
+                Ok((m.id.to_string(), Digests { wgsl: digest_of(&[&m.wgsl]), translations }, m.source_map.fragments))
             });
             done();
             made
@@ -277,23 +223,38 @@ pub fn changes_text(changes: &[Change]) -> String {
 mod tests {
     use super::*;
 
-    fn record(naga: &str, fragment: &str, wgsl: &str, translations: &str) -> Record {
-        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\npart k\n000 {wgsl} {translations}\n")).expect("reads")
+    /// A digest of that digit alone.
+    fn digest(digit: char) -> String {
+        digit.to_string().repeat(DIGITS)
+    }
+
+    fn record(naga: &str, fragment: char, wgsl: char, translations: char) -> Record {
+        let [fragment, wgsl, translations] = [fragment, wgsl, translations].map(digest);
+        Record::parse(&format!("naga {naga}\nfragment a.wgsl {fragment}\nk {wgsl} {translations}\n")).expect("reads")
     }
 
     #[test]
     fn text_round_trips_and_bad_lines_are_named() {
-        let r = record("1.2.3", "f", "w", "t");
+        let r = record("1.2.3", 'f', 'a', 'b');
         assert_eq!(Record::parse(&r.to_text()), Ok(r));
-        assert_eq!(Record::parse("naga 1\n000\n").expect_err("short").line, 2);
-        let untranslated = Record::parse("naga 1\npart k\n000 w\n").expect("reads");
-        assert_eq!(Record::parse(&untranslated.to_text()), Ok(untranslated));
-        let several = Record::parse("naga 1\npart lambert\npart sky\npart sun1\npart sun2\n00002 w t\n103 x u\n001 y v\n").expect("reads");
-        assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "lambert.sun2", "sky"]);
+        let (a, b) = (digest('a'), digest('b'));
+        let several = Record::parse(&format!("naga 1\nsky {a} {b}\nlambert.sun1 {b}\n")).expect("reads");
+        assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "sky"]);
+        assert_eq!(several.modules["lambert.sun1"].translations, None);
         assert_eq!(Record::parse(&several.to_text()), Ok(several));
-        for wrong in ["200 z", "009 z", "00 z", "0%% z"] {
-            assert_eq!(Record::parse(&format!("part k\n000 w\n{wrong}\n")).expect_err(wrong).line, 3);
+        for wrong in
+            ["sky".to_owned(), format!("sky {}", &a[1..]), format!("sky {a}0"), format!("sky {}", digest('A')), format!("sky {a} {b} {b}")]
+        {
+            assert_eq!(Record::parse(&format!("naga 1\n{wrong}\n")).expect_err(&wrong).line, 2);
         }
+    }
+
+    #[test]
+    fn digests_tell_texts_and_their_bounds_apart() {
+        assert!(is_digest(&digest_of(&["a"])));
+        assert_ne!(digest_of(&["ab", "c"]), digest_of(&["a", "bc"]));
+        // SHA-256 of eight zero bytes: of one empty part.
+        assert_eq!(digest_of(&[""]), "af5570f5a1810b7a");
     }
 
     #[test]
@@ -303,11 +264,11 @@ mod tests {
             let new = Verified { record: new.clone(), fragments_of };
             old.changes(&new).iter().map(|c| format!("{} {}", c.module, c.what)).collect::<Vec<_>>()
         };
-        let old = record("1", "f", "w", "t");
+        let old = record("1", 'f', 'a', 'b');
         assert!(why(&old, &old).is_empty());
-        assert!(why(&old, &record("1", "F", "W", "T"))[0].contains("k has another text: shaders/a.wgsl changed"));
-        assert!(why(&old, &record("1", "f", "W", "T"))[0].contains("the emitter"));
-        assert!(why(&old, &record("2", "f", "w", "T"))[0].contains("naga went from 1 to 2"));
+        assert!(why(&old, &record("1", 'e', 'c', 'd'))[0].contains("k has another text: shaders/a.wgsl changed"));
+        assert!(why(&old, &record("1", 'f', 'c', 'd'))[0].contains("the emitter"));
+        assert!(why(&old, &record("2", 'f', 'a', 'd'))[0].contains("naga went from 1 to 2"));
         assert!(why(&old, &Record::default())[0].contains("is gone"));
         assert!(why(&Record::default(), &old)[0].contains("is new"));
     }

@@ -1,8 +1,8 @@
 //! A module in the languages that GPUs and people read, by naga's own writers.
 
 use super::ShaderModule;
-use super::assembly::assembly;
 use naga::back;
+use rspirv::binary::Disassemble;
 use std::fmt;
 
 /// A language that a module can be written in.
@@ -76,7 +76,7 @@ pub fn translate(m: &ShaderModule, language: Language) -> Result<String, Transla
             let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
             let words = back::spv::write_vec(&m.module, &m.info, &options, None).map_err(|e| failed(e.to_string()))?;
             Ok(match language {
-                Language::Assembly => assembly(&words),
+                Language::Assembly => rspirv::dr::load_words(&words).map_err(|e| failed(e.to_string()))?.disassemble(),
                 _ => words.iter().map(|w| format!("{w:08x}\n")).collect(),
             })
         }

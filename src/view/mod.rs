@@ -1,26 +1,13 @@
-//! The window: browse the system, run time, switch effects, read what draws it.
+//! The window: browse the system, run time, set effects, inspect the shaders of what is drawn.
 //!
-//! In: a session, input. Out: a window, shown by the device that draws its pictures, or by the processor where none does. It computes no positions and no
+//! In: a session and input events. Out: a window, displayed by the GPU that draws the images, or by the CPU. It computes no positions and no
 //! light of its own.
+//!
+//! `app` holds the state and how actions change it; `link` writes and reads views as text; `worker` draws and answers off the window's
+//! thread; `panels` is the interface, which needs no window; `window` is the event loop and the ways to get pixels on screen.
 
-pub mod adaptation;
-mod answers;
-pub mod first;
-pub mod flight;
-pub mod interface;
-pub mod kept;
-pub mod moments;
-pub mod names;
-pub mod orbit;
-pub mod pace;
-pub mod paint;
-pub mod pieces;
-pub mod place;
-pub mod present;
-pub mod settings;
-pub mod sight;
-pub mod studio;
-pub mod tempo;
-pub mod viewer;
-pub mod watch;
+pub mod app;
+pub mod link;
+pub mod panels;
 pub mod window;
+pub mod worker;

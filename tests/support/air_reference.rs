@@ -1,9 +1,9 @@
-//! Sunlight scattered once into a ray through spherical shells of air: what tests/air.rs holds the shaders against.
+//! Sunlight scattered once into a ray through spherical shells of air: what tests/atmosphere/single_scattering.rs holds the shaders against.
 //!
 //! In: an air, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
 //! pieces cut where the integrand or a derivative of it jumps: the tent's knots on the ray and on the tangent points of the Sun's light, the ray's perigee, the
 //! edges of the planet's shadow. Columns: 12 points of Gauss-Legendre on shells of 2.5 scale heights, the tent in closed form. Nothing is shared with the
-//! program. Held against the table of tests/data/rayleigh_reference_public.json by tests/air_bounds.rs. Lengths: planet radii.
+//! program. Held against the table of tests/data/rayleigh_reference_public.json by tests/atmosphere/tier_bounds.rs. Lengths: planet radii.
 
 use glam::DVec3;
 

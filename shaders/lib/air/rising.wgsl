@@ -4,7 +4,7 @@
 // (src/scene/air_nodes.rs): Gauss and Legendre's in w, with the gas's density 1 - w^2 over the lower end, which makes the integrand smooth for
 // steep and for grazing rays alike. What depends on the height alone is then the same for all pixels, optical depths of whole ways are
 // closed forms, and half as many samples as lib/air/scatter.wgsl has do. Through thick air the light comes from a small part of the heights, which
-// differs from ray to ray: that is left to lib/air/scatter.wgsl. Errors: tests/air_bounds.rs.
+// differs from ray to ray: that is left to lib/air/scatter.wgsl. Errors: tests/atmosphere/tier_bounds.rs.
 
 //: use lib/air/columns.wgsl
 //: use lib/air/counts.wgsl

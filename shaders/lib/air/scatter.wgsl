@@ -5,7 +5,7 @@
 // Gaussian of a grazing ray and the exponential of a steep one are both smooth. Optical depths of whole ways are closed forms (lib/air/columns.wgsl), so that
 // neither the knots of an absorbing layer nor the steps before a sample add to the error. Through thick air the light comes from the thin air high
 // up or from near the camera: w then stands for a larger scale height, and more samples lie near the camera. Left out: light scattered more than
-// once, refraction, the Sun's width. Errors: tests/air_bounds.rs.
+// once, refraction, the Sun's width. Errors: tests/atmosphere/tier_bounds.rs.
 
 //: use lib/draw.wgsl
 //: use lib/air/columns.wgsl
@@ -23,7 +23,7 @@
 //: end
 
 // Growth of the scale height with the logarithm of the optical depth, and of the samples' density at the camera's end with its root. Of 0 to 0.8 and
-// 0 to 2 these had the least error on rays like those of tests/air_bounds.rs.
+// 0 to 2 these had the least error on rays like those of tests/atmosphere/tier_bounds.rs.
 const DEEPER = 0.6;
 const NEARER = 0.8;
 

@@ -3,8 +3,9 @@
 // The air's limb is a stack of layers. A ray that passes at some height arrives as if it came straight, but left the Sun elsewhere: each
 // layer's ring on the sky shows a ring of the Sun's disc, larger or smaller by the bending, dimmed by what the layer lets through.
 // Radiance is kept along a ray, so a layer's light is its own ring's area times the part of it that shows the Sun. Within a layer the
-// part is the mean over its ring of the Sun's disc; the limb's darkening is taken in the middle of the arc. The edges, bendings and
-// transmissions come from scene.
+// part is the mean over its ring of the Sun's disc; the limb's darkening is that of two places of the arc: its middle, and one so near its end
+// that the means of mu and of mu squared come out within 0.5 % where the arc ends at the Sun's limb. Against an integral over the limb: 2 % in red, 3 % in
+// green, 14 % in blue where next to none is left (tests/atmosphere/refracted_limb.rs). The edges, bendings and transmissions come from scene.
 
 //: use lib/draw.wgsl
 
@@ -38,11 +39,11 @@ fn refracted_light(centre: vec2f, depth: f32, scale: f32) -> vec3f {
             // Rings are counted by their signed areas: a layer may send light from both sides of the axis.
             let ring = 3.14159265359 * (above * abs(above) - below * abs(below));
             let shows = clamp((area_above - area_below) / max(ring, 1.0e-9), 0.0, 1.0);
-            let half_arc = max(3.14159265359 * shows, 1.0e-3);
             let radius = 0.5 * abs(above + below);
-            let from_centre = radius * radius + distance * distance - 2.0 * radius * distance * sin(half_arc) / half_arc;
-            let mu = sqrt(clamp(1.0 - from_centre, 0.0, 1.0));
-            let radiance = draw.eclipse_limb[0].xyz + mu * draw.eclipse_limb[1].xyz + mu * mu * draw.eclipse_limb[2].xyz;
+            let across = vec2f(1.0, cos(0.82 * 3.14159265359 * shows));
+            let mu_sq = clamp(1.0 - radius * radius - distance * distance + 2.0 * radius * distance * across, vec2f(0.0), vec2f(1.0));
+            let mu_sums = 0.5 * vec2f(sqrt(mu_sq.x) + sqrt(mu_sq.y), mu_sq.x + mu_sq.y);
+            let radiance = draw.eclipse_limb[0].xyz + mu_sums.x * draw.eclipse_limb[1].xyz + mu_sums.y * draw.eclipse_limb[2].xyz;
             let own_ring = 3.14159265359 * (edges.z - edges.x) * (edges.z + edges.x) * scale * scale;
             light += radiance * draw.caster_air_passes[k].xyz * (own_ring * shows);
             below = above;

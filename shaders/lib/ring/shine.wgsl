@@ -2,7 +2,7 @@
 //
 // Rows are heights over the ring's plane, close together at the equator (squares), those of the Sun's side first; columns are hour angles from
 // the Sun, even in angle. Texels hold light over height, so that the equator, which sees the ring's edge, gets none. Linear between them: off by
-// 1 % of the brightest place at most (tests/ring_shine.rs).
+// 1 % of the brightest place at most (tests/rings/ring_shine.rs).
 
 //: use lib/draw.wgsl
 

@@ -13,7 +13,7 @@ use crate::units::JD_J2000;
 use glam::{DMat3, DVec3};
 
 /// The PCK that ships inside the program.
-pub const EMBEDDED_PCK: &str = include_str!("../../../catalogs/pck00011.tpc");
+pub use orrery_catalogs::PLANETARY_CONSTANTS as EMBEDDED_PCK;
 
 /// Right-handed rotation of the axes by `angle_rad` about z: R3 of the literature.
 fn axes_turned_about_z(angle_rad: f64) -> DMat3 {

@@ -19,10 +19,10 @@ struct Drift {
 /// where a line says otherwise.
 fn drift(body: NaifId) -> Drift {
     let (at_epoch_deg, deg_per_yr, deg_per_yr2) = match body.0 {
-        // Mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, its plane within 0.01 in 2000 and 0.1 in 1900 (tests/satellites.rs); Mars'
+        // Mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, its plane within 0.01 in 2000 and 0.1 in 1900 (tests/ephemeris/satellites.rs); Mars'
         // oblateness moves it by 3/2 J2 (R/a)^2 = 0.02 degrees within an orbit, which is left out.
         401 => (0.1, 1.5e-3, 0.0),
-        // 3.8 degrees from the IAU's meridian over 2000 to 2041 (tests/satellites.rs).
+        // 3.8 degrees from the IAU's meridian over 2000 to 2041 (tests/ephemeris/satellites.rs).
         808 => (4.3, 0.08, 0.0),
         402 => (1.1, 0.004, 0.0),
         505 => (1.1, 0.1, 0.0),
@@ -42,7 +42,7 @@ fn drift(body: NaifId) -> Drift {
         618 => (1.1, 4.5, 0.0),
         701..=705 => (1.1, 0.012, 0.0),
         715 => (1.1, 0.18, 0.0),
-        // 2.7 degrees from the IAU's meridian in 1900 and in 2000 alike (tests/satellites.rs).
+        // 2.7 degrees from the IAU's meridian in 1900 and in 2000 alike (tests/ephemeris/satellites.rs).
         801 => (3.0, 0.01, 0.0),
         901 => (1.1, 0.001, 0.0),
         807 => (1.1, 0.24, 0.0),

@@ -65,7 +65,7 @@ impl GalileanL12 {
     }
 }
 
-/// Bound of the error, km: the short series against JPL's jup365 in 1931-1933 and 2068 (tests/satellites.rs) are off by at most 353
+/// Bound of the error, km: the short series against JPL's jup365 in 1931-1933 and 2068 (tests/ephemeris/satellites.rs) are off by at most 353
 /// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); a third is added for the dates between. More than 70 years from 2000 it grows; no
 /// more than the orbit's width is ever stated.
 pub fn error_km(index: usize, t: Instant) -> f64 {

@@ -15,9 +15,6 @@ use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
 use glam::{DMat3, DVec2};
 use serde::Deserialize;
 
-static GALILEAN_TABLE: &str = include_str!("../../../catalogs/galilean_l12.json");
-static SATURN_TABLE: &str = include_str!("../../../catalogs/saturn_tass17.json");
-
 /// Both theories, their tables read once.
 #[derive(Debug)]
 pub struct Theories {
@@ -30,8 +27,8 @@ impl Theories {
     pub fn embedded() -> Result<Self, EphemerisError> {
         let wrong = |file: &str, e: serde_json::Error| EphemerisError(format!("{file}: {e}"));
         Ok(Self {
-            galilean: galilean::GalileanL12::parse(GALILEAN_TABLE).map_err(|e| wrong("galilean_l12.json", e))?,
-            saturn: tass::Tass17::parse(SATURN_TABLE).map_err(|e| wrong("saturn_tass17.json", e))?,
+            galilean: galilean::GalileanL12::parse(orrery_catalogs::GALILEAN_THEORY).map_err(|e| wrong("galilean_l12.json", e))?,
+            saturn: tass::Tass17::parse(orrery_catalogs::SATURN_THEORY).map_err(|e| wrong("saturn_tass17.json", e))?,
         })
     }
 }

@@ -104,7 +104,7 @@ impl Tass17 {
 }
 
 /// Bound of the error, km. Not measured here: no newer solution of Saturn's moons was at hand. What is measured is that the sums are right
-/// to metres and that the moons face Saturn (tests/satellites.rs). More than a century from 2000 it grows; no more than the orbit's width is
+/// to metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 it grows; no more than the orbit's width is
 /// ever stated.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);

@@ -64,14 +64,15 @@ impl SoftwareRenderer {
         if !(x0..x1).contains(&x) || !(y0..y1).contains(&y) {
             return Ok(None);
         }
+        let entries = Entries { vertex: own_outputs(vertex), fragment: fragment.program };
+        let bound = self.bind::<R>(draw, &entries, &[])?;
         let one = PlanDraw {
-            vertices: nearest_triangle(draw, &module.layout, [width, height], [x, y]).unwrap_or_else(|| draw.vertices.clone()),
+            vertices: nearest_triangle(draw, &bound.vertex, [width, height], [x, y])?.unwrap_or_else(|| draw.vertices.clone()),
             scissor: [x, y, x + 1, y + 1],
             blend: Blend::Replace,
             depth: DepthState { test: false, write: false },
             ..draw.clone()
         };
-        let entries = Entries { vertex: own_outputs(vertex), fragment: fragment.program };
         let pass = Pass {
             name: "pixel",
             width,
@@ -82,8 +83,6 @@ impl SoftwareRenderer {
             depth: false,
             draws: vec![one],
         };
-        let Some(draw) = pass.draws.first() else { return Ok(None) };
-        let bound = self.bind::<R>(draw, &entries, &[])?;
         let lane = (y % 2 * 2 + x % 2) as usize;
         let watched = Watched { inner: &bound.fragment, lane, seen: Mutex::default() };
         let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, fragment: &watched }])?;

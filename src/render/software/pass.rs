@@ -6,13 +6,12 @@
 use super::RenderError;
 use super::math::Real;
 use super::raster::coverage::{TILE, TilePixels};
-use super::raster::setup::Geometry;
-use super::shade::{Batch, FragmentPlan, TileShader};
+use super::shade::{Batch, DrawJob, FragmentPlan, TileShader};
 use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{TileTarget, unorm8};
 use super::timings::PassTimings;
 use super::vertex::{Assembled, assemble};
-use crate::render::plan::{Blend, ColourFormat, ModuleName, Pass, PlanDraw};
+use crate::render::plan::{ColourFormat, ModuleName, Pass, PlanDraw};
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
@@ -22,16 +21,6 @@ use std::time::Instant;
 pub struct DrawStages<'a, R: Real> {
     pub vertex: &'a dyn LaneProgram<R>,
     pub fragment: &'a dyn LaneProgram<R>,
-}
-
-/// A draw ready for its tiles.
-pub struct DrawJob<'a, R: Real> {
-    pub geometry: Geometry,
-    pub fragment: &'a dyn LaneProgram<R>,
-    pub fragment_plan: FragmentPlan,
-    pub blend: Blend,
-    /// The target takes what the pixel cost in place of what it shows.
-    pub counts_work: bool,
 }
 
 /// The resolved colour of a pass, rows top first.

@@ -6,13 +6,12 @@
 
 use super::exec::LaneMask;
 use super::math::Real;
-use super::pass::DrawJob;
 use super::program::{LaneInput, LaneOutput};
 use super::raster::coverage::{TilePixels, quad_place, sample_positions, walk_tile};
-use super::raster::setup::{Plane, SUBPIXEL, Surface};
-use super::stage::{LANES, LaneRun};
+use super::raster::setup::{Geometry, Plane, SUBPIXEL, Surface};
+use super::stage::{LANES, LaneProgram, LaneRun};
 use super::tiles::TileTarget;
-use crate::render::plan::{DepthState, SHOWN_PER_READ};
+use crate::render::plan::{Blend, DepthState, SHOWN_PER_READ};
 
 const QUADS: usize = LANES / 4;
 
@@ -76,6 +75,16 @@ impl FragmentPlan {
     pub fn uses_depth(&self) -> bool {
         self.depth.test || self.depth.write
     }
+}
+
+/// A draw ready for its tiles.
+pub struct DrawJob<'a, R: Real> {
+    pub geometry: Geometry,
+    pub fragment: &'a dyn LaneProgram<R>,
+    pub fragment_plan: FragmentPlan,
+    pub blend: Blend,
+    /// The target takes what the pixel cost in place of what it shows.
+    pub counts_work: bool,
 }
 
 /// One tile under work on one thread.

@@ -83,28 +83,54 @@ fn length(attribute: &Attribute) -> usize {
     attribute.values.len() / (attribute.components as usize).max(1)
 }
 
-/// Runs the vertex program and sets up the draw's triangles for a target of the given size.
-pub fn assemble<R: Real>(
-    draw: &PlanDraw,
-    vertex: &dyn LaneProgram<R>,
-    fragment_inputs: &[LaneInput],
-    width: u32,
-    height: u32,
-) -> Result<Assembled, RenderError> {
-    let varyings = link(&draw.label, vertex.outputs(), fragment_inputs)?;
+/// What the vertex program gives for every vertex of every instance.
+pub struct ShadedVertices {
+    /// For each vertex its clip position, then the varyings.
+    values: Vec<f64>,
+    varyings: usize,
+    /// Vertices of one instance.
+    count: usize,
+}
+
+impl ShadedVertices {
+    /// Clip position and varyings of a vertex.
+    fn row(&self, instance: usize, vertex: usize) -> &[f64] {
+        let stride = 4 + self.varyings;
+        &self.values[(instance * self.count + vertex) * stride..][..stride]
+    }
+
+    /// Clip position of a vertex of the first instance; `None` where there is no such vertex.
+    pub fn position(&self, vertex: u32) -> Option<[f64; 4]> {
+        ((vertex as usize) < self.count && !self.values.is_empty()).then(|| {
+            let row = self.row(0, vertex as usize);
+            [row[0], row[1], row[2], row[3]]
+        })
+    }
+}
+
+/// Runs the vertex program alone, for the clip positions of a draw's vertices.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>) -> Result<ShadedVertices, RenderError> {
+    shade(draw, vertex, &[])
+}
+
+/// Runs the vertex program on every vertex of every instance.
+fn shade<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>, varyings: &[Varying]) -> Result<ShadedVertices, RenderError> {
     let position =
         [0, 1, 2, 3].map(|k| vertex.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
     let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
         return Err(RenderError::NoPosition { draw: draw.label.clone() });
     };
-    let (vertex_attributes, indices, vertex_count) = match &draw.vertices {
-        Vertices::Count(n) => (&[][..], None, *n as usize),
+    let (vertex_attributes, vertex_count) = match &draw.vertices {
+        Vertices::Count(n) => (&[][..], *n as usize),
         Vertices::Mesh { attributes, indices } => {
             let count = attributes.iter().map(length).min().unwrap_or(0);
             if let Some(index) = indices.iter().find(|i| **i as usize >= count) {
                 return Err(RenderError::Index { draw: draw.label.clone(), index: *index, vertices: count });
             }
-            (attributes.as_slice(), Some(indices.as_slice()), count)
+            (attributes.as_slice(), count)
         }
     };
     let instances = draw.instances.count as usize;
@@ -114,7 +140,6 @@ pub fn assemble<R: Real>(
     }
     let sources = vertex.inputs().iter().map(|i| source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
 
-    let start = Instant::now();
     let total = vertex_count.saturating_mul(instances);
     let scalars = 4 + varyings.len();
     // Per vertex: clip position, then the varyings.
@@ -150,22 +175,40 @@ pub fn assemble<R: Real>(
             }
         },
     );
+    Ok(ShadedVertices { values: shaded, varyings: varyings.len(), count: vertex_count })
+}
+
+/// Runs the vertex program and sets up the draw's triangles for a target of the given size.
+///
+/// # Errors
+/// Attributes or varyings that do not fit the programs, an index beyond the vertices, or too little memory.
+pub fn assemble<R: Real>(
+    draw: &PlanDraw,
+    vertex: &dyn LaneProgram<R>,
+    fragment_inputs: &[LaneInput],
+    width: u32,
+    height: u32,
+) -> Result<Assembled, RenderError> {
+    let varyings = link(&draw.label, vertex.outputs(), fragment_inputs)?;
+    let start = Instant::now();
+    let shaded = shade(draw, vertex, &varyings)?;
     let vertex_seconds = start.elapsed().as_secs_f64();
 
+    let indices = match &draw.vertices {
+        Vertices::Count(_) => None,
+        Vertices::Mesh { indices, .. } => Some(indices.as_slice()),
+    };
+    let instances = draw.instances.count as usize;
     let start = Instant::now();
     let [x0, y0, x1, y1] = draw.scissor;
     let bounds = Bounds { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
-    let corners = indices.map_or(vertex_count, <[u32]>::len);
+    let corners = indices.map_or(shaded.count, <[u32]>::len);
     let per_instance = corners / 3;
     let set_up_range = |range: std::ops::Range<usize>| {
         let mut geometry = Geometry::default();
         for triangle in range {
             let (instance, first) = (triangle / per_instance, triangle % per_instance * 3);
-            let rows = [first, first + 1, first + 2].map(|c| {
-                let vertex = indices.map_or(c, |i| i[c] as usize);
-                let at = (instance * vertex_count + vertex) * scalars;
-                &shaded[at..at + scalars]
-            });
+            let rows = [first, first + 1, first + 2].map(|c| shaded.row(instance, indices.map_or(c, |i| i[c] as usize)));
             let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
             let carried = varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
             geometry.reserve(varyings.len())?;

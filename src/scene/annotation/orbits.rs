@@ -8,6 +8,7 @@
 use crate::ephemeris::{Ephemeris, State};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
+use crate::scene::numeric::smoothstep;
 use crate::scene::placed::Placed;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -83,8 +84,7 @@ impl Ellipse {
 
 /// A line of sight's strength by the size of the whole ellipse on the screen.
 fn by_size(half_length_px: f64) -> f64 {
-    let t = ((half_length_px - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+    smoothstep((half_length_px - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0))
 }
 
 /// Half the ellipse's length on the screen as seen from outside it, pixels; what is around the camera is as large as the frame.

@@ -4,7 +4,8 @@
 //! frame where the ground is the unit sphere. Not here: how the light is summed (shaders/lib/air).
 
 use crate::catalog::{Atmosphere, Body, Species};
-use crate::scene::atmosphere::species::{density, extinction, gas, haze, layer, scattering, vertical_depth};
+use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
+use crate::scene::atmosphere::species::{gas, haze, layer, vertical_depth};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AirAmounts, AirTier, Amounts};
 use crate::scene::purpose::Bound;
@@ -203,16 +204,12 @@ impl<'a> Around<'a> {
         let start = from.dot(along);
         let low = from.length_squared() - 1.0 - start * start;
         let edge = (excess_of(self.air.top_km / radius_km) - low).max(0.0).sqrt();
-        let step = (edge - start) / STEPS as f64;
-        let mut depth = DVec3::ZERO;
-        for k in 0..STEPS {
-            // Steps grow away from the camera, where the air is thin.
-            let u = (k as f64 + 0.5) / STEPS as f64;
-            let s = start + (edge - start) * u * u;
+        // Along the ray from the camera, where the air is densest on the way out.
+        let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
+            let s = start + s_km / scale;
             let excess = (low + s * s).max(0.0);
-            let height_km = excess / (1.0 + (1.0 + excess).sqrt()) * radius_km;
-            depth += self.air.species.iter().map(|sp| extinction(sp) * density(sp, height_km)).sum::<DVec3>() * (step * 2.0 * u * scale);
-        }
+            excess / (1.0 + (1.0 + excess).sqrt()) * radius_km
+        });
         (-depth).exp()
     }
 }

@@ -6,6 +6,7 @@
 use crate::scene::atmosphere::air_table;
 use crate::scene::camera;
 use crate::scene::draw::AirAmounts;
+use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
@@ -15,26 +16,6 @@ pub const ROWS: usize = 3;
 pub const ENDS: usize = 2;
 /// Of the polynomial for erfcx in lib/air/columns.wgsl.
 const ERFCX_SLOPE: f64 = 0.46;
-
-/// Nodes in 0 to 1, ascending, and their weights, which sum to 1.
-fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
-    let n = count as f64;
-    let one = |k: usize| {
-        let mut x = -(PI * (k as f64 + 0.75) / (n + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..8 {
-            let (mut before, mut here) = (1.0, x);
-            for j in 2..=count {
-                let j = j as f64;
-                (before, here) = (here, ((2.0 * j - 1.0) * x * here - (j - 1.0) * before) / j);
-            }
-            slope = n * (x * here - before) / (x * x - 1.0);
-            x -= here / slope;
-        }
-        (0.5 + 0.5 * x, 1.0 / ((1.0 - x * x) * slope * slope))
-    };
-    (0..count).map(one).collect()
-}
 
 /// Rows of lib/air/scatter.wgsl's samples: place, weight, the place between this and the next.
 pub fn samples(count: usize) -> Vec<Vec4> {
@@ -170,21 +151,6 @@ fn solved(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POW
 mod tests {
     use super::*;
     use glam::{Vec2, Vec3};
-
-    #[test]
-    fn the_quadrature_is_exact_for_its_degree_and_not_beyond() {
-        for count in [1, 4, 6, 8, 16, 32] {
-            let grid = gauss_legendre(count);
-            let power = |p: i32| grid.iter().map(|(x, w)| w * x.powi(p)).sum::<f64>();
-            let degree = 2 * count as i32 - 1;
-            for p in 0..=degree {
-                assert!((power(p) - 1.0 / f64::from(p + 1)).abs() < 1e-12, "{count} nodes, power {p}");
-            }
-            assert!((power(degree + 1) - 1.0 / f64::from(degree + 2)).abs() > 1e-12 || count > 8);
-            assert_eq!(samples(count).len(), count);
-            assert!(grid.windows(2).all(|w| w[0].0 < w[1].0));
-        }
-    }
 
     /// Against the table itself, at every height of the Earth's samples and under every Sun.
     #[test]

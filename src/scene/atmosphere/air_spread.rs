@@ -7,10 +7,10 @@
 //! once more each. Always holds: 1 outside of the penumbra's blurred edge, in 0 to 1 everywhere. Left out: that sides differ (the umbra counts as a circle across the
 //! light, drawn out along the ground by the Sun's height), the change of the Sun's height within the shadow, how much of the curved Earth lies under the way's far
 //! end, and that what two casters' shadows share is spread twice.
-//! Error: against photons followed one by one through the same eclipse within 40 % where a thousandth of the light is left (tests/totality.rs).
+//! Error: against photons followed one by one through the same eclipse within 40 % where a thousandth of the light is left (tests/eclipse/totality.rs).
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::species::{density, extinction, scattering};
+use crate::scene::atmosphere::extinction::{self, extinction, scattering};
 use crate::scene::camera;
 use crate::scene::draw::{CASTERS_AT_MOST, EclipseAmounts};
 use glam::{DVec2, DVec3, Vec4};
@@ -186,7 +186,7 @@ impl Air<'_> {
     }
 
     fn sum(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        self.air.species.iter().map(|s| what(s) * density(s, height_km)).sum()
+        extinction::sum(self.air, height_km, what)
     }
 
     /// Transmittance towards a Sun that is not low.

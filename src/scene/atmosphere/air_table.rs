@@ -6,7 +6,7 @@
 //! orders, and that light spreads sideways further than the air around a point looks the same.
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::species::{density, extinction, scattering};
+use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, scattering, steps};
 use crate::scene::camera;
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
@@ -17,8 +17,9 @@ pub const HEIGHTS: usize = 8;
 pub const SUNS: usize = 16;
 /// The heights' rows, then one of the light that falls on level ground.
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
-/// Changes when the same atmosphere gives another table.
-pub const VERSION: u32 = 2;
+/// The sources that decide which table an atmosphere gets: an edit of one of them makes tables that are kept on disk stale. What they take from the
+/// rest of the program are the body's numbers, which name a kept table too, and the narrowing to f32.
+pub const SOURCES: [&str; 2] = [include_str!("air_table.rs"), include_str!("extinction.rs")];
 
 /// Directions over the sphere and steps along each, by day.
 const BY_DAY: Fineness = Fineness { directions: 64, steps: 24 };
@@ -73,14 +74,6 @@ fn towards_sun(cosine: f64) -> DVec3 {
     DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine)
 }
 
-/// Middle and length of each step of a way of length 1; steps grow away from its start.
-fn steps(count: usize) -> impl Iterator<Item = (f64, f64)> {
-    (0..count).map(move |k| {
-        let u = (k as f64 + 0.5) / count as f64;
-        (u * u, 2.0 * u / count as f64)
-    })
-}
-
 fn each(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     DVec3::new(f(v.x), f(v.y), f(v.z))
 }
@@ -114,7 +107,7 @@ impl Shells<'_> {
     }
 
     fn sum(&self, height_km: f64, what: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        self.air.species.iter().map(|s| what(s) * density(s, height_km)).sum()
+        extinction::sum(self.air, height_km, what)
     }
 
     /// Transmittance towards the Sun; none through the planet.
@@ -123,7 +116,7 @@ impl Shells<'_> {
         if hits {
             return DVec3::ZERO;
         }
-        let depth: DVec3 = steps(STEPS).map(|(at, part)| self.sum(self.height(p + sun * (way * at)), extinction) * (way * part)).sum();
+        let depth = optical_depth(self.air, way, STEPS, |s_km| self.height(p + sun * s_km));
         each(depth, |d| (-d).exp())
     }
 

@@ -7,4 +7,5 @@ pub mod air_table;
 pub(crate) mod cloud_decision;
 pub(crate) mod clouds;
 pub(crate) mod decision;
+pub(crate) mod extinction;
 pub(crate) mod species;

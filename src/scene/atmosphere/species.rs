@@ -1,6 +1,7 @@
-//! The species of an air, as the catalog gives them: which is gas, haze or layer, and how dense each is at a height.
+//! The species of an air, as the catalog gives them: which is gas, haze or layer, and how deep they are together.
 
 use crate::catalog::{Atmosphere, Body, Species};
+use crate::scene::atmosphere::extinction::extinction;
 use crate::scene::draw::needs::{Air, AirTier};
 use glam::DVec3;
 
@@ -14,21 +15,6 @@ pub(crate) fn haze(air: &Atmosphere) -> Option<&Species> {
 pub(crate) fn layer(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.tent_centre_km.is_some())
 }
-pub(crate) fn scattering(s: &Species) -> DVec3 {
-    DVec3::from_array(s.scattering_per_km)
-}
-pub(crate) fn extinction(s: &Species) -> DVec3 {
-    scattering(s) + DVec3::from_array(s.absorption_per_km)
-}
-
-/// Part of its value at the ground that a species has at a height; of a tent, of its peak.
-pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
-    match s.tent_centre_km {
-        Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),
-        None => (-height_km / s.scale_height_km).exp(),
-    }
-}
-
 /// Optical depth straight up, per channel.
 pub(crate) fn vertical_depth(air: &Atmosphere) -> DVec3 {
     // A tent of half width w holds as much as a slab of height w.

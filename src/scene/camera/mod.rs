@@ -190,7 +190,7 @@ impl Camera {
     /// Both forms hold points of the same rays, value = origin + u du + v dv over the rectangle: the camera itself, or the crossing
     /// with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
     /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the
-    /// farthest anchor in the rectangle; `Auto` compares the two. Measured in tests/scene_silhouette.rs.
+    /// farthest anchor in the rectangle; `Auto` compares the two. Measured in tests/scene/silhouette.rs.
     pub fn view_rays(&self, place: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
         // The corners are rounded first: rays and clip places then agree exactly.
         let rect_in_clip = glam::DVec4::new(rect.left, rect.top, rect.right, rect.bottom).as_vec4();

@@ -200,9 +200,15 @@ impl PixelView {
 }
 
 impl PixelView {
+    pub fn by_name(name: &str) -> Option<Self> {
+        // `shaded` is the name of earlier versions.
+        let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Shaded)]);
+        known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v)
+    }
+
     pub fn name(self) -> &'static str {
         match self {
-            Self::Shaded => "shaded",
+            Self::Shaded => "final",
             Self::Depth => "depth",
             Self::Normal => "normal",
             Self::Albedo => "albedo",

@@ -6,7 +6,8 @@
 //! the Earth).
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::species::{density, extinction, gas};
+use crate::scene::atmosphere::extinction::optical_depth;
+use crate::scene::atmosphere::species::gas;
 use glam::{DVec3, DVec4};
 
 /// Layers; the array's size in shaders/lib/draw.wgsl.
@@ -62,8 +63,10 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Opti
     let air = body.atmosphere.as_ref()?;
     let (refractivity, gas) = (air.refractivity?, gas(air)?);
     let radius_km = radius * unit_km;
-    // Thin layers below, where bending and dimming change fast.
-    let height_km = |edge: f64| air.top_km * (edge / LAYERS as f64).powf(1.5);
+    // Thin layers below, where bending and dimming change fast; from there in steps that grow with height. Of the ways tried (powers, exponentials,
+    // other factors) this one is nearest to the integral: tests/atmosphere/refracted_limb.rs.
+    let thin_km = 0.75 * gas.scale_height_km;
+    let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
     let at = |edge: usize| {
         let h = height_km(edge as f64);
         let there = refractivity * (-h / gas.scale_height_km).exp();
@@ -86,22 +89,15 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Opti
     Some(Layers { top: at(LAYERS).0 - radius, edges: edges.collect(), passes: passes.collect() })
 }
 
+/// Steps from the grazing point outwards.
+const STEPS: usize = 48;
+
 /// What is left of a straight ray that grazes at a height, per channel.
 fn transmission(air: &Atmosphere, radius_km: f64, height_km: f64) -> DVec3 {
     let grazing_km = radius_km + height_km;
     let half_km = ((radius_km + air.top_km).powi(2) - grazing_km * grazing_km).max(0.0).sqrt();
-    // Midpoints, denser near the grazing point: s = half u².
-    const STEPS: usize = 48;
-    let depth: DVec3 = (0..STEPS)
-        .map(|k| {
-            let u = (k as f64 + 0.5) / STEPS as f64;
-            let s_km = half_km * u * u;
-            let h_km = grazing_km.hypot(s_km) - radius_km;
-            let weight_km = 2.0 * half_km * 2.0 * u / STEPS as f64;
-            air.species.iter().map(|s| extinction(s) * density(s, h_km)).sum::<DVec3>() * weight_km
-        })
-        .sum();
-    (-depth).exp()
+    let half = optical_depth(air, half_km, STEPS, |s_km| grazing_km.hypot(s_km) - radius_km);
+    (-2.0 * half).exp()
 }
 
 /// What the thin haze above the Earth's mixed layer lets through of a grazing ray.

@@ -83,7 +83,7 @@ impl Axis {
     }
 }
 
-/// Light between most bodies of one system takes less: so long a moon's path is straight to 0.4 km (Metis, which turns most), Io's to 40 m (tests/ephemeris.rs).
+/// Light between most bodies of one system takes less: so long a moon's path is straight to 0.4 km (Metis, which turns most), Io's to 40 m (tests/ephemeris/positions.rs).
 const STRAIGHT_S: f64 = 10.0;
 
 /// A body that may stand before the Sun: its outline in parallel light along the axis, receiver's equatorial radii.

@@ -1,6 +1,6 @@
 //! Light that a whole body sends to the viewer in full sunlight: its globe and its rings.
 //!
-//! Left out: light that other bodies reflect on it. Errors: globes 0.2 magnitudes, Saturn with rings 0.15 (tests/scene_magnitude.rs).
+//! Left out: light that other bodies reflect on it. Errors: globes 0.2 magnitudes, Saturn with rings 0.15 (tests/scene/magnitudes.rs).
 
 use crate::catalog::Body;
 use crate::scene::light::photometry;

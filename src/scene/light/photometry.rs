@@ -5,6 +5,7 @@
 
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::scene::light::phase_laws;
+use crate::scene::numeric::smoothstep;
 use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -136,8 +137,7 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }
-    let x = ((distance_radii / 4.0).ln() / 5f64.ln()).clamp(0.0, 1.0);
-    let weight = x * x * (3.0 - 2.0 * x);
+    let weight = smoothstep((distance_radii / 4.0).ln() / 5f64.ln());
     (phase(body, alpha) / model).powf(weight)
 }
 

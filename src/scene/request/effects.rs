@@ -192,6 +192,11 @@ impl EffectOverrides {
         self.of.entry(name.to_lowercase()).or_default()
     }
 
+    /// Drops the bodies of which nothing is asked alone.
+    pub fn prune(&mut self) {
+        self.of.retain(|_, own| *own != Self::default());
+    }
+
     /// Bodies of which something is asked alone.
     pub fn bodies(&self) -> impl Iterator<Item = &str> {
         self.of.keys().map(String::as_str)

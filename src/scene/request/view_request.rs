@@ -115,13 +115,16 @@ impl ToneMap {
 
     pub fn name(self) -> &'static str {
         match self {
-            Self::Film => "film",
-            Self::Plain => "plain",
+            Self::Film => "filmic",
+            Self::Plain => "clipped",
         }
     }
 
     pub fn by_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|t| t.name().eq_ignore_ascii_case(name))
+        // `film` and `plain` are the names of earlier versions.
+        let former = [("film", Self::Film), ("plain", Self::Plain)];
+        let known = Self::ALL.map(|t| (t.name(), t)).into_iter().chain(former);
+        known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, t)| t)
     }
 }
 
@@ -180,6 +183,22 @@ pub enum Quality {
     #[default]
     Standard,
     Reference,
+}
+
+impl Quality {
+    pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Standard => "standard",
+            Self::Reference => "reference",
+        }
+    }
+
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|q| q.name().eq_ignore_ascii_case(name))
+    }
 }
 
 /// One view. `target` may be missing only where the look gives a direction.

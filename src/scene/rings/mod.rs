@@ -6,3 +6,5 @@ pub(crate) mod ring_light;
 pub mod ring_shine;
 pub mod ring_table;
 pub(crate) mod view;
+
+pub use phase::{LEAST_COSINE, bodies_with_peak, forward};

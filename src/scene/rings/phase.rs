@@ -13,7 +13,7 @@ pub(crate) const OPPOSITION: [f64; 2] = [0.32, 0.0045];
 /// grains spread more, so that within some 3 degrees of the Sun E comes out too bright, by an estimated factor of up to 5.
 pub(crate) const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];
 /// Cosines below this count as it; shaders/lib/ring/profile.wgsl has the same bound.
-pub(crate) const LEAST_COSINE: f64 = 1.0 / 4096.0;
+pub const LEAST_COSINE: f64 = 1.0 / 4096.0;
 
 /// The factor that makes the power law's mean over all directions 1.
 pub(crate) fn phase_factor() -> f64 {
@@ -30,7 +30,7 @@ fn bodies(alpha: f64) -> f64 {
 }
 
 /// Phase function of dust: 1 in the mean over all directions, rising steeply against the Sun.
-pub(crate) fn forward(alpha: f64) -> f64 {
+pub fn forward(alpha: f64) -> f64 {
     // 1 + g² + 2 g cos(alpha), without the difference of near numbers against the Sun.
     let against = (0.5 * alpha).cos().powi(2);
     DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * against).powf(1.5)).sum()
@@ -42,7 +42,7 @@ pub(crate) fn phase_function(alpha: f64, dust: f64) -> f64 {
 }
 
 /// That of bodies with the opposition's peak, by the cosine of the phase angle: what the ring's fragments compute.
-pub(crate) fn bodies_with_peak(cos_alpha: f64) -> f64 {
+pub fn bodies_with_peak(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;
     bodies(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))

@@ -2,7 +2,7 @@
 //!
 //! In: a ringed body, the directions to Sun and viewer in its axes. Out: [`RingLight`]. The law is that of shaders/lib/ring/photometry.wgsl for a point Sun and a far
 //! viewer: single scattering by a flat layer, cut by the globe and by its shadow. Measured against Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10,
-//! Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5): tests/scene_magnitude.rs. Left out: light between globe and rings, the Sun's size.
+//! Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5): tests/scene/magnitudes.rs. Left out: light between globe and rings, the Sun's size.
 
 use crate::catalog::Body;
 use crate::scene::rings::phase::{LEAST_COSINE, bodies_with_peak, forward};

@@ -12,6 +12,7 @@ use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
 use crate::scene::camera::narrow_scalar;
 pub use crate::scene::draw::tables::RingShine;
+use crate::scene::numeric::gauss_legendre;
 use crate::scene::rings::phase::{LEAST_COSINE, bodies_with_peak};
 use crate::scene::rings::ring_table::{self, Step, steps};
 use glam::{DVec2, DVec3};
@@ -73,7 +74,7 @@ pub struct Lit<'a> {
 }
 
 /// Part of the Sun's disc over one side of the plane, and the mean sine of that part; then those of the other side.
-pub(crate) fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
+pub fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
     }
@@ -86,7 +87,7 @@ pub(crate) fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
 }
 
 /// Light of particles per unit of phase function over four, towards a path of slope `x`, lit along one of slope `y` from the same side or from beyond.
-pub(crate) fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
+pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
     if same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }
@@ -163,28 +164,6 @@ fn annuli(lit: &Lit<'_>) -> Vec<Annulus> {
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
 }
 
-/// Points and weights of Gauss and Legendre on -1 to 1, by Newton's method.
-fn gauss() -> Vec<[f64; 2]> {
-    let n = ARC as f64;
-    let polynomial = |x: f64| {
-        let (mut before, mut here) = (1.0, x);
-        for k in 2..=ARC {
-            let k = k as f64;
-            (before, here) = (here, ((2.0 * k - 1.0) * x * here - (k - 1.0) * before) / k);
-        }
-        (here, n * (x * here - before) / (x * x - 1.0))
-    };
-    let node = |k: usize| {
-        let mut x = (PI * (k as f64 + 0.75) / (n + 0.5)).cos();
-        for _ in 0..8 {
-            let (value, slope) = polynomial(x);
-            x -= value / slope;
-        }
-        [x, 2.0 / ((1.0 - x * x) * polynomial(x).1.powi(2))]
-    };
-    (0..ARC).map(node).collect()
-}
-
 /// Binary digits after the first of the heights of the Sun that have a table of their own.
 const MILESTONE_DIGITS: u32 = 5;
 
@@ -212,7 +191,7 @@ impl Default for RingShines {
 
 impl Lit<'_> {
     /// Irradiance over height at a height and hour angle. `side`: 0 where the Sun's centre is.
-    fn at(&self, annuli: &[Annulus], gauss: &[[f64; 2]], side: usize, height: f64, hour: f64) -> DVec3 {
+    fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
         let level = (1.0 - height * height).max(0.0).sqrt();
         let normal = DVec3::new(level, 0.0, height / self.polar).normalize();
         let place = DVec3::new(level, 0.0, self.polar * height);
@@ -236,8 +215,8 @@ impl Lit<'_> {
                 if b <= a {
                     continue;
                 }
-                for [x, w] in gauss {
-                    let angle = 0.5 * (a + b) + 0.5 * (b - a) * x - hour;
+                for (x, w) in gauss {
+                    let angle = a + (b - a) * x - hour;
                     let (sin, cos) = angle.sin_cos();
                     let away = DVec3::new(r * cos, r * sin, 0.0) - place;
                     let distance_sq = away.length_squared();
@@ -246,7 +225,7 @@ impl Lit<'_> {
                     let cos_emission = (place.z / distance).max(LEAST_COSINE);
                     let phase = bodies_with_peak(-sun.dot(away) / distance);
                     // The ring's area seen, over height: polar / distance is the emission's cosine over it.
-                    let seen = 0.5 * (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
+                    let seen = (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
                     sum += annulus.at(side, 1.0 / cos_emission) * (0.25 / PI * phase * seen);
                 }
             }
@@ -262,7 +241,7 @@ impl Lit<'_> {
             return None;
         }
         let reach = (1.0 - 1.0 / (last * last)).sqrt();
-        let gauss = gauss();
+        let gauss = gauss_legendre(ARC);
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()
             .map(|n| {
@@ -332,17 +311,6 @@ mod tests {
 
     fn lit<'a>(rings: &'a [&'a Ring], sine: f64) -> Lit<'a> {
         Lit { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
-    }
-
-    #[test]
-    fn points_and_weights_integrate_polynomials_exactly() {
-        let gauss = gauss();
-        let of = |power: i32| gauss.iter().map(|[x, w]| w * x.powi(power)).sum::<f64>();
-        for power in 0..2 * ARC as i32 {
-            let exact = if power % 2 == 0 { 2.0 / f64::from(power + 1) } else { 0.0 };
-            assert!((of(power) - exact).abs() < 1e-13, "power {power}");
-        }
-        assert!((of(2 * ARC as i32) - 2.0 / (2.0 * ARC as f64 + 1.0)).abs() > 1e-13, "one power more is not exact");
     }
 
     /// Over all places no more than the brightest is read, to a thousandth (the height between two rows), nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.

@@ -5,7 +5,7 @@
 //! knows one place of a sprite, is not asked. Not here: what rings and air take, and shadows (eclipse).
 //!
 //! The part is summed over chords of the disc, [`CHORDS`] of them, each with its light in closed form; off by 2e-5 of the light at most for bodies larger than
-//! a tenth of the disc (tests/limbs.rs compares with the closed forms of the eclipse fragments).
+//! a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, Placement, narrow_scalar};

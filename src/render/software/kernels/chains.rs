@@ -4,7 +4,7 @@
 //! would give one after the other, bit for bit, because each operation still rounds by itself. Which chains there are was chosen by what the
 //! atmosphere, eclipse, map and tone-map code asks for; the lowering asks [`find`] and cuts every other chain into these.
 
-use super::Input;
+use super::input::Input;
 use super::ops::Eval;
 use crate::render::software::math::Real;
 use crate::render::software::tape::{Link, Op};

@@ -1,87 +1,13 @@
 //! Builds the tape in SSA form: folds, simplifies, numbers values and picks each value's rate.
 //!
-//! Rates: a constant; one value per draw (computed once on the uniform tape); one value for all lanes that changes in a loop (computed in
-//! line, once); one value per lane. An operation runs at the slowest rate that its operands allow.
+//! Rates: constant; per draw (computed once, on the uniform tape); uniform (one value for all lanes, computed where it stands, since it may change in
+//! a loop); per lane. An operation runs at the slowest rate that its operands allow.
 
+use super::step::{Label, Step, Val, Vals};
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
-use crate::render::software::tape::{Link, Op, TextureOp, WordKind};
+use crate::render::software::tape::{Op, TextureOp, WordKind};
 use rustc_hash::FxHashMap as HashMap;
-use smallvec::SmallVec;
-
-/// A scalar value during lowering.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Val {
-    /// Index into the constants.
-    Const(u32),
-    /// Computed once per draw.
-    Draw(u32),
-    /// One value for all lanes, computed in line.
-    Once(u32),
-    Lane(u32),
-}
-
-pub type Label = u32;
-
-/// Values of one step, most often no more than an operation takes: thousands of keys are lowered, and most of the time went to allocation.
-pub type Vals = SmallVec<[Val; 4]>;
-
-/// One step before slots and registers are assigned. `dst` of Lane-rate steps are lane ids, of others draw or once ids.
-#[derive(Clone, Debug)]
-pub enum Step {
-    Op {
-        dst: Val,
-        op: Op,
-        args: Vals,
-    },
-    /// Several operations as one instruction; made last, by [`super::chains`].
-    Chain {
-        dst: Val,
-        links: Vec<Link>,
-        args: Vals,
-    },
-    /// A loop variable takes its next value: the one step that writes a value twice.
-    Assign {
-        dst: Val,
-        from: Val,
-    },
-    Uniform {
-        dst: Val,
-        kind: WordKind,
-        offset: u32,
-        index: Option<Val>,
-        stride: u32,
-        count: u32,
-    },
-    Texture {
-        what: TextureOp,
-        texture: u16,
-        dst: [Val; 4],
-        args: Vals,
-        mask: Val,
-    },
-    TextureSize {
-        dst: Val,
-        texture: u16,
-        axis: u8,
-        level: Val,
-    },
-    SkipIfNone {
-        mask: Val,
-        label: Label,
-    },
-    JumpIf {
-        cond: Val,
-        when: bool,
-        label: Label,
-    },
-    Jump {
-        label: Label,
-    },
-    Label(Label),
-    LoopStart,
-    LoopEnd,
-}
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {
@@ -154,9 +80,9 @@ impl Builder {
         self.next += 1;
         Val::Lane(self.next)
     }
-    pub fn fresh_once(&mut self) -> Val {
+    pub fn fresh_uniform(&mut self) -> Val {
         self.next += 1;
-        Val::Once(self.next)
+        Val::Uniform(self.next)
     }
     pub fn label(&mut self) -> Label {
         self.labels += 1;
@@ -179,8 +105,8 @@ impl Builder {
         self.next += 1;
         if args.iter().any(|a| matches!(a, Val::Lane(_))) {
             Val::Lane(self.next)
-        } else if args.iter().any(|a| matches!(a, Val::Once(_))) {
-            Val::Once(self.next)
+        } else if args.iter().any(|a| matches!(a, Val::Uniform(_))) {
+            Val::Uniform(self.next)
         } else {
             Val::Draw(self.next)
         }
@@ -345,7 +271,7 @@ impl Builder {
             return v;
         }
         let dst = self.fresh_for(index.as_slice());
-        self.emit(dst, Some(key), Step::Uniform { dst, kind, offset, index, stride: 4, count })
+        self.emit(dst, Some(key), Step::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
     pub fn texture(&mut self, what: TextureOp, texture: u16, args: &[Val], mask: Val) -> [Val; 4] {
@@ -363,7 +289,7 @@ impl Builder {
         if let Some(v) = self.find(&key) {
             return Some(v);
         }
-        let dst = self.fresh_once();
+        let dst = self.fresh_uniform();
         Some(self.emit(dst, Some(key), Step::TextureSize { dst, texture, axis, level }))
     }
 }

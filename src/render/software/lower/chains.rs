@@ -1,10 +1,9 @@
 //! Joins operations into chains: each takes the result of the one before, which nothing else reads, and one kernel computes them all.
 //!
-//! In: the steps after everything else has been done to them. Out: the same with chains, as few kernels as [`known`] ones allow. A
+//! In: the steps after everything else has been done to them. Out: the same with chains, as few kernels as those of `kernels/chains.rs` allow. A
 //! chain stands where its last operation stood, inside one straight piece of code, and no loop variable that it reads changes between.
 
-use super::builder::{Step, Val, Vals};
-use super::finish::reads;
+use super::step::{Step, Val, Vals, reads};
 use crate::render::software::kernels::chains::{MOST_LINKS, MOST_OPERANDS, find};
 use crate::render::software::tape::{Link, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};

@@ -1,17 +1,17 @@
-//! What may be left out once lanes have discarded.
+//! Which statements need not run for lanes that have discarded.
 //!
-//! A lane that discarded only lends its values to the differences between neighbouring pixels. Where the rest of a function takes none, that rest is
-//! lowered for the living lanes alone: their textures are not read, and a batch in which none lives skips it.
+//! A discarded lane is still needed as a helper lane for derivatives. Where the rest of a function takes no derivative, it is lowered for the remaining
+//! lanes alone: no texture is read for the others, and a batch without remaining lanes skips it.
 
-use super::builder::Val;
-use super::flow::{KILLED, Lowerer};
+use super::lowerer::{DISCARDED, Lowerer};
+use super::step::Val;
 use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// Whether `rest` may run for the living lanes alone. Not inside loops: dead lanes would never leave them.
-    pub fn skips_the_dead(&self, rest: &[(&'m Statement, Span)]) -> bool {
-        matches!(self.env[KILLED], Val::Lane(_))
+    /// Whether `rest` may run for the remaining lanes alone. Not inside loops: discarded lanes would never leave them.
+    pub fn skips_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
+        matches!(self.env[DISCARDED], Val::Lane(_))
             && !rest.is_empty()
             && self.frames.iter().all(|f| f.loops.is_empty())
             && !rest.iter().any(|(s, _)| self.takes_differences(s))

@@ -1,9 +1,10 @@
-//! Expressions.
+//! Expressions: each becomes a list of scalar values, a place, or a texture or sampler.
 
-use super::Result;
-use super::builder::Val;
-use super::flow::Lowerer;
-use super::place::{Place, Value, scalar_kind_of, supported};
+use super::error::Result;
+use super::lowerer::Lowerer;
+use super::place::{scalar_kind_of, supported};
+use super::step::Val;
+use super::value::{Place, Value};
 use crate::render::software::program::{Constant, TextureUse};
 use crate::render::software::tape::{Op, TextureOp};
 use naga::{
@@ -24,22 +25,22 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    pub fn words_of(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
+    pub fn scalars_of(&mut self, handle: Handle<Expression>) -> Result<Vec<Val>> {
         match self.value_of(handle)? {
-            Value::Words(w) => Ok(w),
-            _ => Err(self.refuse("a value is needed here".into())),
+            Value::Scalars(w) => Ok(w),
+            _ => Err(self.unsupported("a value is needed here".into())),
         }
     }
 
-    pub fn word_of(&mut self, handle: Handle<Expression>) -> Result<Val> {
-        let words = self.words_of(handle)?;
-        words.first().copied().ok_or_else(|| self.refuse("a scalar is needed here".into()))
+    pub fn scalar_of(&mut self, handle: Handle<Expression>) -> Result<Val> {
+        let scalars = self.scalars_of(handle)?;
+        scalars.first().copied().ok_or_else(|| self.unsupported("a scalar is needed here".into()))
     }
 
     pub fn place_of(&mut self, handle: Handle<Expression>) -> Result<Place> {
         match self.value_of(handle)? {
             Value::Place(p) => Ok(p),
-            _ => Err(self.refuse("a pointer is needed here".into())),
+            _ => Err(self.unsupported("a pointer is needed here".into())),
         }
     }
 
@@ -51,7 +52,7 @@ impl<'m> Lowerer<'m> {
             Literal::I32(i) => self.builder.int(i as u32),
             Literal::AbstractInt(i) => self.builder.int(i as u32),
             Literal::Bool(b) => self.builder.constant(Constant::Bool(b)),
-            other => return Err(self.refuse(format!("literal {other:?} is not supported"))),
+            other => return Err(self.unsupported(format!("literal {other:?} is not supported"))),
         })
     }
 
@@ -73,7 +74,7 @@ impl<'m> Lowerer<'m> {
                 let v = self.global_expression(*value)?;
                 Ok(vec![v[0]; *size as usize])
             }
-            other => Err(self.refuse(format!("constant expression {other:?} is not supported"))),
+            other => Err(self.unsupported(format!("constant expression {other:?} is not supported"))),
         }
     }
 
@@ -84,20 +85,20 @@ impl<'m> Lowerer<'m> {
             self.span = span;
         }
         let module: &'m naga::Module = self.module;
-        let words = match &function.expressions[handle] {
+        let scalars = match &function.expressions[handle] {
             Expression::Literal(l) => vec![self.literal(*l)?],
             Expression::Constant(c) => self.global_expression(module.constants[*c].init)?,
             Expression::ZeroValue(ty) => self.zeros(&module.types[*ty].inner)?,
             Expression::Compose { components, .. } => {
                 let mut all = Vec::new();
                 for c in components {
-                    all.extend(self.words_of(*c)?);
+                    all.extend(self.scalars_of(*c)?);
                 }
                 all
             }
-            Expression::Splat { size, value } => vec![self.word_of(*value)?; *size as usize],
+            Expression::Splat { size, value } => vec![self.scalar_of(*value)?; *size as usize],
             Expression::Swizzle { size, vector, pattern } => {
-                let v = self.words_of(*vector)?;
+                let v = self.scalars_of(*vector)?;
                 pattern[..*size as usize].iter().map(|c| v[*c as usize]).collect()
             }
             Expression::FunctionArgument(i) => return Ok(self.frame().arguments[*i as usize].clone()),
@@ -112,19 +113,19 @@ impl<'m> Lowerer<'m> {
             }
             Expression::AccessIndex { base, index } => match self.value_of(*base)? {
                 Value::Place(p) => return Ok(Value::Place(self.place_child(&p, *index)?)),
-                Value::Words(w) => {
+                Value::Scalars(w) => {
                     let (child, at, _) = self.child(self.type_of(*base), *index)?;
-                    let n = self.words(&child)?;
+                    let n = self.scalar_count(&child)?;
                     w[at..at + n].to_vec()
                 }
-                Value::Resource(_) => return Err(self.refuse("arrays of textures are not supported".into())),
+                Value::Resource(_) => return Err(self.unsupported("arrays of textures are not supported".into())),
             },
             Expression::Access { base, index } => {
-                let k = self.word_of(*index)?;
+                let k = self.scalar_of(*index)?;
                 match self.value_of(*base)? {
                     Value::Place(p) => return Ok(Value::Place(self.place_indexed(&p, k)?)),
-                    Value::Words(w) => self.pick(self.type_of(*base), &w, k)?,
-                    Value::Resource(_) => return Err(self.refuse("arrays of textures are not supported".into())),
+                    Value::Scalars(w) => self.pick(self.type_of(*base), &w, k)?,
+                    Value::Resource(_) => return Err(self.unsupported("arrays of textures are not supported".into())),
                 }
             }
             Expression::Unary { op, expr } => {
@@ -139,18 +140,18 @@ impl<'m> Lowerer<'m> {
             }
             Expression::Binary { op, left, right } => self.binary(*op, *left, *right)?,
             Expression::Select { condition, accept, reject } => {
-                let (c, a, r) = (self.words_of(*condition)?, self.words_of(*accept)?, self.words_of(*reject)?);
+                let (c, a, r) = (self.scalars_of(*condition)?, self.scalars_of(*accept)?, self.scalars_of(*reject)?);
                 (0..a.len()).map(|i| self.builder.select(if c.len() == 1 { c[0] } else { c[i] }, a[i], r[i])).collect()
             }
             Expression::Derivative { axis, expr, .. } => {
-                let v = self.words_of(*expr)?;
+                let v = self.scalars_of(*expr)?;
                 v.into_iter().map(|x| self.derivative(*axis, x)).collect()
             }
             Expression::Relational { fun, argument } => match fun {
                 RelationalFunction::IsNan => self.each(*argument, Op::IsNan)?,
                 RelationalFunction::IsInf => self.each(*argument, Op::IsInf)?,
-                RelationalFunction::All => vec![self.fold_words(*argument, Op::And)?],
-                RelationalFunction::Any => vec![self.fold_words(*argument, Op::Or)?],
+                RelationalFunction::All => vec![self.fold_scalars(*argument, Op::And)?],
+                RelationalFunction::Any => vec![self.fold_scalars(*argument, Op::Or)?],
             },
             Expression::Math { fun, arg, arg1, arg2, arg3 } => self.math(*fun, *arg, [*arg1, *arg2, *arg3])?,
             Expression::As { expr, kind, convert } => self.convert(*expr, *kind, *convert)?,
@@ -163,16 +164,16 @@ impl<'m> Lowerer<'m> {
                     (*clamp_to_edge, "textureSampleBaseClampToEdge"),
                 ] {
                     if used {
-                        return Err(self.refuse(format!("{what} is not supported")));
+                        return Err(self.unsupported(format!("{what} is not supported")));
                     }
                 }
                 self.sample(*image, *sampler, *coordinate, *level)?
             }
             Expression::ImageLoad { image, coordinate, array_index: None, sample: None, level } => {
                 let texture = self.texture_use(*image, None)?;
-                let c = self.words_of(*coordinate)?;
+                let c = self.scalars_of(*coordinate)?;
                 let level = match level {
-                    Some(l) => self.word_of(*l)?,
+                    Some(l) => self.scalar_of(*l)?,
                     None => self.builder.int(0),
                 };
                 self.builder.texture(TextureOp::Load, texture, &[c[0], c[1], level], self.path).to_vec()
@@ -182,37 +183,39 @@ impl<'m> Lowerer<'m> {
                 let (axes, level): (&[u8], _) = match query {
                     ImageQuery::Size { level } => (&[0, 1], *level),
                     ImageQuery::NumLevels => (&[2], None),
-                    _ => return Err(self.refuse("this texture query is not supported".into())),
+                    _ => return Err(self.unsupported("this texture query is not supported".into())),
                 };
                 let level = match level {
-                    Some(l) => self.word_of(l)?,
+                    Some(l) => self.scalar_of(l)?,
                     None => self.builder.int(0),
                 };
                 let mut all = Vec::new();
                 for axis in axes {
                     let size = self.builder.texture_size(texture, *axis, level);
-                    all.push(size.ok_or_else(|| self.refuse("textureDimensions needs a level that is the same for all pixels".into()))?);
+                    all.push(
+                        size.ok_or_else(|| self.unsupported("textureDimensions needs a level that is the same for all pixels".into()))?,
+                    );
                 }
                 all
             }
             other => {
                 let name = format!("{other:?}");
                 let name = name.split([' ', '(', '{']).next().unwrap_or_default().to_owned();
-                return Err(self.refuse(format!("expression {name} is not supported")));
+                return Err(self.unsupported(format!("expression {name} is not supported")));
             }
         };
-        Ok(Value::Words(words))
+        Ok(Value::Scalars(scalars))
     }
 
-    /// One operation on every word.
+    /// One operation on every scalar.
     pub fn each(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<Val>> {
-        let v = self.words_of(expr)?;
+        let v = self.scalars_of(expr)?;
         Ok(v.into_iter().map(|x| self.builder.un(op, x)).collect())
     }
 
-    fn fold_words(&mut self, expr: Handle<Expression>, op: Op) -> Result<Val> {
-        let v = self.words_of(expr)?;
-        v.into_iter().reduce(|a, b| self.builder.bin(op, a, b)).ok_or_else(|| self.refuse("an empty vector".into()))
+    fn fold_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Val> {
+        let v = self.scalars_of(expr)?;
+        v.into_iter().reduce(|a, b| self.builder.bin(op, a, b)).ok_or_else(|| self.unsupported("an empty vector".into()))
     }
 
     pub fn derivative(&mut self, axis: DerivativeAxis, x: Val) -> Val {
@@ -239,18 +242,18 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Element of a value by an index that may differ between lanes.
-    fn pick(&mut self, inner: &TypeInner, words: &[Val], index: Val) -> Result<Vec<Val>> {
+    fn pick(&mut self, inner: &TypeInner, scalars: &[Val], index: Val) -> Result<Vec<Val>> {
         let count = self.children(inner)? as usize;
-        let n = words.len() / count;
+        let n = scalars.len() / count;
         if let Some(k) = self.builder.known_int(index) {
             let k = (k as usize).min(count - 1);
-            return Ok(words[k * n..(k + 1) * n].to_vec());
+            return Ok(scalars[k * n..(k + 1) * n].to_vec());
         }
-        let mut found = words[(count - 1) * n..].to_vec();
+        let mut found = scalars[(count - 1) * n..].to_vec();
         for k in (0..count - 1).rev() {
             let number = self.builder.int(k as u32);
             let is = self.builder.bin(Op::IEq, index, number);
-            for (f, w) in found.iter_mut().zip(&words[k * n..]) {
+            for (f, w) in found.iter_mut().zip(&scalars[k * n..]) {
                 *f = self.builder.select(is, *w, *f);
             }
         }
@@ -270,7 +273,7 @@ impl<'m> Lowerer<'m> {
     fn binary(&mut self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Result<Vec<Val>> {
         let (lt, rt) = (self.type_of(left), self.type_of(right));
         let kind = self.kind_of_any(left)?;
-        let (a, b) = (self.words_of(left)?, self.words_of(right)?);
+        let (a, b) = (self.scalars_of(left)?, self.scalars_of(right)?);
         if op == BinaryOperator::Multiply {
             match (lt, rt) {
                 (TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }) => return Ok(self.matrix_times(&a, &b, *rows as usize)),
@@ -285,7 +288,7 @@ impl<'m> Lowerer<'m> {
         }
         let n = a.len().max(b.len());
         let of = |v: &[Val], i: usize| if v.len() == 1 { v[0] } else { v[i] };
-        Ok((0..n).map(|i| self.binary_word(op, kind, of(&a, i), of(&b, i))).collect())
+        Ok((0..n).map(|i| self.binary_scalar(op, kind, of(&a, i), of(&b, i))).collect())
     }
 
     fn matrix_times(&mut self, m: &[Val], v: &[Val], rows: usize) -> Vec<Val> {
@@ -297,7 +300,7 @@ impl<'m> Lowerer<'m> {
             .collect()
     }
 
-    fn binary_word(&mut self, op: BinaryOperator, kind: ScalarKind, a: Val, b: Val) -> Val {
+    fn binary_scalar(&mut self, op: BinaryOperator, kind: ScalarKind, a: Val, b: Val) -> Val {
         use BinaryOperator as B;
         let pick = |float: Op, signed: Op, unsigned: Op| match kind {
             ScalarKind::Float => float,
@@ -334,7 +337,7 @@ impl<'m> Lowerer<'m> {
     fn convert(&mut self, expr: Handle<Expression>, kind: ScalarKind, width: Option<u8>) -> Result<Vec<Val>> {
         use ScalarKind as K;
         let from = self.kind_of_any(expr)?;
-        let v = self.words_of(expr)?;
+        let v = self.scalars_of(expr)?;
         if let Some(w) = width {
             supported(naga::Scalar { kind, width: w }, self.span)?;
         }
@@ -355,13 +358,13 @@ impl<'m> Lowerer<'m> {
                 (K::Bool, K::Sint | K::Uint, true) => b.select(x, one_i, zero_i),
                 (K::Float, K::Bool, true) => b.bin(Op::FNe, x, zero_f),
                 (K::Sint | K::Uint, K::Bool, true) => b.bin(Op::INe, x, zero_i),
-                _ => return Err(self.refuse(format!("conversion from {from:?} to {kind:?} is not supported"))),
+                _ => return Err(self.unsupported(format!("conversion from {from:?} to {kind:?} is not supported"))),
             });
         }
         Ok(out)
     }
 
-    fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
+    pub fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
         let inner = self.type_of(image);
         let sampled = matches!(
             inner,
@@ -372,7 +375,7 @@ impl<'m> Lowerer<'m> {
             }
         );
         if !sampled {
-            return Err(self.refuse(format!("only texture_2d<f32> is supported, not {inner:?}")));
+            return Err(self.unsupported(format!("only texture_2d<f32> is supported, not {inner:?}")));
         }
         let texture_binding = self.binding(image)?;
         let sampler_binding = sampler.map(|s| self.binding(s)).transpose()?;
@@ -386,26 +389,12 @@ impl<'m> Lowerer<'m> {
 
     fn binding(&mut self, handle: Handle<Expression>) -> Result<u32> {
         let Value::Resource(global) = self.value_of(handle)? else {
-            return Err(self.refuse("a texture or sampler variable is needed here".into()));
+            return Err(self.unsupported("a texture or sampler variable is needed here".into()));
         };
         match &self.module.global_variables[global].binding {
             Some(b) if b.group == 0 => Ok(b.binding),
-            _ => Err(self.refuse("textures and samplers must be in @group(0)".into())),
+            _ => Err(self.unsupported("textures and samplers must be in @group(0)".into())),
         }
-    }
-
-    /// The call of shaders/lib/filtered.wgsl's `filtered_map` as one operation; `None` for any other function.
-    pub fn filtered_map(&mut self, callee: &naga::Function, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
-        let (Some("filtered_map"), &[image, sampler, uv, dx, dy, most]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
-        let texture = self.texture_use(image, Some(sampler))?;
-        let mut args = Vec::new();
-        for part in [uv, dx, dy, most] {
-            args.extend(self.words_of(part)?);
-        }
-        if args.len() != 7 {
-            return Err(self.refuse("filtered_map takes a texture, a sampler, three vec2f and a number".into()));
-        }
-        Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.path).to_vec()))
     }
 
     fn sample(
@@ -416,7 +405,7 @@ impl<'m> Lowerer<'m> {
         level: SampleLevel,
     ) -> Result<Vec<Val>> {
         let texture = self.texture_use(image, Some(sampler))?;
-        let uv = self.words_of(coordinate)?;
+        let uv = self.scalars_of(coordinate)?;
         let (u, v) = (uv[0], uv[1]);
         let gradients = match level {
             SampleLevel::Zero => {
@@ -424,11 +413,11 @@ impl<'m> Lowerer<'m> {
                 return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, zero], self.path).to_vec());
             }
             SampleLevel::Exact(l) => {
-                let l = self.word_of(l)?;
+                let l = self.scalar_of(l)?;
                 return Ok(self.builder.texture(TextureOp::Level, texture, &[u, v, l], self.path).to_vec());
             }
             SampleLevel::Gradient { x, y } => {
-                let (x, y) = (self.words_of(x)?, self.words_of(y)?);
+                let (x, y) = (self.scalars_of(x)?, self.scalars_of(y)?);
                 [x[0], x[1], y[0], y[1]]
             }
             SampleLevel::Auto | SampleLevel::Bias(_) => {
@@ -440,7 +429,7 @@ impl<'m> Lowerer<'m> {
                 ];
                 if let SampleLevel::Bias(b) = level {
                     // A bias of b levels is a footprint 2^b times as large.
-                    let b = self.word_of(b)?;
+                    let b = self.scalar_of(b)?;
                     let factor = self.builder.un(Op::Exp2, b);
                     g = g.map(|d| self.builder.bin(Op::Mul, d, factor));
                 }

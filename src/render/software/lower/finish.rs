@@ -3,8 +3,9 @@
 //! A lane value lives from its first write to its last use; a value from before a loop that the loop uses lives to the loop's end. Slots are
 //! reused last in, first out, and a result never shares the slot of an operand, which lets kernels assume that nothing overlaps.
 
-use super::LowerError;
-use super::builder::{Builder, Label, Step, Val, Vals};
+use super::builder::Builder;
+use super::error::LowerError;
+use super::step::{Label, Step, Val, reads, writes};
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
@@ -15,31 +16,6 @@ pub struct Finished {
     pub outputs: Vec<Operand>,
     pub registers: u32,
     pub slots: u32,
-}
-
-pub fn reads(step: &Step) -> Vals {
-    match step {
-        Step::Op { args, .. } | Step::Chain { args, .. } => args.clone(),
-        Step::Assign { from, .. } => smallvec![*from],
-        Step::Uniform { index, .. } => index.iter().copied().collect(),
-        Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
-        Step::TextureSize { level, .. } => smallvec![*level],
-        Step::SkipIfNone { mask, .. } => smallvec![*mask],
-        Step::JumpIf { cond, .. } => smallvec![*cond],
-        Step::Jump { .. } | Step::Label(_) | Step::LoopStart | Step::LoopEnd => smallvec![],
-    }
-}
-
-pub fn writes(step: &Step) -> Vals {
-    match step {
-        Step::Op { dst, .. }
-        | Step::Chain { dst, .. }
-        | Step::Assign { dst, .. }
-        | Step::Uniform { dst, .. }
-        | Step::TextureSize { dst, .. } => smallvec![*dst],
-        Step::Texture { dst, .. } => Vals::from_slice(dst),
-        _ => smallvec![],
-    }
 }
 
 /// Keeps what a jump, a kept assignment or an output needs. Iterates, because a loop variable's use may come before its assignment.
@@ -245,7 +221,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
                     lane_tape.push(Instr::Lane { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] });
                 }
             }
-            Step::Uniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
+            Step::LoadUniform { dst: dst @ Val::Lane(_), kind, offset, index: Some(k), stride, count } => {
                 lane_tape.push(Instr::GatherUniform {
                     dst: index(at(*dst)),
                     kind: *kind,
@@ -258,7 +234,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
             Step::Chain { dst, links, args } => {
                 lane_tape.push(Instr::Chain { links: links.clone(), dst: index(at(*dst)), args: all(args) })
             }
-            Step::Op { .. } | Step::Assign { .. } | Step::Uniform { .. } | Step::TextureSize { .. } => {
+            Step::Op { .. } | Step::Assign { .. } | Step::LoadUniform { .. } | Step::TextureSize { .. } => {
                 lane_tape.push(scalar_instr(step, &at, &index));
             }
             Step::Texture { what, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
@@ -297,7 +273,7 @@ fn scalar_instr(step: &Step, at: &dyn Fn(Val) -> Operand, index: &dyn Fn(Operand
     match step {
         Step::Op { dst, op, args } => Instr::Scalar { op: *op, dst: index(at(*dst)), args: args.iter().map(|v| at(*v)).collect() },
         Step::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: index(at(*dst)), args: vec![at(*from)] },
-        Step::Uniform { dst, kind, offset, index: k, stride, count } => {
+        Step::LoadUniform { dst, kind, offset, index: k, stride, count } => {
             Instr::LoadUniform { dst: index(at(*dst)), kind: *kind, offset: *offset, index: k.map(at), stride: *stride, count: *count }
         }
         Step::TextureSize { dst, texture, axis, level } => {

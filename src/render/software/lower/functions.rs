@@ -1,8 +1,8 @@
 //! Built-in functions of WGSL, in terms of tape operations.
 
-use super::Result;
-use super::builder::Val;
-use super::flow::Lowerer;
+use super::error::Result;
+use super::lowerer::Lowerer;
+use super::step::Val;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, MathFunction, ScalarKind, TypeInner};
 
@@ -32,11 +32,11 @@ impl Lowerer<'_> {
         let kind = self.kind_of_any(arg)?;
         let float = kind == ScalarKind::Float;
         let signed = kind == ScalarKind::Sint;
-        let a = self.words_of(arg)?;
+        let a = self.scalars_of(arg)?;
         let mut rest: [Vec<Val>; 3] = Default::default();
         for (r, h) in rest.iter_mut().zip(more) {
             if let Some(h) = h {
-                *r = self.words_of(h)?;
+                *r = self.scalars_of(h)?;
             }
         }
         let [b, c, d] = rest;
@@ -203,14 +203,14 @@ impl Lowerer<'_> {
                 let halves = [self.builder.bin(Op::And, a[0], low), self.builder.bin(Op::ShrU, a[0], by)];
                 halves.into_iter().map(|h| self.builder.un(Op::FFromF16, h)).collect()
             }
-            other => return Err(self.refuse(format!("built-in function {other:?} is not supported"))),
+            other => return Err(self.unsupported(format!("built-in function {other:?} is not supported"))),
         })
     }
 
     fn rows(&self, arg: Handle<Expression>) -> Result<usize> {
         match self.type_of(arg) {
             TypeInner::Matrix { rows, .. } => Ok(*rows as usize),
-            _ => Err(self.refuse("a matrix is needed here".into())),
+            _ => Err(self.unsupported("a matrix is needed here".into())),
         }
     }
 

@@ -4,8 +4,7 @@
 //! turn before it, and exits from loops by one jump in place of two. Only what every turn computes moves: a step behind a skip stays there, since
 //! to run it always may cost more than to run it often.
 
-use super::builder::{Label, Step, Val};
-use super::finish::{reads, writes};
+use super::step::{Label, Step, Val, reads, writes};
 use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
@@ -44,7 +43,7 @@ fn hoist_one(code: &mut [Step], start: usize, end: usize) {
             Step::Label(label) => skips.retain(|l| l != label),
             Step::LoopStart => inner += 1,
             Step::LoopEnd => inner -= 1,
-            Step::Op { dst, .. } | Step::Uniform { dst, .. }
+            Step::Op { dst, .. } | Step::LoadUniform { dst, .. }
                 if inner == 0 && skips.is_empty() && reads(step).iter().all(|v| !changing.contains(v)) =>
             {
                 changing.remove(dst);
@@ -67,7 +66,7 @@ pub fn straighten(code: &mut Vec<Step>) {
     let opposite: HashMap<Val, Val> = code
         .iter()
         .filter_map(|step| match step {
-            Step::Op { dst: dst @ Val::Once(_), op: Op::BNot, args } => Some((*dst, args[0])),
+            Step::Op { dst: dst @ Val::Uniform(_), op: Op::BNot, args } => Some((*dst, args[0])),
             _ => None,
         })
         .collect();

@@ -1,55 +1,45 @@
 //! Lowering: a validated naga module to one [`Program`] per entry point.
 //!
-//! Everything is scalarised: vectors, matrices, structs and arrays are lists of scalar values. Local variables are no memory but an
-//! environment from variable words to values; where control flow joins, words that differ become `select`. Calls are inlined, pointers are
-//! static places. Both sides of a branch on a lane value run, each behind a skip for when no lane needs it; loops stay loops.
-//! What is not supported is refused here, with the place in the source.
+//! In: a module that naga has validated, and the name of an entry point. Out: a tape for all lanes of a batch, or the first thing that the software
+//! renderer does not support, with its place in the source.
+//!
+//! Everything becomes scalars: vectors, matrices, structs and arrays are lists of them. Local variables have no memory: an environment maps each of
+//! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
+//! (`calls.rs`), pointers are resolved to static places (`place.rs`). Both sides of a branch on a lane value run, each behind a skip for when no lane
+//! needs it; loops stay loops (`control_flow.rs`). The builder folds constants and numbers values (`builder.rs`); passes over the steps then remove dead
+//! code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
 
 mod builder;
+mod calls;
 mod chains;
+mod control_flow;
 mod discard;
+mod error;
 mod expr;
 mod finish;
-mod flow;
 mod functions;
 mod loops;
+mod lowerer;
 mod named;
+mod native;
 mod place;
+mod statements;
+mod step;
 mod stored;
+mod value;
+mod watch;
 
-pub use named::{NamedProgram, lower_named};
+pub use error::LowerError;
 pub use stored::lowering;
 
 use super::program::{LaneInput, LaneOutput, Program, Stage};
-use builder::{Builder, Val};
-use flow::Lowerer;
+use builder::Builder;
+use error::Result;
+use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
 use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
-
-/// Why a module cannot run in software.
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("{}{what}", .line.map(|l| format!("line {l}: ")).unwrap_or_default())]
-pub struct LowerError {
-    pub what: String,
-    /// Where in the WGSL; undefined for a module read back from the library.
-    pub span: Span,
-    /// 1-based, once [`LowerError::with_source`] has seen the text.
-    pub line: Option<u32>,
-}
-
-impl LowerError {
-    pub(crate) fn new(what: String, span: Span) -> Self {
-        Self { what, span, line: None }
-    }
-
-    /// Finds the line of the span in the module's text.
-    pub fn with_source(mut self, wgsl: &str) -> Self {
-        self.line = self.span.is_defined().then(|| self.span.location(wgsl).line_number);
-        self
-    }
-}
-
-type Result<T> = std::result::Result<T, LowerError>;
+use step::Val;
+use watch::Watch;
 
 /// Lowers one entry point, vertex or fragment. `info` comes from validating this `module`.
 ///
@@ -67,14 +57,30 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
     lowered(module, info, entry, chains, None).map(|(program, _)| program)
 }
 
+/// A program and the names of what it gives after its own outputs.
+pub struct NamedProgram {
+    pub program: Program,
+    /// Name and the numbers of its outputs, in order of first appearance.
+    pub names: Vec<(String, std::ops::Range<usize>)>,
+}
+
+/// Lowers an entry point with every named value as an output.
+///
+/// # Errors
+/// As [`lower`].
+pub fn lower_named(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<NamedProgram> {
+    let (program, watch) = lowered(module, info, entry, true, Some(Watch::default()))?;
+    let kept = watch.map(|w| w.kept).unwrap_or_default();
+    let mut at = program.outputs.len() - kept.iter().map(|k| k.lanes.len()).sum::<usize>();
+    let names = kept.into_iter().map(|k| {
+        at += k.lanes.len();
+        (k.name, at - k.lanes.len()..at)
+    });
+    Ok(NamedProgram { names: names.collect(), program })
+}
+
 /// One entry point; with a watch also the values that it kept, which come after the program's own outputs.
-fn lowered(
-    module: &naga::Module,
-    info: &ModuleInfo,
-    entry: &str,
-    chains: bool,
-    watch: Option<named::Watch>,
-) -> Result<(Program, Option<named::Watch>)> {
+fn lowered(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool, watch: Option<Watch>) -> Result<(Program, Option<Watch>)> {
     let found = module.entry_points.iter().position(|e| e.name == entry);
     let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let point = &module.entry_points[index];
@@ -97,7 +103,7 @@ fn lowered(
     if let Some(r) = &point.function.result {
         interface.write(module, stage, r.ty, r.binding.as_ref())?;
     }
-    let killed = lowerer.killed();
+    let discarded = lowerer.discarded();
     let mut b = lowerer.builder;
     let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
     let watch = lowerer.watch;
@@ -106,7 +112,7 @@ fn lowered(
         interface.outputs.extend(watch.outputs());
         outputs.extend(watch.values());
     }
-    if let Some(k) = killed {
+    if let Some(k) = discarded {
         outputs.push(k);
     }
     // Outputs are lane values of their own: an input or a broadcast is copied.
@@ -114,14 +120,14 @@ fn lowered(
     for v in &mut outputs {
         if !matches!(v, Val::Lane(_)) || interface.values.contains(v) || !taken.insert(*v) {
             let dst = b.fresh_lane();
-            b.code.push(builder::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
+            b.code.push(step::Step::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
         }
     }
     let constants = b.constants.clone();
     let finished = finish::finish(b, &interface.values, &outputs, chains)?;
     let mut operands = finished.outputs;
-    let discarded = if killed.is_some() { operands.pop() } else { None };
+    let discarded = if discarded.is_some() { operands.pop() } else { None };
     let uses_derivatives =
         finished.lane_tape.iter().any(|i| matches!(i, super::tape::Instr::Lane { op: super::tape::Op::Dpdx | super::tape::Op::Dpdy, .. }));
     let program = Program {
@@ -204,7 +210,7 @@ impl Interface {
             }
             return Ok(all);
         }
-        let refuse = |what: &str| LowerError::new(format!("input '{}': {what}", name.as_deref().unwrap_or("?")), span);
+        let unsupported = |what: &str| LowerError::new(format!("input '{}': {what}", name.as_deref().unwrap_or("?")), span);
         let mut all = Vec::new();
         for component in 0..scalars(inner) {
             let input = match binding {
@@ -216,8 +222,8 @@ impl Interface {
                 Some(Binding::BuiltIn(BuiltIn::VertexIndex)) => LaneInput::VertexIndex,
                 Some(Binding::BuiltIn(BuiltIn::InstanceIndex)) => LaneInput::InstanceIndex,
                 Some(Binding::BuiltIn(BuiltIn::SampleIndex)) => LaneInput::SampleIndex,
-                Some(Binding::BuiltIn(other)) => return Err(refuse(&format!("builtin {other:?} is not supported"))),
-                None => return Err(refuse("has no binding")),
+                Some(Binding::BuiltIn(other)) => return Err(unsupported(&format!("builtin {other:?} is not supported"))),
+                None => return Err(unsupported("has no binding")),
             };
             let v = b.fresh_lane();
             self.inputs.push(input);

@@ -1,76 +1,19 @@
-//! What a module calls its intermediates, kept as outputs of its program: for whoever asks what a pixel was made of.
+//! Programs that also output their named intermediate values, for inspecting a pixel.
 //!
-//! In: a module and an entry point. Out: its program with one more output per number of every named value (`let`, and variables as their
-//! function leaves them). A callee's names stand behind its own and a slash; a second call in the same caller is `name#2`, and of a loop the last
-//! turn counts. A value that the pixel never came to stays NaN. Nothing of this is in a program that draws.
+//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value: each `let`, and each variable as it is when its
+//! function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same caller is `name#2`. In a loop
+//! the last iteration counts. A value that the pixel does not reach is NaN. Programs that draw have none of these outputs.
 
-use super::builder::{Builder, Step, Val};
-use super::flow::Lowerer;
-use super::place::Value;
-use super::{Result, lowered};
-use crate::render::software::program::{LaneOutput, Program};
+use super::error::Result;
+use super::lowerer::Lowerer;
+use super::step::{Step, Val};
+use super::value::Value;
+use super::watch::Kept;
 use crate::render::software::tape::Op;
-use naga::valid::ModuleInfo;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
-use std::collections::HashMap;
 
 /// Values of more numbers are tables, no intermediates.
 const MOST_NUMBERS: usize = 16;
-
-/// A program and the names of what it gives after its own outputs.
-pub struct NamedProgram {
-    pub program: Program,
-    /// Name and the numbers of its outputs, in order of first appearance.
-    pub names: Vec<(String, std::ops::Range<usize>)>,
-}
-
-/// Lowers an entry point with every named value as an output.
-///
-/// # Errors
-/// As [`super::lower`].
-pub fn lower_named(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<NamedProgram> {
-    let (program, watch) = lowered(module, info, entry, true, Some(Watch::default()))?;
-    let kept = watch.map(|w| w.kept).unwrap_or_default();
-    let mut at = program.outputs.len() - kept.iter().map(|k| k.lanes.len()).sum::<usize>();
-    let names = kept.into_iter().map(|k| {
-        at += k.lanes.len();
-        (k.name, at - k.lanes.len()..at)
-    });
-    Ok(NamedProgram { names: names.collect(), program })
-}
-
-/// One named value.
-#[derive(Debug)]
-struct Kept {
-    name: String,
-    lanes: Vec<Val>,
-}
-
-/// What has been named so far.
-#[derive(Debug, Default)]
-pub struct Watch {
-    kept: Vec<Kept>,
-    known: HashMap<String, usize>,
-    /// Calls by caller's path and callee, in order of first appearance: a loop's body is lowered several times.
-    calls: HashMap<(String, String), Vec<usize>>,
-    path: Vec<String>,
-}
-
-impl Watch {
-    /// Gives every kept value its start.
-    pub fn begin(&self, b: &mut Builder) {
-        let unknown = b.float(f64::NAN);
-        let starts = self.values().map(|dst| Step::Op { dst, op: Op::Copy, args: smallvec::smallvec![unknown] }).collect::<Vec<_>>();
-        b.code.splice(0..0, starts);
-    }
-    pub fn values(&self) -> impl Iterator<Item = Val> {
-        self.kept.iter().flat_map(|k| k.lanes.iter().copied())
-    }
-    /// Locations that no target has.
-    pub fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
-        (0..self.values().count()).map(|k| LaneOutput::Location { index: 1000 + k as u32, component: 0, flat: false })
-    }
-}
 
 impl<'m> Lowerer<'m> {
     pub fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
@@ -94,11 +37,11 @@ impl<'m> Lowerer<'m> {
 
     /// Keeps an expression's value if it has a name.
     pub fn watch_value(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
-        let (Some(_), Value::Words(words)) = (&self.watch, value) else { return Ok(()) };
+        let (Some(_), Value::Scalars(scalars)) = (&self.watch, value) else { return Ok(()) };
         let frame = self.frame();
         let Some(name) = frame.function.named_expressions.get(&handle) else { return Ok(()) };
         let inner = frame.info[handle].ty.inner_with(&self.module.types).clone();
-        self.keep(name.clone(), &inner, words)
+        self.keep(name.clone(), &inner, scalars)
     }
 
     /// Keeps the variables of the function that ends.
@@ -110,26 +53,26 @@ impl<'m> Lowerer<'m> {
         for (handle, local) in function.local_variables.iter() {
             let (Some(name), Some(at)) = (&local.name, self.frame().locals.get(&handle).copied()) else { continue };
             let inner = &self.module.types[local.ty].inner;
-            let words = self.env[at..at + self.words(inner)?].to_vec();
-            self.keep(name.clone(), inner, &words)?;
+            let scalars = self.env[at..at + self.scalar_count(inner)?].to_vec();
+            self.keep(name.clone(), inner, &scalars)?;
         }
         Ok(())
     }
 
-    fn keep(&mut self, name: String, inner: &TypeInner, words: &[Val]) -> Result<()> {
+    fn keep(&mut self, name: String, inner: &TypeInner, scalars: &[Val]) -> Result<()> {
         if let TypeInner::Struct { members, .. } = inner {
             let mut at = 0;
             for m in members {
                 let of_member = &self.module.types[m.ty].inner;
-                let count = self.words(of_member)?;
-                self.keep(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &words[at..at + count])?;
+                let count = self.scalar_count(of_member)?;
+                self.keep(format!("{name}.{}", m.name.as_deref().unwrap_or("?")), of_member, &scalars[at..at + count])?;
                 at += count;
             }
             return Ok(());
         }
-        let Some(kind) = inner.scalar_kind().filter(|_| words.len() <= MOST_NUMBERS) else { return Ok(()) };
+        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MOST_NUMBERS) else { return Ok(()) };
         let (one, zero) = (self.builder.float(1.0), self.builder.float(0.0));
-        let numbers: Vec<Val> = words
+        let numbers: Vec<Val> = scalars
             .iter()
             .map(|v| match kind {
                 ScalarKind::Bool => self.builder.select(*v, one, zero),

@@ -1,36 +1,11 @@
-//! Where pointers point: words of the environment or of the uniform block, with indices known or not.
+//! Pointers as static places: scalars of the environment, or bytes of the uniform block, with constant or computed indices.
 
-use super::builder::Val;
-use super::flow::Lowerer;
-use super::{LowerError, Result};
+use super::error::{LowerError, Result};
+use super::lowerer::Lowerer;
+use super::step::Val;
+use super::value::Place;
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
-
-/// A static place; `inner` is the type found there.
-#[derive(Clone, Debug)]
-pub enum Place {
-    /// Word `base` of the environment plus each index (clamped to its count) times its stride in words.
-    Local { base: usize, indices: Vec<(Val, usize, u32)>, inner: TypeInner },
-    /// Byte `offset` of the uniform block plus `dynamic` words.
-    Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
-}
-
-/// What an expression stands for.
-#[derive(Clone, Debug)]
-pub enum Value {
-    Words(Vec<Val>),
-    Place(Place),
-    /// A texture or a sampler.
-    Resource(naga::Handle<naga::GlobalVariable>),
-}
-
-impl Place {
-    pub fn inner(&self) -> &TypeInner {
-        match self {
-            Self::Local { inner, .. } | Self::Uniform { inner, .. } => inner,
-        }
-    }
-}
 
 pub fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind> {
     let scalar = inner.scalar().ok_or_else(|| LowerError::new("a scalar or vector is needed here".into(), span))?;
@@ -46,24 +21,26 @@ pub fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
 
 impl Lowerer<'_> {
     /// Scalars in a value of this type.
-    pub fn words(&self, inner: &TypeInner) -> Result<usize> {
+    pub fn scalar_count(&self, inner: &TypeInner) -> Result<usize> {
         Ok(match inner {
             TypeInner::Scalar(_) => 1,
             TypeInner::Vector { size, .. } => *size as usize,
             TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
-            TypeInner::Array { base, size: ArraySize::Constant(n), .. } => self.words(&self.module.types[*base].inner)? * n.get() as usize,
+            TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
+                self.scalar_count(&self.module.types[*base].inner)? * n.get() as usize
+            }
             TypeInner::Struct { members, .. } => {
                 let mut n = 0;
                 for m in members {
-                    n += self.words(&self.module.types[m.ty].inner)?;
+                    n += self.scalar_count(&self.module.types[m.ty].inner)?;
                 }
                 n
             }
-            other => return Err(self.refuse(format!("values of this type are not supported: {other:?}"))),
+            other => return Err(self.unsupported(format!("values of this type are not supported: {other:?}"))),
         })
     }
 
-    /// Child `index` of a composite type: its type, its offset in words and in uniform bytes.
+    /// Child `index` of a composite type: its type, its offset in scalars and in uniform bytes.
     pub fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {
@@ -73,17 +50,17 @@ impl Lowerer<'_> {
             }
             TypeInner::Array { base, stride, .. } => {
                 let child = self.module.types[*base].inner.clone();
-                let words = self.words(&child)?;
-                (child, k * words, index * stride)
+                let scalars = self.scalar_count(&child)?;
+                (child, k * scalars, index * stride)
             }
             TypeInner::Struct { members, .. } => {
                 let mut at = 0;
                 for m in &members[..k] {
-                    at += self.words(&self.module.types[m.ty].inner)?;
+                    at += self.scalar_count(&self.module.types[m.ty].inner)?;
                 }
                 (self.module.types[members[k].ty].inner.clone(), at, members[k].offset)
             }
-            other => return Err(self.refuse(format!("cannot index {other:?}"))),
+            other => return Err(self.unsupported(format!("cannot index {other:?}"))),
         })
     }
 
@@ -93,14 +70,14 @@ impl Lowerer<'_> {
             TypeInner::Matrix { columns, .. } => *columns as u32,
             TypeInner::Array { size: ArraySize::Constant(n), .. } => n.get(),
             TypeInner::Struct { members, .. } => members.len() as u32,
-            other => return Err(self.refuse(format!("cannot index {other:?}"))),
+            other => return Err(self.unsupported(format!("cannot index {other:?}"))),
         })
     }
 
     pub fn place_child(&mut self, place: &Place, index: u32) -> Result<Place> {
-        let (child, words, bytes) = self.child(place.inner(), index)?;
+        let (child, scalars, bytes) = self.child(place.inner(), index)?;
         Ok(match place.clone() {
-            Place::Local { base, indices, .. } => Place::Local { base: base + words, indices, inner: child },
+            Place::Local { base, indices, .. } => Place::Local { base: base + scalars, indices, inner: child },
             Place::Uniform { offset, dynamic, .. } => Place::Uniform { offset: offset + bytes, dynamic, inner: child },
         })
     }
@@ -110,10 +87,10 @@ impl Lowerer<'_> {
         if let Some(k) = self.builder.known_int(index) {
             return self.place_child(place, k.min(count - 1));
         }
-        let (child, words, bytes) = self.child(place.inner(), 1)?;
+        let (child, scalars, bytes) = self.child(place.inner(), 1)?;
         Ok(match place.clone() {
             Place::Local { base, mut indices, .. } => {
-                indices.push((index, words, count));
+                indices.push((index, scalars, count));
                 Place::Local { base, indices, inner: child }
             }
             Place::Uniform { offset, dynamic, .. } => {
@@ -133,7 +110,7 @@ impl Lowerer<'_> {
     pub fn load(&mut self, place: &Place) -> Result<Vec<Val>> {
         match place {
             Place::Local { base, indices, inner } => {
-                let n = self.words(inner)?;
+                let n = self.scalar_count(inner)?;
                 self.load_local(*base, indices, n)
             }
             Place::Uniform { offset, dynamic, inner } => {
@@ -143,8 +120,8 @@ impl Lowerer<'_> {
                 let mut all = Vec::new();
                 for (at, kind) in leaves {
                     let index = dynamic.map(|d| (d, span.saturating_sub(at / 4)));
-                    let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.uniform(word, offset + at, index));
+                    let scalar = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
+                    all.push(self.builder.uniform(scalar, offset + at, index));
                 }
                 Ok(all)
             }
@@ -174,7 +151,7 @@ impl Lowerer<'_> {
                 self.store_local(*base, &indices.clone(), values, always);
                 Ok(())
             }
-            Place::Uniform { .. } => Err(self.refuse("the uniform block cannot be written".into())),
+            Place::Uniform { .. } => Err(self.unsupported("the uniform block cannot be written".into())),
         }
     }
 
@@ -202,6 +179,29 @@ impl Lowerer<'_> {
         for k in 0..self.children(inner)? {
             let (child, _, bytes) = self.child(inner, k)?;
             self.leaves(&child, at + bytes, out)?;
+        }
+        Ok(())
+    }
+
+    pub fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<Val>> {
+        let n = self.scalar_count(inner)?;
+        let mut kinds = Vec::with_capacity(n);
+        self.zero_scalars(inner, &mut kinds)?;
+        Ok(kinds)
+    }
+
+    fn zero_scalars(&mut self, inner: &TypeInner, out: &mut Vec<Val>) -> Result<()> {
+        if let TypeInner::Scalar(s) = inner {
+            out.push(match supported(*s, self.span)? {
+                ScalarKind::Float => self.builder.float(0.0),
+                ScalarKind::Bool => self.builder.bool(false),
+                _ => self.builder.int(0),
+            });
+            return Ok(());
+        }
+        for k in 0..self.children(inner)? {
+            let (child, _, _) = self.child(inner, k)?;
+            self.zero_scalars(&child, out)?;
         }
         Ok(())
     }

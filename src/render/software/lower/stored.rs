@@ -1,33 +1,149 @@
-//! The lowering as the shader library takes it: a function and a digest of the code that decides what it yields.
+//! What the shader library needs to store lowered modules: the lowering and a digest of its sources.
+//!
+//! The digest names the library's folder and the record of modules that a test run has proven, so it covers every source file that decides which
+//! tape a module becomes:
+//! - `lower/`: the lowering itself;
+//! - `kernels/` and `math/`: constants are folded by the operations that the kernels run, and fused kernels exist only for the chains in
+//!   `kernels/chains.rs`;
+//! - `tape.rs` and `program.rs`: the format that is stored.
+//!
+//! Whole folders are embedded, so a file that is added there is covered. Not covered: what only runs a tape (`exec`, `sample`, `raster`, `shade` and
+//! the rest of `render::software`), which works on stored tapes as they are. naga and the fragments are in the generator's own digest.
 
+use include_dir::{Dir, include_dir};
 use sha2::{Digest, Sha256};
 
-/// Everything that decides how a module becomes a tape and what the tape means; the library's folder is named after it.
-const LOWERING_SOURCES: &[&[u8]] = &[
-    include_bytes!("../program.rs"),
-    include_bytes!("../tape.rs"),
-    include_bytes!("mod.rs"),
-    include_bytes!("builder.rs"),
-    include_bytes!("discard.rs"),
-    include_bytes!("expr.rs"),
-    include_bytes!("finish.rs"),
-    include_bytes!("flow.rs"),
-    include_bytes!("functions.rs"),
-    include_bytes!("place.rs"),
-    include_bytes!("../kernels/ops.rs"),
-    include_bytes!("../kernels/chains.rs"),
-    include_bytes!("chains.rs"),
-    include_bytes!("../math/mod.rs"),
-    include_bytes!("../math/double.rs"),
+static FOLDERS: [(&str, Dir<'_>); 3] = [
+    ("kernels", include_dir!("$CARGO_MANIFEST_DIR/src/render/software/kernels")),
+    ("lower", include_dir!("$CARGO_MANIFEST_DIR/src/render/software/lower")),
+    ("math", include_dir!("$CARGO_MANIFEST_DIR/src/render/software/math")),
 ];
+const FILES: [(&str, &[u8]); 2] = [("program.rs", include_bytes!("../program.rs")), ("tape.rs", include_bytes!("../tape.rs"))];
+
+/// Path inside render/software/ and content of every source that decides a tape, in order of path.
+fn sources() -> Vec<(String, &'static [u8])> {
+    fn rust_files<'a>(name: &str, dir: &'a Dir<'a>, out: &mut Vec<(String, &'a [u8])>) {
+        let rust = dir.files().filter(|f| f.path().extension().is_some_and(|e| e == "rs"));
+        out.extend(rust.map(|f| (format!("{name}/{}", f.path().display()).replace('\\', "/"), f.contents())));
+        dir.dirs().for_each(|d| rust_files(name, d, out));
+    }
+    let mut all: Vec<(String, &[u8])> = FILES.map(|(path, content)| (path.to_owned(), content)).into();
+    FOLDERS.iter().for_each(|(name, dir)| rust_files(name, dir, &mut all));
+    all.sort();
+    all
+}
+
+fn digest_of(sources: &[(String, &[u8])]) -> String {
+    let mut hash = Sha256::new();
+    for (path, content) in sources {
+        // Lengths in front, so that no two lists run together to the same bytes.
+        for part in [path.as_bytes(), content] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part);
+        }
+    }
+    hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
+}
 
 /// What the shader library needs to store tapes: the lowering and the digest of its code.
 pub fn lowering() -> crate::shader::Lowering {
-    let mut hash = Sha256::new();
-    for source in LOWERING_SOURCES {
-        hash.update((source.len() as u64).to_le_bytes());
-        hash.update(source);
+    crate::shader::Lowering { digest: digest_of(&sources()), lower: super::lower_to_bytes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    /// Rooms outside render/software whose sources the generator's digest covers.
+    const COVERED_ELSEWHERE: [&str; 1] = ["shader"];
+
+    fn identifier(text: &str) -> &str {
+        text.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("")
     }
-    let digest = hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect();
-    crate::shader::Lowering { digest, lower: super::lower_to_bytes }
+
+    /// Modules of render/software, and other rooms, that a source names in its paths.
+    fn named_by(path: &str, text: &str) -> BTreeSet<String> {
+        let text = text.split("#[cfg(test)]").next().unwrap_or("");
+        let code: String = text.lines().map(|l| l.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n");
+        let mut named = BTreeSet::new();
+        for (at, _) in code.match_indices("crate::") {
+            let rest = &code[at + "crate::".len()..];
+            named.insert(
+                rest.strip_prefix("render::software::").map_or_else(|| format!("crate::{}", identifier(rest)), |r| identifier(r).into()),
+            );
+        }
+        // `super` of lower/x.rs is lower, of lower/mod.rs and of tape.rs render::software.
+        let to_software = if path.contains('/') && !path.ends_with("/mod.rs") { 2 } else { 1 };
+        for (at, _) in code.match_indices("super::") {
+            let before = &code[..at];
+            let deep = 1 + (0..).take_while(|k| before.ends_with(&"super::".repeat(k + 1))).count();
+            if deep == to_software {
+                named.insert(identifier(&code[at + "super::".len()..]).to_owned());
+            }
+        }
+        named.retain(|n| !n.is_empty() && n != "super");
+        named
+    }
+
+    /// What sources name that the digest leaves out.
+    fn left_out(sources: &[(String, &[u8])]) -> BTreeSet<String> {
+        let covered: BTreeSet<&str> = sources.iter().map(|(p, _)| p.split(['/', '.']).next().unwrap_or("")).collect();
+        let texts = sources.iter().map(|(path, content)| (path, std::str::from_utf8(content).expect("UTF-8")));
+        let named = texts.flat_map(|(path, text)| named_by(path, text));
+        named
+            .filter(|n| !covered.contains(n.as_str()))
+            .filter(|n| n.strip_prefix("crate::").is_none_or(|room| !COVERED_ELSEWHERE.contains(&room)))
+            .collect()
+    }
+
+    #[test]
+    fn every_file_of_the_folders_is_in_the_digest() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/render/software");
+        let sources = sources();
+        for (folder, _) in &FOLDERS {
+            for entry in root.join(folder).read_dir().expect("a folder").flatten() {
+                let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
+                assert!(sources.iter().any(|(p, _)| *p == path), "{path}");
+            }
+        }
+        for path in ["lower/loops.rs", "kernels/mod.rs", "math/double.rs", "tape.rs", "program.rs"] {
+            assert!(sources.iter().any(|(p, _)| p == path), "{path}");
+        }
+    }
+
+    #[test]
+    fn every_module_that_they_use_is_in_the_digest() {
+        let all = sources();
+        assert_eq!(left_out(&all), BTreeSet::new());
+        // A folder less, or a new dependency, is found.
+        for folder in ["kernels", "math", "tape", "program"] {
+            let less: Vec<_> = all.iter().filter(|(p, _)| !p.starts_with(folder)).cloned().collect();
+            assert!(left_out(&less).contains(folder), "{folder}");
+        }
+        for (path, new) in [
+            ("lower/new.rs", "use crate::render::software::exec::Executor;"),
+            ("lower/new.rs", "use super::super::exec;"),
+            ("lower/mod.rs", "use super::exec;"),
+        ] {
+            assert_eq!(named_by(path, new), BTreeSet::from(["exec".to_owned()]), "{path}: {new}");
+        }
+        assert_eq!(named_by("lower/new.rs", "use super::builder::Val;"), BTreeSet::new());
+        // Put together, because tests/project/layering.rs reads this file too.
+        let elsewhere = ["use crate", "scene::draw;"].join("::");
+        assert_eq!(named_by("lower/new.rs", &elsewhere), BTreeSet::from([["crate", "scene"].join("::")]));
+    }
+
+    #[test]
+    fn an_edit_of_any_source_changes_the_digest() {
+        let all = sources();
+        let edited = (0..all.len()).map(|k| {
+            let mut edited = all.clone();
+            edited[k].1 = b"// edited";
+            digest_of(&edited)
+        });
+        let digests: BTreeSet<String> = edited.chain([digest_of(&all)]).collect();
+        assert_eq!(digests.len(), all.len() + 1);
+    }
 }

@@ -1,7 +1,7 @@
 //! Elementary functions for lanes, branch-free so that the compiler turns a loop over lanes into vector code.
 //!
 //! Every function is generic over `F`: true uses fused multiply-add, false rounds product and sum apart. For one value of `F` the result
-//! is the same bit pattern on every kernel class, because only IEEE basic operations occur. Errors are measured in tests/software_math.rs.
+//! is the same bit pattern on every kernel class, because only IEEE basic operations occur. Errors are measured in tests/software/math.rs.
 //!
 //! f32 `sin` and `cos` reduce in f64; `pow` passes through f64 polynomials of the length that an f32 needs; the less frequent
 //! f32 functions (tan, hyperbolic and inverse hyperbolic) are the f64 ones, rounded.
@@ -9,7 +9,7 @@
 pub mod double;
 pub mod single;
 
-use super::kernels::Kernels;
+use super::kernels::class::Kernels;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks travel in the same slots, bit-cast:

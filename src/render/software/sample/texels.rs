@@ -7,7 +7,7 @@ use crate::image::{TexelFormat, Texture};
 use std::sync::LazyLock;
 
 /// IEC 61966-2-1, byte to linear.
-static SRGB_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| crate::image::srgb_to_linear(i as f64 / 255.0) as f32));
+static SRGB_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| crate::units::srgb_to_linear(i as f64 / 255.0) as f32));
 
 /// Texels of one level at most: indices are 32 bits wide.
 const MOST_TEXELS: u64 = 1 << 30;

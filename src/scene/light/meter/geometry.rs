@@ -4,6 +4,7 @@
 
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
+use crate::scene::numeric::smoothstep;
 use crate::scene::placed::Placed;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -12,14 +13,9 @@ use std::f64::consts::PI;
 /// gradually.
 const EDGE_DECADES: f64 = 5.0;
 
-pub(crate) fn smooth(x: f64) -> f64 {
-    let x = x.clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x)
-}
-
 /// What a place weighs by how far from the middle of the frame it is: 0 there, 1 on its edge.
 pub(crate) fn by_place(outwards: f64) -> f64 {
-    10.0_f64.powf(-EDGE_DECADES * smooth(2.0 * outwards - 1.0))
+    10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * outwards - 1.0))
 }
 
 /// A ray against a body in its unit-sphere frame.
@@ -61,7 +57,7 @@ pub(crate) fn in_frame_share(camera: &Camera, p: &Placed<'_>) -> f64 {
 }
 
 /// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
-/// exact overlap while the body is larger than twice the Sun or smaller than half of it; between these within 0.15.
+/// exact overlap while the body is larger than four times the Sun or smaller than half of it; between these within 0.13.
 pub(crate) fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
     if body < sun {
         let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
@@ -94,4 +90,39 @@ pub(crate) fn left_behind(body: &Placement, towards: DVec3, radius: f64) -> f64 
     let separation = crate::ephemeris::angle_rad(body.centre_km, towards);
     let (limb, slant) = limb_towards(body, towards);
     left_by(limb + (separation - limb) * slant, limb, radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a disc leaves of another of radius 1, a distance apart: the area that two circles share, in closed form.
+    fn exactly_left(separation: f64, body: f64) -> f64 {
+        if separation >= 1.0 + body {
+            return 1.0;
+        }
+        if separation <= (1.0 - body).abs() {
+            return if body >= 1.0 { 0.0 } else { 1.0 - body * body };
+        }
+        // Half angles of the chord through both crossings, seen from either middle.
+        let of_sun = ((separation * separation + 1.0 - body * body) / (2.0 * separation)).acos();
+        let of_body = ((separation * separation + body * body - 1.0) / (2.0 * separation * body)).acos();
+        let segment = |angle: f64| angle - angle.sin() * angle.cos();
+        1.0 - (segment(of_sun) + body * body * segment(of_body)) / PI
+    }
+
+    #[test]
+    fn what_a_body_leaves_of_the_sun_is_within_the_stated_bounds() {
+        let worst = |bodies: &[f64]| {
+            let off = |body: f64| {
+                (0..=400)
+                    .map(move |k| (1.0 + body) * f64::from(k) / 380.0)
+                    .map(move |s| (left_by(s, body, 1.0) - exactly_left(s, body)).abs())
+            };
+            bodies.iter().flat_map(|b| off(*b)).fold(0.0, f64::max)
+        };
+        let (clear, near) = (worst(&[0.02, 0.1, 0.3, 0.5, 4.0, 10.0, 100.0]), worst(&[0.6, 0.9, 1.0, 1.1, 1.5, 2.0, 3.0]));
+        assert!(clear < 0.03, "{clear}");
+        assert!(near < 0.13 && near > 0.03, "{near}");
+    }
 }

@@ -24,11 +24,12 @@ use crate::scene::light::glow::Veil;
 use crate::scene::light::lamps::{self, Lamps};
 use crate::scene::light::lights::{self, LightOn, Reflector};
 use crate::scene::light::photometry;
+use crate::scene::numeric::smoothstep;
 use crate::scene::placed::Placed;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, by_place, in_frame_share, left_behind, meet, smooth};
+use geometry::{area_px, by_place, in_frame_share, left_behind, meet};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -51,7 +52,7 @@ const WEIGHS_MOST: f64 = 1.0;
 const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// What the dark sky weighs: a point of light that weighs less is one in a picture of the sky.
 const DARK_WEIGHS: f64 = 1e-6;
-/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/totality.rs). Measured skies keep a
+/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs). Measured skies keep a
 /// fifth of it (Dandekar and Turtle 1971, Applied Optics 10, 1220); until 99.8 % are covered it is sunlight attenuated (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const LEFT_IN_TOTALITY: f64 = 5.5e-4;
 /// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.
@@ -266,7 +267,7 @@ impl Frame<'_, '_> {
         let far = match p.outline {
             Outline::Ellipse { .. } => {
                 let [from, to] = FAR_RADII;
-                smooth((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
+                smoothstep((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
             }
             Outline::Open => 0.0,
             Outline::Behind | Outline::Beside => return (tally, 0.0),
@@ -357,7 +358,7 @@ impl Frame<'_, '_> {
             let clip = DVec2::new(rect.left, rect.bottom) + size * part;
             let direction = camera.ray(clip);
             let met = meet(&p.placement, direction);
-            let covers = smooth(0.5 + met.within / spacing) * self.unhidden(p, direction, spacing);
+            let covers = smoothstep(0.5 + met.within / spacing) * self.unhidden(p, direction, spacing);
             if covers <= 0.0 {
                 continue;
             }
@@ -373,7 +374,7 @@ impl Frame<'_, '_> {
     /// What nearer bodies leave of a ray.
     fn unhidden(&self, p: &Placed<'_>, direction: DVec3, spacing: f64) -> f64 {
         let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
-        nearer.map(|o| 1.0 - smooth(0.5 + meet(&o.placement, direction).within / spacing)).product()
+        nearer.map(|o| 1.0 - smoothstep(0.5 + meet(&o.placement, direction).within / spacing)).product()
     }
 
     /// The Sun's disc: what is seen of it, by its share of the frame.
@@ -422,7 +423,7 @@ impl Frame<'_, '_> {
                 // A place of the grid is about so wide.
                 let wide = rho * tangent * (growth - 1.0);
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / wide + 0.5;
-                let inside = smooth(edge.x) * smooth(edge.y);
+                let inside = smoothstep(edge.x) * smoothstep(edge.y);
                 if inside > 0.0 {
                     let open = self.unhidden(sun, direction, wide);
                     let inside = inside * by_place(clip.abs().max_element().min(1.0));
@@ -444,7 +445,7 @@ impl Frame<'_, '_> {
     fn open_sky(&self) -> f64 {
         let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let open = self.over_frame(|ray| 1.0 - smooth(0.5 + meet(&p.placement, ray).within / spacing));
+        let open = self.over_frame(|ray| 1.0 - smoothstep(0.5 + meet(&p.placement, ray).within / spacing));
         open.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 

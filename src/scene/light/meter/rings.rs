@@ -1,10 +1,11 @@
 //! The light of rings: what they send to the camera, and onto their globe's night.
 
-use super::geometry::{by_place, meet, smooth};
+use super::geometry::{by_place, meet};
 use super::{Frame, Tally};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::light::{lights, photometry};
+use crate::scene::numeric::smoothstep;
 use crate::scene::placed::Placed;
 use crate::scene::purpose::{Bound, Purpose};
 use crate::scene::request::effects::Effect;
@@ -20,7 +21,7 @@ const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
 impl Frame<'_, '_> {
     /// What the rings give the globe, where its night is seen: by day a hundredth of the light.
     pub(super) fn ring_shine_on(&self, p: &Placed<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weighs = smooth((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
+        let weighs = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
         let asked = self.meter.context.request.effects.asked(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         if weighs <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
@@ -110,10 +111,10 @@ impl Frame<'_, '_> {
             // In the globe's shadow the ring is dark, behind the globe it is not seen.
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
             let (place, towards) = (met * stretch, (sun * stretch).normalize());
-            let shadowed = if place.dot(towards) < 0.0 { smooth((place.cross(towards).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
+            let shadowed = if place.dot(towards) < 0.0 { smoothstep((place.cross(towards).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
             let globe = meet(&p.placement, direction);
             let behind = reach > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
-            let open = if behind { 1.0 - smooth(0.5 + globe.within / spacing) } else { 1.0 };
+            let open = if behind { 1.0 - smoothstep(0.5 + globe.within / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * shadowed;
             let weighs = by_place(clip.abs().max_element());
             tally.add(share * weighs * open * self.unhidden(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));

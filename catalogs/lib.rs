@@ -1,0 +1,34 @@
+//! The data files of Orrery, as bytes and text. README.md states source, licence, units, frame, epoch and error bound of each file.
+//!
+//! Nothing is parsed here. The crate exists because a package in a registry holds 10 MB at most.
+
+/// Name and text of the body tables, in the order in which they are read.
+pub static TABLES: &[(&str, &str)] = &[
+    ("planets.toml", include_str!("planets.toml")),
+    ("dwarfs_and_asteroids.toml", include_str!("dwarfs_and_asteroids.toml")),
+    ("moons_inner.toml", include_str!("moons_inner.toml")),
+    ("moons_jupiter.toml", include_str!("moons_jupiter.toml")),
+    ("moons_saturn.toml", include_str!("moons_saturn.toml")),
+    ("moons_outer.toml", include_str!("moons_outer.toml")),
+    ("rings.toml", include_str!("rings.toml")),
+    ("atmospheres.toml", include_str!("atmospheres.toml")),
+    ("moments.toml", include_str!("moments.toml")),
+];
+
+/// SPK kernel of planets and barycentres, 1900 to 2100, baked by `examples/bake_kernel.rs`.
+pub static KERNEL: &[u8] = include_bytes!("orrery_1900_2100.bsp");
+
+/// SPK kernel of Pluto's barycentre, 1551 to 2646.
+pub static PLUTO_KERNEL: &[u8] = include_bytes!("pluto_1551_2646.bsp");
+
+/// Text PCK: radii, poles and prime meridians.
+pub static PLANETARY_CONSTANTS: &str = include_str!("pck00011.tpc");
+
+/// CSV of the truncated ELP 2000 series of the Moon.
+pub static LUNAR_SERIES: &str = include_str!("elp2000_truncated.csv");
+
+/// JSON of the L1.2 theory of the Galilean moons.
+pub static GALILEAN_THEORY: &str = include_str!("galilean_l12.json");
+
+/// JSON of the TASS 1.7 theory of Saturn's moons.
+pub static SATURN_THEORY: &str = include_str!("saturn_tass17.json");

@@ -1,0 +1,12 @@
+//! Prints the WGSL module of a shader key:
+//!
+//!     cargo run --release --example emit_shader -- lambert.albedo.sun1.ellipsoid > body.wgsl
+
+use orrery::shader::{emit, key::ShaderKey};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let text = std::env::args().nth(1).unwrap_or_else(|| "lambert.albedo.sun1.ellipsoid".into());
+    let key: ShaderKey = text.parse()?;
+    print!("{}", emit(&key)?.wgsl);
+    Ok(())
+}

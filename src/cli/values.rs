@@ -1,0 +1,32 @@
+//! Values of options: the choices of the rooms below, by the names that the command line has for them.
+//!
+//! In: nothing. Out: clap's lists of values. Always: one enum for one choice, here and below.
+
+use crate::catalog::EclipseRadii;
+use crate::ephemeris::Source;
+use crate::render::software::Precision;
+use crate::scene::request::Quality;
+use crate::session::RendererWish;
+use crate::shader::translate::Language;
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+
+macro_rules! values {
+    ($choice:ty: $($variant:ident $name:literal),*) => {
+        impl ValueEnum for $choice {
+            fn value_variants<'a>() -> &'a [Self] {
+                &[$(Self::$variant),*]
+            }
+            fn to_possible_value(&self) -> Option<PossibleValue> {
+                Some(PossibleValue::new(match self { $(Self::$variant => $name),* }))
+            }
+        }
+    };
+}
+
+values!(RendererWish: Auto "auto", Gpu "gpu", Software "software");
+values!(Quality: Draft "draft", Standard "standard", Reference "reference");
+values!(EclipseRadii: Iau "iau", Almanac "almanac");
+values!(Source: Mean "mean", Series "series", Kernel "kernel");
+values!(Precision: F32 "f32", F64 "f64");
+values!(Language: Wgsl "wgsl", Hlsl "hlsl", Glsl "glsl", Msl "msl", Spirv "spirv", Assembly "spirv-text", Ir "ir");

@@ -1,0 +1,57 @@
+//! What the executor asks of textures, and a unit for programs that read none.
+
+use super::LaneMask;
+use crate::render::software::math::Real;
+
+/// Reads textures for a batch. `texture` indexes [`Program::textures`]; slices hold one value per lane; lanes outside `active` may hold
+/// anything, NaN included, and their results are not used.
+pub trait TextureUnit<R: Real> {
+    /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
+    #[expect(clippy::too_many_arguments, reason = "one slice for each operand of the instruction")]
+    fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
+    /// The same with up to `most` taps along the footprint, as shaders/lib/filtered.wgsl sums them; a unit that does not know better takes one.
+    /// `place`: u and v.
+    #[expect(clippy::too_many_arguments, reason = "one slice for each operand of the instruction")]
+    fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {
+        let _ = most;
+        self.sample_gradients(texture, place[0], place[1], g, active, out);
+    }
+    /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
+    fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
+    /// One texel; integers bit-cast ([`Real::int`]); outside the level: zeros.
+    fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
+    /// Width and height in texels of a level (clamped to those there are).
+    fn dimensions(&self, texture: usize, level: u32) -> [u32; 2];
+    /// Number of mip levels.
+    fn levels(&self, texture: usize) -> u32;
+}
+
+/// Derivatives of texture coordinates by pixel, one per lane.
+#[derive(Clone, Copy)]
+pub struct Gradients<'a, R> {
+    pub du_dx: &'a [R],
+    pub dv_dx: &'a [R],
+    pub du_dy: &'a [R],
+    pub dv_dy: &'a [R],
+}
+
+/// A unit for programs that read no texture: zeros.
+pub struct NoTextures;
+
+impl<R: Real> TextureUnit<R> for NoTextures {
+    fn sample_gradients(&self, _: usize, _: &[R], _: &[R], _: Gradients<'_, R>, _: LaneMask, out: [&mut [R]; 4]) {
+        out.into_iter().for_each(|o| o.fill(R::ZERO));
+    }
+    fn sample_level(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {
+        out.into_iter().for_each(|o| o.fill(R::ZERO));
+    }
+    fn load(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {
+        out.into_iter().for_each(|o| o.fill(R::ZERO));
+    }
+    fn dimensions(&self, _: usize, _: u32) -> [u32; 2] {
+        [1, 1]
+    }
+    fn levels(&self, _: usize) -> u32 {
+        1
+    }
+}

@@ -1,0 +1,28 @@
+//! Operands of a kernel.
+
+use crate::render::software::math::Real;
+
+/// An operand: lanes, or one value for all. References and no pointers, because checked builds test every use of a pointer, and loops with
+/// tests do not become vector code.
+pub struct Input<'a, R, const N: usize> {
+    lanes: Option<&'a [R; N]>,
+    single: R,
+}
+
+impl<R: Real, const N: usize> Input<'_, R, N> {
+    /// # Safety
+    /// `values` is valid for `N` reads, or one where `lanes` is false, as long as this lives.
+    #[inline(always)]
+    pub unsafe fn new(values: *const R, lanes: bool) -> Self {
+        // SAFETY: the caller vouches for it.
+        unsafe { Self { lanes: if lanes { Some(&*values.cast()) } else { None }, single: *values } }
+    }
+
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> R {
+        match self.lanes {
+            Some(values) => values[i],
+            None => self.single,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Calls: every function is inlined where it is called.
+
+use super::error::Result;
+use super::lowerer::{CallFrame, Lowerer};
+use super::step::Val;
+use super::value::Value;
+use naga::valid::FunctionInfo;
+use naga::{Expression, Function, Handle, Statement};
+use rustc_hash::FxHashMap as HashMap;
+
+impl<'m> Lowerer<'m> {
+    pub fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<Val>>) -> Result<Vec<Val>> {
+        self.call(function, info, arguments.into_iter().map(Value::Scalars).collect())
+    }
+
+    /// Inlines a call and gives the scalars of its result.
+    pub fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<Val>> {
+        let base = self.env.len();
+        let no = self.builder.bool(false);
+        self.env.push(no);
+        let result = self.env.len();
+        if let Some(r) = &function.result {
+            let zeros = self.zeros(&self.module.types[r.ty].inner)?;
+            self.env.extend(zeros);
+        }
+        let end = self.env.len();
+        let mut frame = CallFrame {
+            function,
+            info,
+            arguments,
+            values: HashMap::default(),
+            locals: HashMap::default(),
+            returned: base,
+            result,
+            loops: Vec::new(),
+        };
+        let mut inits = Vec::new();
+        for (handle, local) in function.local_variables.iter() {
+            frame.locals.insert(handle, self.env.len());
+            if let Some(init) = local.init {
+                inits.push((self.env.len(), init));
+            }
+            let zeros = self.zeros(&self.module.types[local.ty].inner)?;
+            self.env.extend(zeros);
+        }
+        self.frames.push(frame);
+        for (at, init) in inits {
+            let values = self.scalars_of(init)?;
+            self.env[at..at + values.len()].copy_from_slice(&values);
+        }
+        let top = std::mem::replace(&mut self.top_of_loop, false);
+        self.block(&function.body)?;
+        self.top_of_loop = top;
+        self.watch_variables()?;
+        self.frames.pop();
+        let scalars = self.env[result..end].to_vec();
+        self.env.truncate(base);
+        Ok(scalars)
+    }
+
+    /// A call as a statement; its result, if any, gets the value.
+    pub fn call_statement(
+        &mut self,
+        statement: &'m Statement,
+        function: Handle<Function>,
+        arguments: &[Handle<Expression>],
+        result: Option<Handle<Expression>>,
+    ) -> Result<()> {
+        let callee = &self.module.functions[function];
+        if let (Some(native), Some(r)) = (self.native_call(function, arguments)?, result) {
+            return self.set_result(r, native);
+        }
+        let mut values = Vec::new();
+        for a in arguments {
+            values.push(self.value_of(*a)?);
+        }
+        let info = &self.info[function];
+        let here = self.span;
+        self.watch_enter(callee.name.as_deref(), statement);
+        let scalars = self.call(callee, info, values)?;
+        self.watch_leave();
+        self.span = here;
+        result.map_or(Ok(()), |r| self.set_result(r, scalars))
+    }
+
+    fn set_result(&mut self, result: Handle<Expression>, scalars: Vec<Val>) -> Result<()> {
+        let value = Value::Scalars(scalars);
+        self.watch_value(result, &value)?;
+        self.frame_mut().values.insert(result, value);
+        Ok(())
+    }
+}

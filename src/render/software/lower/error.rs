@@ -1,0 +1,28 @@
+//! Why a module cannot be lowered, with the place in its source.
+
+use naga::Span;
+
+/// Why a module cannot run in software.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{}{what}", .line.map(|l| format!("line {l}: ")).unwrap_or_default())]
+pub struct LowerError {
+    pub what: String,
+    /// Where in the WGSL; undefined for a module read back from the library.
+    pub span: Span,
+    /// 1-based, once [`LowerError::with_source`] has seen the text.
+    pub line: Option<u32>,
+}
+
+impl LowerError {
+    pub(crate) fn new(what: String, span: Span) -> Self {
+        Self { what, span, line: None }
+    }
+
+    /// Finds the line of the span in the module's text.
+    pub fn with_source(mut self, wgsl: &str) -> Self {
+        self.line = self.span.is_defined().then(|| self.span.location(wgsl).line_number);
+        self
+    }
+}
+
+pub type Result<T> = std::result::Result<T, LowerError>;

@@ -1,0 +1,128 @@
+//! The state of the lowering of one entry point: values of variables, open functions and loops, what the program reads.
+//!
+//! Variables are no memory: `env` holds one value for each scalar of every variable in scope. Not here: how statements and expressions change it.
+
+use super::builder::Builder;
+use super::error::{LowerError, Result};
+use super::step::{Label, Val};
+use super::value::{Place, Value};
+use crate::render::software::program::TextureUse;
+use naga::valid::{FunctionInfo, ModuleInfo};
+use naga::{AddressSpace, Expression, Function, Handle, Span};
+use rustc_hash::FxHashMap as HashMap;
+
+/// One function being inlined.
+pub struct CallFrame<'m> {
+    pub function: &'m Function,
+    pub info: &'m FunctionInfo,
+    pub arguments: Vec<Value>,
+    pub values: HashMap<Handle<Expression>, Value>,
+    pub locals: HashMap<Handle<naga::LocalVariable>, usize>,
+    /// Word of the flag that is set by `return`.
+    pub returned: usize,
+    /// Word where the result begins.
+    pub result: usize,
+    /// Indices in `env` of the flags (broken, continued) of the loops that are open in this function.
+    pub loops: Vec<(usize, usize)>,
+}
+
+/// The loop whose body is being lowered, for leaving it by a real jump.
+pub struct OpenLoop {
+    pub exit: Label,
+    /// Scalars that change in the loop, with their loop variables.
+    pub variables: Vec<(usize, Val)>,
+    /// The environment at each exit by jump.
+    pub exits: Vec<Vec<Val>>,
+}
+
+pub struct Lowerer<'m> {
+    pub module: &'m naga::Module,
+    pub info: &'m ModuleInfo,
+    pub builder: Builder,
+    pub env: Vec<Val>,
+    pub frames: Vec<CallFrame<'m>>,
+    pub textures: Vec<TextureUse>,
+    pub uniform_size: u32,
+    /// Where the statement or expression being lowered stands.
+    pub span: Span,
+    /// Lanes that are active here.
+    pub path: Val,
+    pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
+    /// Nesting under loops whose body is walked at top level: only there may a uniform way out jump.
+    pub open_loops: Vec<OpenLoop>,
+    pub top_of_loop: bool,
+    /// Named values to be kept, where someone asked for them.
+    pub watch: Option<super::watch::Watch>,
+    /// For functions named as a native operation: whether their body is the one that the operation computes.
+    pub native: HashMap<Handle<Function>, bool>,
+}
+
+/// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
+pub const DISCARDED: usize = 0;
+
+impl<'m> Lowerer<'m> {
+    pub fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: Builder, active: Val) -> Result<Self> {
+        let discarded = builder.bool(false);
+        let mut this = Self {
+            module,
+            info,
+            builder,
+            env: vec![discarded],
+            frames: Vec::new(),
+            textures: Vec::new(),
+            uniform_size: 0,
+            span: Span::UNDEFINED,
+            path: active,
+            globals: HashMap::default(),
+            open_loops: Vec::new(),
+            top_of_loop: false,
+            watch: None,
+            native: HashMap::default(),
+        };
+        for (handle, global) in module.global_variables.iter() {
+            this.span = module.global_variables.get_span(handle);
+            let inner = &module.types[global.ty].inner;
+            let value = match global.space {
+                AddressSpace::Handle => Value::Resource(handle),
+                AddressSpace::Uniform => {
+                    if global.binding.as_ref().is_none_or(|b| b.group != 0 || b.binding != 0) {
+                        return Err(this.unsupported("a uniform block must be at @group(0) @binding(0)".into()));
+                    }
+                    this.uniform_size = inner.size(module.to_ctx());
+                    Value::Place(Place::Uniform { offset: 0, dynamic: None, inner: inner.clone() })
+                }
+                AddressSpace::Private => {
+                    let base = this.env.len();
+                    let values = match global.init {
+                        Some(init) => this.global_expression(init)?,
+                        None => this.zeros(inner)?,
+                    };
+                    this.env.extend(values);
+                    Value::Place(Place::Local { base, indices: Vec::new(), inner: inner.clone() })
+                }
+                other => return Err(this.unsupported(format!("variables in address space {other:?} are not supported"))),
+            };
+            this.globals.insert(handle, value);
+        }
+        this.span = Span::UNDEFINED;
+        Ok(this)
+    }
+
+    pub fn unsupported(&self, what: String) -> LowerError {
+        LowerError::new(what, self.span)
+    }
+
+    /// The mask of discarded lanes, if the program discards.
+    pub fn discarded(&self) -> Option<Val> {
+        let k = self.env[DISCARDED];
+        (self.builder.known_bool(k) != Some(false)).then_some(k)
+    }
+
+    pub fn frame(&self) -> &CallFrame<'m> {
+        &self.frames[self.frames.len() - 1]
+    }
+    pub fn frame_mut(&mut self) -> &mut CallFrame<'m> {
+        let last = self.frames.len() - 1;
+        &mut self.frames[last]
+    }
+}

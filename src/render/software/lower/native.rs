@@ -1,0 +1,114 @@
+//! The one WGSL function that is not lowered but computed natively: `filtered_map` of shaders/lib/filtered.wgsl, as [`TextureOp::Filtered`].
+//!
+//! In: a call. Out: the operation, where the callee does what the shipped fragment does; else nothing, and the call is lowered as any other. So an
+//! edited fragment runs as edited. tests/software/filtered.rs proves that the operation and the shipped fragment agree.
+//!
+//! Two bodies are equal where they lower to the same steps. Names, comments and places in the text do not matter; an edit that changes any step does.
+
+use super::builder::Builder;
+use super::error::{LowerError, Result};
+use super::lowerer::Lowerer;
+use super::step::{Step, Val};
+use super::value::Value;
+use crate::render::software::program::Constant;
+use crate::render::software::tape::TextureOp;
+use naga::valid::ModuleInfo;
+use naga::{Expression, Function, Handle, Module, TypeInner};
+use std::sync::OnceLock;
+
+const NAME: &str = "filtered_map";
+const SHIPPED: &str = include_str!("../../../../shaders/lib/filtered.wgsl");
+/// What the shipped fragment's parameters stand for where nothing calls it.
+const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
+
+/// What a function does with arguments that differ from lane to lane.
+#[derive(PartialEq)]
+struct Body {
+    /// Computed once per draw, then per batch of lanes.
+    steps: [Vec<Step>; 2],
+    result: Vec<Val>,
+}
+
+/// Lowers a function by itself. `constants` are numbered first, so that equal steps name equal constants. `resources`: its textures and samplers, in
+/// the order of its parameters.
+fn body(
+    module: &Module,
+    info: &ModuleInfo,
+    function: Handle<Function>,
+    constants: &[Constant],
+    resources: &[Value],
+) -> Result<(Body, Vec<Constant>)> {
+    let mut builder = Builder::new();
+    for c in constants {
+        builder.constant(*c);
+    }
+    let active = builder.fresh_lane();
+    let mut lowerer = Lowerer::new(module, info, builder, active)?;
+    let callee = &module.functions[function];
+    let mut resources = resources.iter();
+    let mut arguments = Vec::new();
+    for argument in &callee.arguments {
+        arguments.push(match &module.types[argument.ty].inner {
+            TypeInner::Image { .. } | TypeInner::Sampler { .. } => {
+                resources.next().cloned().ok_or_else(|| lowerer.unsupported("a texture or a sampler is missing".into()))?
+            }
+            inner => {
+                let scalars = lowerer.scalar_count(inner)?;
+                Value::Scalars((0..scalars).map(|_| lowerer.builder.fresh_lane()).collect())
+            }
+        });
+    }
+    let before = lowerer.env.clone();
+    let result = lowerer.call(callee, &info[function], arguments)?;
+    if lowerer.env != before {
+        return Err(lowerer.unsupported("discards, or writes to a variable of the module".into()));
+    }
+    let Builder { constants, draw, code, .. } = lowerer.builder;
+    Ok((Body { steps: [draw, code], result }, constants))
+}
+
+fn named(module: &Module) -> Option<Handle<Function>> {
+    module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(NAME)).map(|(handle, _)| handle)
+}
+
+/// The shipped fragment's body and constants; `None` if it cannot be read by itself, in which case nothing is replaced.
+fn shipped() -> Option<&'static (Body, Vec<Constant>)> {
+    static BODY: OnceLock<Option<(Body, Vec<Constant>)>> = OnceLock::new();
+    let parsed = || {
+        let module = naga::front::wgsl::parse_str(&format!("{SHIPPED}{RESOURCES}")).ok()?;
+        let info = crate::shader::module::validate(&module).ok()?;
+        let resources: Vec<Value> = module.global_variables.iter().map(|(handle, _)| Value::Resource(handle)).collect();
+        body(&module, &info, named(&module)?, &[], &resources).ok()
+    };
+    BODY.get_or_init(parsed).as_ref()
+}
+
+impl Lowerer<'_> {
+    /// The call as one native operation; `None` where the function is another one, or has another body than the shipped fragment's.
+    pub fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<Val>>> {
+        let callee = &self.module.functions[function];
+        let (Some(NAME), &[image, sampler, uv, dx, dy, most]) = (callee.name.as_deref(), arguments) else { return Ok(None) };
+        if !self.is_shipped(function, [image, sampler])? {
+            return Ok(None);
+        }
+        let texture = self.texture_use(image, Some(sampler))?;
+        let mut args = Vec::new();
+        for part in [uv, dx, dy, most] {
+            args.extend(self.scalars_of(part)?);
+        }
+        Ok(Some(self.builder.texture(TextureOp::Filtered, texture, &args, self.path).to_vec()))
+    }
+
+    fn is_shipped(&mut self, function: Handle<Function>, resources: [Handle<Expression>; 2]) -> Result<bool> {
+        if let Some(known) = self.native.get(&function) {
+            return Ok(*known);
+        }
+        let resources = [self.value_of(resources[0])?, self.value_of(resources[1])?];
+        let equal = shipped().is_some_and(|(shipped, constants)| {
+            let own: std::result::Result<_, LowerError> = body(self.module, self.info, function, constants, &resources);
+            own.is_ok_and(|(own, _)| own == *shipped)
+        });
+        self.native.insert(function, equal);
+        Ok(equal)
+    }
+}

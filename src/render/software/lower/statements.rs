@@ -1,0 +1,135 @@
+//! Statements of a block, one after the other.
+//!
+//! A way out of a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it stood under
+//! `if (!flag)`. So stores need no guards, and skipping the rest when no lane is left comes with it.
+
+use super::error::Result;
+use super::lowerer::{DISCARDED, Lowerer};
+use super::step::Val;
+use crate::render::software::tape::Op;
+use naga::{Block, Span, Statement};
+
+impl<'m> Lowerer<'m> {
+    /// The flag that tells which lanes have left the block being lowered.
+    pub(super) fn left(&mut self) -> Val {
+        let frame = self.frame();
+        let (returned, inner) = (frame.returned, frame.loops.last().copied());
+        let mut left = self.env[returned];
+        if let Some((broken, continued)) = inner {
+            left = self.builder.bin(Op::Or, left, self.env[broken]);
+            left = self.builder.bin(Op::Or, left, self.env[continued]);
+        }
+        left
+    }
+
+    pub(super) fn clear_flags(&mut self) {
+        let no = self.builder.bool(false);
+        let frame = self.frame();
+        let scalars = [Some(frame.returned), frame.loops.last().map(|l| l.0), frame.loops.last().map(|l| l.1)];
+        for w in scalars.into_iter().flatten() {
+            self.env[w] = no;
+        }
+    }
+
+    pub(super) fn block(&mut self, block: &'m Block) -> Result<()> {
+        let statements: Vec<(&'m Statement, Span)> = block.span_iter().map(|(s, span)| (s, *span)).collect();
+        self.statements(&statements)
+    }
+
+    fn statements(&mut self, statements: &[(&'m Statement, Span)]) -> Result<()> {
+        for (i, (statement, span)) in statements.iter().enumerate() {
+            self.span = *span;
+            let discarded = self.env[DISCARDED];
+            self.statement(statement)?;
+            let rest = &statements[i + 1..];
+            let may_leave = matches!(
+                statement,
+                Statement::If { .. }
+                    | Statement::Switch { .. }
+                    | Statement::Loop { .. }
+                    | Statement::Block(_)
+                    | Statement::Break
+                    | Statement::Continue
+                    | Statement::Return { .. }
+            );
+            let left = if may_leave { self.left() } else { self.builder.bool(false) };
+            match self.builder.known_bool(left) {
+                Some(true) => return Ok(()),
+                Some(false) => {
+                    if self.env[DISCARDED] != discarded && self.skips_discarded(rest) {
+                        let alive = self.builder.not(self.env[DISCARDED]);
+                        return self.conditional(alive, |this| this.statements(rest));
+                    }
+                    continue;
+                }
+                None => {}
+            }
+            if rest.is_empty() {
+                return Ok(());
+            }
+            if self.top_of_loop && !matches!(left, Val::Lane(_)) && !self.may_continue() {
+                self.leave_loop_if(left);
+                continue;
+            }
+            let stay = self.builder.not(left);
+            return self.conditional(stay, |this| {
+                this.clear_flags();
+                this.statements(rest)
+            });
+        }
+        Ok(())
+    }
+
+    fn statement(&mut self, statement: &'m Statement) -> Result<()> {
+        match statement {
+            Statement::Emit(range) => {
+                for handle in range.clone() {
+                    let value = self.evaluate(handle)?;
+                    self.watch_value(handle, &value)?;
+                    self.frame_mut().values.insert(handle, value);
+                }
+                Ok(())
+            }
+            Statement::Block(b) => self.block(b),
+            Statement::If { condition, accept, reject } => {
+                let cond = self.scalar_of(*condition)?;
+                self.branch(cond, |this| this.block(accept), |this| this.block(reject))
+            }
+            Statement::Switch { selector, cases } => self.switch(*selector, cases),
+            Statement::Loop { body, continuing, break_if } => self.repeat(body, continuing, *break_if),
+            Statement::Break | Statement::Continue => {
+                let yes = self.builder.bool(true);
+                let flags = self.frame().loops.last().copied();
+                let (broken, continued) = flags.ok_or_else(|| self.unsupported("break or continue outside of a loop".into()))?;
+                self.env[if matches!(statement, Statement::Break) { broken } else { continued }] = yes;
+                Ok(())
+            }
+            Statement::Return { value } => {
+                if let Some(v) = value {
+                    let scalars = self.scalars_of(*v)?;
+                    let at = self.frame().result;
+                    self.env[at..at + scalars.len()].copy_from_slice(&scalars);
+                }
+                let yes = self.builder.bool(true);
+                let flag = self.frame().returned;
+                self.env[flag] = yes;
+                Ok(())
+            }
+            Statement::Kill => {
+                self.env[DISCARDED] = self.builder.bool(true);
+                Ok(())
+            }
+            Statement::Store { pointer, value } => {
+                let place = self.place_of(*pointer)?;
+                let scalars = self.scalars_of(*value)?;
+                self.store(&place, &scalars)
+            }
+            Statement::Call { function, arguments, result } => self.call_statement(statement, *function, arguments, *result),
+            other => {
+                let name = format!("{other:?}");
+                let name = name.split([' ', '(', '{']).next().unwrap_or_default().to_owned();
+                Err(self.unsupported(format!("statement {name} is not supported")))
+            }
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! What an expression stands for: scalars, a place that a pointer names, or a texture or sampler.
+
+use super::step::Val;
+use naga::TypeInner;
+
+/// A static place; `inner` is the type found there.
+#[derive(Clone, Debug)]
+pub enum Place {
+    /// Scalar `base` of the environment plus each index (clamped to its count) times its stride in scalars.
+    Local { base: usize, indices: Vec<(Val, usize, u32)>, inner: TypeInner },
+    /// Byte `offset` of the uniform block plus `dynamic` scalars.
+    Uniform { offset: u32, dynamic: Option<Val>, inner: TypeInner },
+}
+
+/// What an expression stands for.
+#[derive(Clone, Debug)]
+pub enum Value {
+    Scalars(Vec<Val>),
+    Place(Place),
+    /// A texture or a sampler.
+    Resource(naga::Handle<naga::GlobalVariable>),
+}
+
+impl Place {
+    pub fn inner(&self) -> &TypeInner {
+        match self {
+            Self::Local { inner, .. } | Self::Uniform { inner, .. } => inner,
+        }
+    }
+}

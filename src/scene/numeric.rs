@@ -1,0 +1,55 @@
+//! Numerical methods that several files of scene use.
+
+use std::f64::consts::PI;
+
+/// Nodes of Gauss-Legendre quadrature in 0 to 1, ascending, with their weights, which sum to 1. Exact for polynomials of degree `2 count - 1`.
+pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+    let n = count as f64;
+    let node = |k: usize| {
+        let mut x = -(PI * (k as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 1.0;
+        // Newton's method on the Legendre polynomial, from the usual first guess.
+        for _ in 0..8 {
+            let (mut before, mut here) = (1.0, x);
+            for j in 2..=count {
+                let j = j as f64;
+                (before, here) = (here, ((2.0 * j - 1.0) * x * here - (j - 1.0) * before) / j);
+            }
+            slope = n * (x * here - before) / (x * x - 1.0);
+            x -= here / slope;
+        }
+        (0.5 + 0.5 * x, 1.0 / ((1.0 - x * x) * slope * slope))
+    };
+    (0..count).map(node).collect()
+}
+
+/// Hermite interpolation from 0 at 0 to 1 at 1, flat at both ends and beyond them: WGSL's `smoothstep(0, 1, x)`.
+pub(crate) fn smoothstep(x: f64) -> f64 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quadrature_is_exact_for_its_degree_and_not_beyond() {
+        for count in [1, 4, 6, 8, 12, 16, 32] {
+            let grid = gauss_legendre(count);
+            let power = |p: i32| grid.iter().map(|(x, w)| w * x.powi(p)).sum::<f64>();
+            let degree = 2 * count as i32 - 1;
+            for p in 0..=degree {
+                assert!((power(p) - 1.0 / f64::from(p + 1)).abs() < 1e-12, "{count} nodes, power {p}");
+            }
+            assert!((power(degree + 1) - 1.0 / f64::from(degree + 2)).abs() > 1e-12 || count > 8);
+            assert!(grid.windows(2).all(|w| w[0].0 < w[1].0));
+        }
+    }
+
+    #[test]
+    fn smoothstep_is_flat_at_its_ends() {
+        assert_eq!([-1.0, 0.0, 0.5, 1.0, 2.0].map(smoothstep), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert!(smoothstep(1e-4) < 1e-7 && 1.0 - smoothstep(1.0 - 1e-4) < 1e-7 && smoothstep(0.25) < 0.25);
+    }
+}

@@ -1,0 +1,145 @@
+//! Automatic exposure in the window glides to the metered value.
+//!
+//! In: what was drawn and metered, the real time, the view. Out: the exposure to ask for. Always: the stops approach the metered ones by
+//! exp(-t / [`TIME_CONSTANT_S`]) of real time, whatever the rate of pictures; they jump at once where there is nothing to glide from: the first picture,
+//! another target or stance that no flight leads to, and after stops that were set by hand. It reads no clock, and changes no picture that is kept: a link, a
+//! file and a run of frames are exposed by their instant alone.
+
+use crate::catalog::NaifId;
+use crate::scene::Exposure;
+use crate::scene::request::ExposureRequest;
+use crate::view::app::view_state::{CameraPose, ViewState};
+use std::mem::{Discriminant, discriminant};
+
+/// A camera's automatic exposure follows within half a second; the eye's first, neural adaptation is as quick, its slow one of minutes nobody waits for.
+/// Chosen by eye.
+pub const TIME_CONSTANT_S: f64 = 0.4;
+
+/// What a view has to share with the last one for the eye to glide.
+type Standpoint = (NaifId, NaifId, Discriminant<CameraPose>);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Adapted {
+    stops: f64,
+    metered_stops: f64,
+    at_s: f64,
+}
+
+#[derive(Default)]
+pub struct ExposureAdaptation {
+    standpoint: Option<Standpoint>,
+    /// Nothing before the first picture.
+    adapted: Option<Adapted>,
+    /// When a picture was asked for last, and whether it has not come yet.
+    asked_s: f64,
+    awaited: bool,
+}
+
+impl ExposureAdaptation {
+    /// Forgets what it is adapted to where the view was cut to another.
+    fn watch(&mut self, view: &ViewState) {
+        let standpoint = (view.target, view.eye.body(), discriminant(&view.eye));
+        let flies = |s: &Standpoint| {
+            s.2 == discriminant(&CameraPose::Free {
+                body: s.1,
+                offset_km: Default::default(),
+                forward: Default::default(),
+                up: Default::default(),
+            })
+        };
+        let cut = self.standpoint.replace(standpoint).is_some_and(|last| last != standpoint && !flies(&last) && !flies(&standpoint));
+        if cut || view.exposure_stops.is_some() {
+            self.adapted = None;
+        }
+    }
+
+    /// What the next picture of a view is to be asked for.
+    pub fn ask(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
+        self.watch(view);
+        (self.asked_s, self.awaited) = (now_s, true);
+        match (view.exposure_stops, self.adapted) {
+            (Some(stops), _) => ExposureRequest::Stops(stops),
+            (None, None) => ExposureRequest::Auto,
+            (None, Some(from)) => {
+                let part = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
+                ExposureRequest::Gliding { from_stops: from.stops, part }
+            }
+        }
+    }
+
+    /// A picture has come.
+    pub fn drew(&mut self, exposure: &Exposure, asked: ExposureRequest) {
+        self.awaited = false;
+        let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.asked_s };
+        self.adapted = (!matches!(asked, ExposureRequest::Stops(_))).then_some(adapted);
+    }
+
+    /// Whether another picture of the same view would be nearer to what was metered.
+    pub fn glides(&self) -> bool {
+        !self.awaited && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::Instant;
+    use glam::DVec3;
+
+    fn view(target: NaifId) -> ViewState {
+        ViewState::around(target, DVec3::X * 1e5, 6378.0, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.0))
+    }
+
+    /// What a scene that is metered so makes of a request.
+    fn exposed(asked: ExposureRequest, metered_stops: f64) -> Exposure {
+        Exposure { stops: asked.stops_of(metered_stops), metered_stops, reason: String::new() }
+    }
+
+    /// From 0 to 10 stops, by pictures at several rates: after one time constant all have gone 1 - 1/e of the way, and all end there.
+    #[test]
+    fn stops_glide_with_the_time_constant_at_any_rate() {
+        for rate_hz in [5.0, 20.0, 100.0] {
+            let (mut eye, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
+            let mut step = |now_s: f64, metered: f64| {
+                let asked = eye.ask(&view, now_s);
+                let exposure = exposed(asked, metered);
+                eye.drew(&exposure, asked);
+                (exposure.stops, eye.glides())
+            };
+            assert_eq!(step(0.0, 0.0), (0.0, false), "the first picture jumps");
+            let (mut last, mut at_constant) = (0.0, f64::NAN);
+            for k in 1..=(4.0 * rate_hz) as u32 {
+                let now_s = f64::from(k) / rate_hz;
+                let (stops, glides) = step(now_s, 10.0);
+                assert!((stops > last || last == 10.0) && stops <= 10.0, "{stops} after {last}");
+                assert_eq!(glides, stops != 10.0);
+                if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
+                    at_constant = stops;
+                }
+                last = stops;
+            }
+            assert!((at_constant - 10.0 * (1.0 - (-1.0_f64).exp())).abs() < 1e-6, "{at_constant} at {rate_hz} Hz");
+            assert_eq!(last, 10.0, "at rest it is the metered one");
+        }
+    }
+
+    /// A new target is a cut, a flight to it is none; stops set by hand hold at once.
+    #[test]
+    fn a_cut_jumps_and_a_flight_glides() {
+        let free = ViewState {
+            eye: CameraPose::Free { body: NaifId::MOON, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z },
+            ..view(NaifId::MOON)
+        };
+        let by_hand = ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) };
+        let after = |next: &ViewState| {
+            let (mut eye, first) = (ExposureAdaptation::default(), view(NaifId::EARTH));
+            let asked = eye.ask(&first, 0.0);
+            eye.drew(&exposed(asked, 0.0), asked);
+            eye.ask(next, 0.1)
+        };
+        assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);
+        assert!(matches!(after(&free), ExposureRequest::Gliding { from_stops: 0.0, .. }));
+        assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Gliding { .. }));
+        assert_eq!(after(&by_hand), ExposureRequest::Stops(3.0));
+    }
+}

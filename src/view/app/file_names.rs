@@ -1,0 +1,116 @@
+//! Names of the files that the window saves: a name that is taken gets the next free number.
+//!
+//! In: the name in a field, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. It writes
+//! nothing: the writer takes the first name that it can create. Looking which names are free only chooses where to begin.
+
+use std::path::{Path, PathBuf};
+
+/// Digits of a frame's number where a name has none.
+const DIGITS: usize = 5;
+
+/// A name with a place for a number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NumberedName {
+    before: String,
+    digits: usize,
+    after: String,
+}
+
+/// The folder and all before a name's ending, and the ending with its point.
+fn split(name: &str) -> (&str, &str) {
+    let ending = Path::new(name).extension().map_or(0, |e| e.len() + 1);
+    name.split_at(name.len() - ending)
+}
+
+impl NumberedName {
+    /// The place that a name has for a number, `%d` or `%05d`; `None`: it has none.
+    ///
+    /// # Errors
+    /// How to write one.
+    pub fn of(name: &str) -> Result<Option<Self>, String> {
+        let Some((before, rest)) = name.split_once('%') else { return Ok(None) };
+        let found = rest.split_once('d').and_then(|(width, after)| {
+            let digits = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
+            (!after.contains('%')).then(|| Self { before: before.to_owned(), digits, after: after.to_owned() })
+        });
+        found.map(Some).ok_or_else(|| format!("{name}: write the frame number as %d or %05d, once"))
+    }
+
+    pub fn path(&self, number: u32) -> PathBuf {
+        let Self { before, digits, after } = self;
+        format!("{before}{number:0digits$}{after}").into()
+    }
+
+    /// The frames of a sequence: those of the name, or where one of them is there already, of the name with the least number for which none is. A name without
+    /// a place for the frame's number gets one before its ending.
+    ///
+    /// # Errors
+    /// How to write a frame's number.
+    pub fn of_sequence(name: &str, frames: u32) -> Result<Self, String> {
+        let (before, after) = split(name);
+        let plain = || Self { before: format!("{before}-"), digits: DIGITS, after: after.to_owned() };
+        let first = Self::of(name)?.unwrap_or_else(plain);
+        let of_series = |n: u32| if n == 1 { first.clone() } else { Self { before: format!("{}{n}-", first.before), ..first.clone() } };
+        let is_free = |series: &Self| (0..frames).all(|k| !series.path(k).exists());
+        Ok((1..=u32::MAX).map(of_series).find(is_free).unwrap_or(first))
+    }
+}
+
+/// `orrery.png`, `orrery-2.png`, `orrery-3.png`...; of a name with a place for a number that number counts.
+///
+/// # Errors
+/// How to write a number.
+pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, String> {
+    if let Some(numbered) = NumberedName::of(name)? {
+        return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
+    }
+    let (before, after) = split(name);
+    let (first, before, after) = (PathBuf::from(name), before.to_owned(), after.to_owned());
+    Ok(Box::new(std::iter::once(first).chain((2..=u32::MAX).map(move |n| format!("{before}-{n}{after}").into()))))
+}
+
+/// Where a name leads, for people: the whole path.
+pub fn whole(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn first(name: &str, count: usize) -> Vec<String> {
+        free_names(name).expect(name).take(count).map(|p| p.display().to_string()).collect()
+    }
+
+    #[test]
+    fn a_name_that_is_taken_is_followed_by_numbered_ones() {
+        assert_eq!(first("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
+        assert_eq!(first("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
+        assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
+        assert_eq!(first("x-%03d.exr", 2), ["x-000.exr", "x-001.exr"]);
+        for bad in ["%x.png", "a-%d-%d.png", "100%.png", "%099d.png"] {
+            assert!(free_names(bad).is_err_and(|why| why.contains(bad) && why.contains("%05d")), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_sequence_takes_names_that_none_of_its_frames_has() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        let sequence = |name: &str, frames| NumberedName::of_sequence(&at(name), frames).expect(name);
+        // A plain name, as the field has it at first, gets the number by itself.
+        assert_eq!(sequence("orrery.png", 100).path(7).display().to_string(), at("orrery-00007.png"));
+        assert_eq!(sequence("x-%d.exr", 100).path(7).display().to_string(), at("x-7.exr"));
+        std::fs::write(at("orrery-00099.png"), "").expect("a file");
+        assert_eq!(sequence("orrery.png", 99).path(0).display().to_string(), at("orrery-00000.png"), "frame 99 is not of it");
+        assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-2-00000.png"));
+        std::fs::write(at("orrery-2-00000.png"), "").expect("a file");
+        assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-3-00000.png"));
+        assert!(NumberedName::of_sequence("%s.png", 3).is_err());
+    }
+
+    #[test]
+    fn people_are_told_the_whole_path() {
+        assert!(Path::new(&whole(Path::new("orrery.png"))).is_absolute());
+    }
+}

@@ -1,0 +1,25 @@
+//! The first view of a window: a body from its lit side.
+//!
+//! In: a body, a time, positions. Out: a [`ViewState`].
+
+use crate::catalog::{Catalog, NaifId};
+use crate::time::Instant;
+use crate::view::app::places::Places;
+use crate::view::app::view_state::ViewState;
+use glam::{DQuat, DVec3};
+
+/// The first picture is taken from this far, in equatorial radii.
+const START_RADII: f64 = 3.5;
+/// So far off the Sun's direction, so that the terminator shows.
+const ASIDE_DEG: f64 = 30.0;
+
+/// # Errors
+/// That the catalog has no such body, in one line.
+pub fn initial_view(catalog: &Catalog, places: &dyn Places, target: NaifId, time: Instant) -> Result<ViewState, String> {
+    let body = catalog.body(target).ok_or_else(|| format!("no body has the code {}", target.0))?;
+    let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
+    let side = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, ASIDE_DEG.to_radians()) * sun);
+    let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
+    let radius_km = body.radii_km.x;
+    Ok(ViewState::around(target, side * (START_RADII * radius_km), radius_km, pole, time))
+}

@@ -1,0 +1,14 @@
+//! The state behind the window: the view, its camera, time, history and settings. No window and no panel.
+
+pub mod exposure_adaptation;
+pub mod file_names;
+pub mod flight;
+pub mod initial_view;
+pub mod moment_view;
+mod option_text;
+pub mod orbit;
+pub mod places;
+pub mod settings;
+pub mod time_rate;
+pub mod view_state;
+pub mod viewer;

@@ -1,0 +1,39 @@
+//! The view of a well-known moment of the catalog.
+//!
+//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or nothing where the ephemeris does not cover the moment.
+
+use crate::catalog::Catalog;
+use crate::catalog::moments::{Moment, Vantage};
+use crate::view::app::orbit::Orbit;
+use crate::view::app::places::Places;
+use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
+
+/// The view of a moment; what is not said of it is as in `habits` (quality, effects).
+pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn Places, habits: &ViewState) -> Option<ViewState> {
+    let target = catalog.body(moment.target)?;
+    let (eye, fov_deg) = match moment.vantage {
+        Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
+        Vantage::Side { of, away, radii } => {
+            let side = places.between_km(target.id, of, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
+            let pole = places.body_from_icrf(target.id, moment.time)?.row(2);
+            let radius_km = target.radii_km.x;
+            (orbit_pose(target.id, false, Orbit::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)
+        }
+        Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
+            let (azimuth_deg, altitude_deg) = if body == target.id { (0.0, -90.0) } else { (0.0, 0.0) };
+            (CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg }, fov_deg)
+        }
+    };
+    Some(ViewState {
+        tdb_s: moment.time.tdb_seconds_past_j2000(),
+        target: target.id,
+        eye,
+        tracks: true,
+        fov_deg,
+        roll_deg: 0.0,
+        exposure_stops: None,
+        // Whoever looks at a moment wants it to stand still.
+        paused: Some(true),
+        ..habits.clone()
+    })
+}

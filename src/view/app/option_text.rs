@@ -1,0 +1,88 @@
+//! Options of a view as text, in links and files: each by the name that the command line takes.
+//!
+//! In: serde. Out: names, and values from names of this version and of earlier ones. Always: a name that is not known is refused with those that are.
+
+use crate::scene::draw::PixelView;
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{Quality, ToneMap};
+use crate::wording::{echo_of, or_one_of};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serializer};
+
+/// Characters of an unknown name that a message repeats.
+const ECHO_AT_MOST: usize = 60;
+
+/// A choice that has a name.
+pub trait Named: Copy + 'static {
+    fn names() -> Vec<&'static str>;
+    fn name(self) -> &'static str;
+    fn by_name(name: &str) -> Option<Self>;
+}
+
+macro_rules! named {
+    ($($choice:ty),*) => {$(
+        impl Named for $choice {
+            fn names() -> Vec<&'static str> {
+                Self::ALL.into_iter().map(Self::name).collect()
+            }
+            fn name(self) -> &'static str {
+                Self::name(self)
+            }
+            fn by_name(name: &str) -> Option<Self> {
+                Self::by_name(name)
+            }
+        }
+    )*};
+}
+
+named!(PixelView, Quality, ToneMap);
+
+/// A choice by its name, for `#[serde(with)]`.
+pub mod by_name {
+    use super::{Deserialize, Deserializer, ECHO_AT_MOST, Error, Named, Serializer, echo_of, or_one_of};
+
+    pub fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(choice.name())
+    }
+
+    pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let unknown = || D::Error::custom(format!("`{}` is not known; {}", echo_of(&name, ECHO_AT_MOST), or_one_of(&name, &T::names())));
+        T::by_name(&name).ok_or_else(unknown)
+    }
+}
+
+/// Overrides as `--effects` takes them, for `#[serde(with)]`.
+pub mod effects {
+    use super::{Deserialize, Deserializer, EffectOverrides, Error, Serializer};
+
+    pub fn serialize<S: Serializer>(effects: &EffectOverrides, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&effects.to_text())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<EffectOverrides, D::Error> {
+        EffectOverrides::parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn round_trip<T: Named + PartialEq + std::fmt::Debug>() {
+        for name in T::names() {
+            let value = T::by_name(name).expect(name);
+            assert_eq!((value.name(), T::by_name(&name.to_uppercase())), (name, Some(value)));
+        }
+        assert_eq!(T::by_name("nothing"), None);
+    }
+
+    #[test]
+    fn every_choice_has_one_name_and_names_of_earlier_versions_are_read() {
+        round_trip::<PixelView>();
+        round_trip::<Quality>();
+        round_trip::<ToneMap>();
+        assert_eq!([ToneMap::by_name("film"), ToneMap::by_name("plain")], [Some(ToneMap::Film), Some(ToneMap::Plain)]);
+        assert_eq!(PixelView::by_name("shaded"), Some(PixelView::Shaded));
+    }
+}

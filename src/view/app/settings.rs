@@ -1,0 +1,182 @@
+//! What the window remembers from one run to the next: looks, units, home, bookmarks, recent views, its place on the desktop.
+//!
+//! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
+//! overwritten; fields that a file lacks keep their defaults.
+
+use crate::session::{Readers, ShowWish, write_whole};
+use crate::view::app::view_state::ViewState;
+use crate::view::window::placement::WindowPlacement;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+/// Sizes of text and controls.
+pub const ZOOMS: RangeInclusive<f32> = 0.6..=3.0;
+/// Views that are remembered without being kept.
+const RECENT: usize = 20;
+
+/// The unit of lengths in the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Unit {
+    #[default]
+    Kilometres,
+    AstronomicalUnits,
+    Miles,
+    BodyRadii,
+}
+
+/// The observer's place on the Earth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Home {
+    pub latitude_deg: f64,
+    pub longitude_deg: f64,
+}
+
+impl Default for Home {
+    fn default() -> Self {
+        // The Royal Observatory in Greenwich.
+        Self { latitude_deg: 51.4769, longitude_deg: 0.0 }
+    }
+}
+
+/// A view with a name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bookmark {
+    pub name: String,
+    #[serde(alias = "sight")]
+    pub view: ViewState,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// Dark panels; `None` follows the system.
+    pub dark: Option<bool>,
+    /// Size of text and controls.
+    pub zoom: f32,
+    pub names: bool,
+    pub markers: bool,
+    /// A line of light around the selected body, where it is not what the view is of.
+    pub outline: bool,
+    /// What shows the window where a device draws.
+    pub shown_by: ShowWish,
+    pub unit: Unit,
+    pub home: Home,
+    /// `None`: it was never closed.
+    pub place: Option<WindowPlacement>,
+    pub bookmarks: Vec<Bookmark>,
+    /// Newest first.
+    pub recent: Vec<Bookmark>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            dark: Some(true),
+            zoom: 1.0,
+            names: true,
+            markers: true,
+            outline: true,
+            shown_by: ShowWish::default(),
+            unit: Unit::default(),
+            home: Home::default(),
+            place: None,
+            bookmarks: Vec::new(),
+            recent: Vec::new(),
+        }
+    }
+}
+
+impl Settings {
+    /// Puts a view at the head of the recent ones.
+    pub fn remember(&mut self, name: String, view: ViewState) {
+        self.recent.retain(|r| r.view != view);
+        self.recent.insert(0, Bookmark { name, view });
+        self.recent.truncate(RECENT);
+    }
+
+    /// The settings of a file, and one line where it could not be read: it then stands beside its place with `.broken` after its name.
+    pub fn load(path: &Path) -> (Self, Option<String>) {
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return (Self::default(), None),
+            Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
+        };
+        match serde_json::from_str(&text) {
+            Ok(settings) => (settings, None),
+            Err(e) => {
+                let aside = PathBuf::from(format!("{}.broken", path.display()));
+                let kept = match std::fs::rename(path, &aside) {
+                    Ok(()) => format!("kept as {}", aside.display()),
+                    Err(e) => format!("it could not be set aside: {e}"),
+                };
+                (Self::default(), Some(format!("{}: {e}; {kept}", path.display())))
+            }
+        }
+    }
+
+    /// Written beside its place and moved there whole.
+    ///
+    /// # Errors
+    /// The path and why, in one line.
+    pub fn save(&self, path: &Path) -> Result<(), String> {
+        let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        std::fs::create_dir_all(folder).map_err(|e| failed(&e))?;
+        let text = serde_json::to_string_pretty(self).map_err(|e| failed(&e))?;
+        write_whole(path, Readers::Owner, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
+    }
+
+    /// Where the system keeps a user's settings.
+    pub fn usual_path() -> Option<PathBuf> {
+        directories::BaseDirs::new().map(|dirs| dirs.config_dir().join("orrery").join("settings.json"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::NaifId;
+    use crate::time::Instant;
+    use glam::DVec3;
+
+    fn view(id: i32) -> ViewState {
+        ViewState::around(NaifId(id), DVec3::new(1e5, 0.0, 0.3), 1e4, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.1))
+    }
+
+    #[test]
+    fn settings_come_back_as_they_were() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("deep").join("settings.json");
+        let mut settings = Settings { zoom: 1.25, dark: None, ..Settings::default() };
+        settings.bookmarks.push(Bookmark { name: "Saturn's \"ears\"".into(), view: view(699) });
+        for i in 0..40 {
+            settings.remember(format!("view {i}"), view(i));
+        }
+        settings.remember("again".into(), view(39));
+        assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (RECENT, "again"));
+        settings.save(&path).expect("a file");
+        assert_eq!(Settings::load(&path), (settings.clone(), None));
+        // As programs of earlier versions wrote the views.
+        let text = std::fs::read_to_string(&path).expect("text");
+        assert!(text.contains("\"view\":"));
+        std::fs::write(&path, text.replace("\"view\":", "\"sight\":")).expect("a file");
+        assert_eq!(Settings::load(&path), (settings, None));
+    }
+
+    #[test]
+    fn a_broken_file_is_kept_aside_and_said() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        std::fs::write(&path, "{\"zoom\": \"large\"}").expect("a file");
+        let (settings, said) = Settings::load(&path);
+        assert_eq!(settings, Settings::default());
+        assert!(said.expect("a line").contains("settings.json.broken"));
+        assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
+        // An old file with fewer fields is fine.
+        std::fs::write(&path, "{\"names\": false}").expect("a file");
+        assert_eq!(Settings::load(&path), (Settings { names: false, ..Settings::default() }, None));
+    }
+}

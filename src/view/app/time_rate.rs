@@ -1,0 +1,117 @@
+//! The rate of time in the window: forward, backward, faster, slower, paused.
+//!
+//! In: keys, and real seconds that passed. Out: seconds of simulated time. It reads no clock.
+
+/// Scene seconds per real second on each step of the ladder: real time up to a year a second.
+const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
+/// A stall (a hidden window, a long frame) moves time by this many real seconds at the most, where it does not go as the clock does: the sky as it is now
+/// stays the sky as it is now.
+const LONGEST_STEP_S: f64 = 2.0;
+
+/// How fast and which way scene time runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TimeRate {
+    step: usize,
+    backward: bool,
+    paused: bool,
+}
+
+impl TimeRate {
+    pub fn faster(&mut self) {
+        self.step = (self.step + 1).min(LADDER.len() - 1);
+        self.paused = false;
+    }
+
+    pub fn slower(&mut self) {
+        self.step = self.step.saturating_sub(1);
+        self.paused = false;
+    }
+
+    pub fn forward(&mut self) {
+        (self.backward, self.paused) = (false, false);
+    }
+
+    pub fn backward(&mut self) {
+        (self.backward, self.paused) = (true, false);
+    }
+
+    pub fn toggle_pause(&mut self) {
+        self.paused = !self.paused;
+    }
+
+    /// Time stands still, or goes on as it went.
+    pub fn set_paused(&mut self, paused: bool) {
+        self.paused = paused;
+    }
+
+    /// Real time, forward.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Scene seconds per real second, signed; 0 when paused.
+    pub fn rate(&self) -> f64 {
+        let rate = if self.backward { -LADDER[self.step] } else { LADDER[self.step] };
+        if self.paused { 0.0 } else { rate }
+    }
+
+    /// Scene seconds that pass in `real_s`.
+    pub fn scene_seconds(&self, real_s: f64) -> f64 {
+        let rate = self.rate();
+        let longest_s = if rate == 1.0 { f64::INFINITY } else { LONGEST_STEP_S };
+        rate * real_s.clamp(0.0, longest_s)
+    }
+
+    /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
+    pub fn label(&self) -> String {
+        if self.paused {
+            return "paused".into();
+        }
+        const UNITS: [(f64, &str); 6] =
+            [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
+        let rate = self.rate();
+        let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "s"));
+        format!("{} {unit}/s", rate / size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_climb_and_descend_and_turn() {
+        let mut time_rate = TimeRate::default();
+        for _ in 0..99 {
+            time_rate.faster();
+        }
+        assert_eq!(time_rate.label(), "1 yr/s");
+        time_rate.backward();
+        assert_eq!(time_rate.rate(), -LADDER[LADDER.len() - 1]);
+        for _ in 0..99 {
+            time_rate.slower();
+        }
+        assert_eq!(time_rate.label(), "-1 s/s");
+        time_rate.toggle_pause();
+        assert_eq!((time_rate.rate(), time_rate.label().as_str()), (0.0, "paused"));
+        time_rate.forward();
+        assert!(!time_rate.is_paused() && time_rate.rate() == 1.0);
+    }
+
+    #[test]
+    fn a_stall_does_not_leap_but_at_the_clocks_own_pace() {
+        let mut time_rate = TimeRate::default();
+        assert_eq!((time_rate.scene_seconds(3600.0), time_rate.scene_seconds(-1.0)), (3600.0, 0.0));
+        time_rate.faster();
+        assert_eq!(time_rate.scene_seconds(3600.0), 10.0 * LONGEST_STEP_S);
+        time_rate.reset();
+        time_rate.backward();
+        assert_eq!(time_rate.scene_seconds(3600.0), -LONGEST_STEP_S);
+        time_rate.toggle_pause();
+        assert_eq!(time_rate.scene_seconds(3600.0), 0.0);
+    }
+}

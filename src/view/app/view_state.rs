@@ -1,0 +1,336 @@
+//! One view as people save and share it: target, camera, time, field of view, exposure, effects. A link, a file and a bookmark are this value.
+//!
+//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. It draws nothing and keeps no history; `link` is its text.
+
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::Ephemeris;
+use crate::scene::draw::PixelView;
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, ToneMap, Up, ViewRequest};
+use crate::scene::viewpoint::ground_point_km;
+use crate::time::Instant;
+use crate::view::app::option_text;
+use crate::view::app::orbit::Orbit;
+use glam::{DMat3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// Where the viewer stands and which way it faces.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum CameraPose {
+    /// Around a body, facing it but for a look aside; elevation counts from its equator.
+    Orbit {
+        body: NaifId,
+        /// The frame turns with the body.
+        fixed: bool,
+        azimuth_deg: f64,
+        elevation_deg: f64,
+        distance_radii: f64,
+        yaw_deg: f64,
+        pitch_deg: f64,
+    },
+    /// On the ground, or above it.
+    Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
+    /// At a body's centre, the body itself away.
+    Centre { body: NaifId },
+    /// Anywhere, facing anywhere, ICRF: on the way from one body to the next.
+    Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
+}
+
+impl CameraPose {
+    /// The body that carries the eye.
+    pub fn body(&self) -> NaifId {
+        match *self {
+            Self::Orbit { body, .. } | Self::Ground { body, .. } | Self::Centre { body } | Self::Free { body, .. } => body,
+        }
+    }
+
+    /// Each of its numbers that no eye can have.
+    fn faults(&self, unless: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+        let mut number = |field: &str, value: f64, fine: bool, must: &str| {
+            unless(value.is_finite() && fine, &|| format!("eye.{field} {value}: must be {must}"));
+        };
+        match *self {
+            Self::Orbit { azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                for (field, value) in
+                    [("azimuth_deg", azimuth_deg), ("elevation_deg", elevation_deg), ("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg)]
+                {
+                    number(field, value, true, "an angle");
+                }
+                number("distance_radii", distance_radii, distance_radii > 0.0, "a positive number");
+            }
+            Self::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+                number("latitude_deg", latitude_deg, (-90.0..=90.0).contains(&latitude_deg), "-90 to 90 degrees");
+                number("longitude_deg", longitude_deg, (-360.0..=360.0).contains(&longitude_deg), "-360 to 360 degrees east");
+                number("height_km", height_km, height_km > 0.0, "above the ground");
+                number("azimuth_deg", azimuth_deg, true, "an angle");
+                number("altitude_deg", altitude_deg, true, "an angle");
+            }
+            Self::Centre { .. } => {}
+            Self::Free { offset_km, forward, up, .. } => {
+                for (field, value) in [("offset_km", offset_km), ("forward", forward), ("up", up)] {
+                    let is_direction = field == "offset_km" || value != DVec3::ZERO;
+                    unless(value.is_finite() && is_direction, &|| format!("eye.{field} {value}: must not be zero, nor without end"));
+                }
+            }
+        }
+    }
+}
+
+/// A view. Fields that a text leaves out keep their defaults.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewState {
+    /// Seconds past J2000.
+    pub tdb_s: f64,
+    /// Looked at, and what the exposure is for.
+    pub target: NaifId,
+    pub eye: CameraPose,
+    /// The eye follows the target; else it faces what its angles say.
+    #[serde(default = "yes")]
+    pub tracks: bool,
+    /// Vertical.
+    pub fov_deg: f64,
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// `None`: automatic.
+    #[serde(default)]
+    pub exposure_stops: Option<f64>,
+    #[serde(default, with = "option_text::by_name")]
+    pub tone_map: ToneMap,
+    #[serde(default, with = "option_text::effects")]
+    pub effects: EffectOverrides,
+    /// Lines of the orbits.
+    #[serde(default)]
+    pub orbits: bool,
+    /// Light beyond white spreads, as in a lens.
+    #[serde(default)]
+    pub bloom: bool,
+    #[serde(default, with = "option_text::by_name")]
+    pub pixels: PixelView,
+    #[serde(default, with = "option_text::by_name")]
+    pub quality: Quality,
+    /// Time stands still where the view is opened, or runs; `None`: as it did before. What moves time keeps this of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub paused: Option<bool>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Field of view of a new view.
+pub const FOV_DEG: f64 = 45.0;
+pub const FOV_LEAST_DEG: f64 = 1e-4;
+pub const FOV_MOST_DEG: f64 = 120.0;
+
+impl ViewState {
+    /// Around a body at `offset_km` (ICRF), facing it.
+    pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
+        let o = Orbit::from_offset(offset_km, radius_km, pole);
+        Self {
+            tdb_s: time.tdb_seconds_past_j2000(),
+            target: body,
+            eye: orbit_pose(body, false, o),
+            tracks: true,
+            fov_deg: FOV_DEG,
+            roll_deg: 0.0,
+            exposure_stops: None,
+            tone_map: ToneMap::default(),
+            effects: EffectOverrides::default(),
+            orbits: false,
+            bloom: false,
+            pixels: PixelView::default(),
+            quality: Quality::default(),
+            paused: None,
+        }
+    }
+
+    pub fn time(&self) -> Instant {
+        Instant::from_tdb_seconds_past_j2000(self.tdb_s)
+    }
+
+    /// What the stages are asked for. `width` and `height` in pixels.
+    ///
+    /// # Errors
+    /// One line that names the field that no view can have.
+    pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, String> {
+        if let Some(fault) = self.faults(catalog).into_iter().next() {
+            return Err(fault);
+        }
+        let mut request = ViewRequest::of(self.target, self.time());
+        let pose = self.pose(catalog, ephemeris)?;
+        request.position = pose.position;
+        request.look = pose.look;
+        request.up = pose.up;
+        request.fov_deg = Some(self.fov_deg);
+        (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
+        request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
+        request.effects = self.effects.clone();
+        request.layers.orbits = self.orbits;
+        request.layers.bloom = self.bloom;
+        request.pixel_view = self.pixels;
+        request.tone_map = self.tone_map;
+        request.quality = self.quality;
+        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| e.to_string())?;
+        Ok(request)
+    }
+
+    /// What no view can have, field by field. What fields say together (an eye inside a body) is not asked.
+    pub fn faults(&self, catalog: &Catalog) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut unless = |fine: bool, fault: &dyn Fn() -> String| {
+            if !fine {
+                faults.push(fault());
+            }
+        };
+        for (field, id) in [("target", self.target), ("eye.body", self.eye.body())] {
+            unless(catalog.body(id).is_some(), &|| format!("{field}: no body has the code {}", id.0));
+        }
+        unless(self.tdb_s.is_finite(), &|| format!("tdb_s {}: not a time", self.tdb_s));
+        unless((FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&self.fov_deg), &|| {
+            format!("fov_deg {}: must be {FOV_LEAST_DEG} to {FOV_MOST_DEG} degrees", self.fov_deg)
+        });
+        unless(self.roll_deg.is_finite(), &|| format!("roll_deg {}: not an angle", self.roll_deg));
+        if let Some(stops) = self.exposure_stops {
+            unless((-60.0..=60.0).contains(&stops), &|| format!("exposure_stops {stops}: must be -60 to 60 stops"));
+        }
+        for name in self.effects.bodies() {
+            if let Err(e) = catalog.named(name) {
+                unless(false, &|| format!("effects: {e}"));
+            }
+        }
+        self.eye.faults(&mut unless);
+        faults
+    }
+
+    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Pose, String> {
+        let body_of = |id: NaifId| catalog.body(id).ok_or_else(|| format!("no body has the code {}", id.0));
+        body_of(self.target)?;
+        let body = body_of(self.eye.body())?;
+        let turned = |id: NaifId| ephemeris.body_from_icrf(id, self.time()).map_err(|e| e.to_string());
+        let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
+        let aside = self.target != body.id && self.tracks;
+        Ok(match self.eye {
+            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
+                let pole = if fixed { DVec3::Z } else { turned(body.id)?.row(2) };
+                let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
+                // About the body-fixed z the azimuth is the longitude itself.
+                let offset_km = orbit.offset_km(body.radii_km.x, pole);
+                let position = Position::Offset { body: body.id, offset_km, axes };
+                if aside {
+                    return Ok(Pose { position, look: Look::Target, up: Up::Celestial });
+                }
+                let forward = (-offset_km).try_normalize().unwrap_or(DVec3::X);
+                if yaw_deg == 0.0 && pitch_deg == 0.0 && self.roll_deg == 0.0 && self.target == body.id {
+                    return Ok(Pose { position, look: Look::Target, up: Up::North });
+                }
+                let (forward, up) = looking_aside(forward, pole, yaw_deg, pitch_deg);
+                Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
+            }
+            CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+                let position = Position::Ground { body: body.id, latitude_deg, longitude_deg, height_km };
+                if aside {
+                    return Ok(Pose { position, look: Look::Target, up: Up::Zenith });
+                }
+                let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
+                let (forward, up) = looking_over_horizon(normal, azimuth_deg, altitude_deg);
+                let axes = Axes::BodyFixed;
+                Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
+            }
+            CameraPose::Centre { .. } => Pose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
+            CameraPose::Free { offset_km, forward, up, .. } => Pose {
+                position: Position::Offset { body: body.id, offset_km, axes: Axes::Icrf },
+                look: Look::Along { direction: forward, axes: Axes::Icrf },
+                up: Up::Along { direction: up, axes: Axes::Icrf },
+            },
+        })
+    }
+}
+
+struct Pose {
+    position: Position,
+    look: Look,
+    up: Up,
+}
+
+pub fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
+    CameraPose::Orbit {
+        body,
+        fixed,
+        azimuth_deg: o.azimuth_rad.to_degrees(),
+        elevation_deg: o.elevation_rad.to_degrees(),
+        distance_radii: o.distance_radii,
+        yaw_deg: 0.0,
+        pitch_deg: 0.0,
+    }
+}
+
+/// Height of a viewer who is set on the ground, km.
+const STANDING_KM: f64 = 0.01;
+
+/// On the ground, facing south over the horizon.
+pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
+    CameraPose::Ground {
+        body,
+        latitude_deg: latitude_deg.clamp(-90.0, 90.0),
+        longitude_deg: (longitude_deg + 180.0).rem_euclid(360.0) - 180.0,
+        height_km: STANDING_KM,
+        azimuth_deg: 180.0,
+        altitude_deg: 10.0,
+    }
+}
+
+/// The gaze turned from `forward` by `yaw` to the right and `pitch` upwards, with its up.
+pub fn looking_aside(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
+    let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+    let up = right.cross(forward);
+    let (sin_y, cos_y) = yaw_deg.to_radians().sin_cos();
+    let (sin_p, cos_p) = pitch_deg.to_radians().sin_cos();
+    let level = forward * cos_y + right * sin_y;
+    (level * cos_p + up * sin_p, up * cos_p - level * sin_p)
+}
+
+/// The gaze of who stands where `normal` is the zenith, with its up: the zenith as nearly as the gaze allows.
+pub fn looking_over_horizon(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
+    let axes = horizon_axes(normal);
+    let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
+    let (sin_alt, cos_alt) = altitude_deg.to_radians().sin_cos();
+    let forward = axes * DVec3::new(cos_alt * sin_az, cos_alt * cos_az, sin_alt);
+    let up = axes * DVec3::new(-sin_alt * sin_az, -sin_alt * cos_az, cos_alt);
+    (forward, up)
+}
+
+/// Columns: east, north, zenith.
+fn horizon_axes(normal: DVec3) -> DMat3 {
+    let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
+    DMat3::from_cols(east, normal.cross(east), normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_look_aside_turns_right_and_up() {
+        let (forward, up) = looking_aside(DVec3::Y, DVec3::Z, 90.0, 0.0);
+        assert!((forward - DVec3::X).length() < 1e-12 && (up - DVec3::Z).length() < 1e-12);
+        let (forward, up) = looking_aside(DVec3::Y, DVec3::Z, 0.0, 30.0);
+        assert!((forward.z - 0.5).abs() < 1e-12 && forward.dot(up).abs() < 1e-12 && up.y < 0.0);
+    }
+
+    #[test]
+    fn a_viewer_on_the_ground_sees_east_under_azimuth_90() {
+        // At 0 N 0 E the zenith is x, east y, north z.
+        let axes = horizon_axes(DVec3::X);
+        assert!((axes.x_axis - DVec3::Y).length() < 1e-12 && (axes.y_axis - DVec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn an_orbit_fixed_to_the_body_counts_longitude() {
+        let orbit = Orbit { azimuth_rad: 0.7, elevation_rad: 0.0, distance_radii: 2.0 };
+        let offset = orbit.offset_km(1.0, DVec3::Z);
+        assert!((offset.y.atan2(offset.x) - 0.7).abs() < 1e-12, "{offset}");
+    }
+}

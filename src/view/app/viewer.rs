@@ -1,0 +1,468 @@
+//! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
+//!
+//! In: actions of mouse, keys and panels; real seconds that passed. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
+//! carries it; time moves only by its rate; going back restores the previous view. It reads no clock but the one it is given.
+
+use crate::catalog::{Body, Kind, NaifId};
+use crate::scene::viewpoint::ground_point_km;
+use crate::time::Instant;
+use crate::view::app::flight::{Flight, Pose};
+use crate::view::app::orbit::Orbit;
+use crate::view::app::places::Places;
+use crate::view::app::time_rate::TimeRate;
+use crate::view::app::view_state::{
+    CameraPose, FOV_LEAST_DEG, FOV_MOST_DEG, ViewState, looking_aside, looking_over_horizon, orbit_pose, standing,
+};
+use glam::{DMat3, DVec3};
+
+/// A body that can be looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
+    pub id: NaifId,
+    pub name: String,
+    pub aliases: Vec<String>,
+    pub kind: Kind,
+    pub parent: Option<NaifId>,
+    /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
+    pub radii_km: DVec3,
+}
+
+impl Subject {
+    pub fn of(body: &Body) -> Self {
+        Self {
+            id: body.id,
+            name: body.name.clone(),
+            aliases: body.aliases.clone(),
+            kind: body.kind,
+            parent: body.parent,
+            radii_km: body.radii_km,
+        }
+    }
+}
+
+/// What a key, a button or the mouse asks for. Pixels are those of the window.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    Select(NaifId),
+    /// The next body of the list, or the one before.
+    SelectNext(i32),
+    FlyTo(NaifId),
+    /// Drag by pixels, right and down.
+    Turn(f64, f64),
+    /// Look around by pixels.
+    LookAround(f64, f64),
+    /// Degrees, clockwise.
+    Roll(f64),
+    /// Wheel notches; positive nears.
+    Zoom(f64),
+    /// Wheel notches; positive narrows the field of view.
+    Lens(f64),
+    /// Stand at a latitude and an east longitude of the selected body, degrees.
+    StandOn(f64, f64),
+    /// From the body that carries the eye, look at another.
+    LookAt(NaifId),
+    /// From the centre of a body, look at the selected one.
+    LookFrom(NaifId),
+    /// The frame turns with the body, or rests among the stars.
+    TurnWithBody(bool),
+    /// Keep facing the target.
+    Track(bool),
+    /// Face the selected body again, level.
+    Level,
+    SetTime(Instant),
+    /// Scene seconds.
+    Step(f64),
+    Faster,
+    Slower,
+    Forward,
+    Backward,
+    TogglePause,
+    Now,
+    Back,
+    Ahead,
+    /// A whole view: a bookmark, a link, a moment.
+    Show(Box<ViewState>),
+}
+
+/// A new body is shown from this many radii.
+const ARRIVAL_RADII: f64 = 3.5;
+/// A ringed or tiny body wants no other distance; the Sun is bright enough from afar.
+const ARRIVAL_RADII_SUN: f64 = 6.0;
+/// The side shown on arrival leans this far from the Sun's direction, so that the terminator shows.
+const ARRIVAL_ASIDE_DEG: f64 = 35.0;
+/// And so far above the equator.
+const ARRIVAL_ABOVE_DEG: f64 = 12.0;
+const HISTORY: usize = 64;
+
+/// The state behind the window.
+pub struct Viewer {
+    pub view: ViewState,
+    pub time_rate: TimeRate,
+    /// Highlighted; panels tell about it.
+    pub selected: NaifId,
+    subjects: Vec<Subject>,
+    flight: Option<(Flight, ViewState)>,
+    past: Vec<ViewState>,
+    future: Vec<ViewState>,
+    clock: fn() -> Instant,
+}
+
+impl Viewer {
+    /// Starts with `view`; `subjects` in the order in which people name them.
+    pub fn new(subjects: Vec<Subject>, mut view: ViewState, clock: fn() -> Instant) -> Self {
+        let selected = view.target;
+        let mut time_rate = TimeRate::default();
+        time_rate.set_paused(view.paused.take().unwrap_or(false));
+        Self { view, time_rate, selected, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
+    }
+
+    pub fn subjects(&self) -> &[Subject] {
+        &self.subjects
+    }
+
+    pub fn subject(&self, id: NaifId) -> Option<&Subject> {
+        self.subjects.iter().find(|s| s.id == id)
+    }
+
+    pub fn name(&self, id: NaifId) -> &str {
+        self.subject(id).map_or("?", |s| s.name.as_str())
+    }
+
+    /// What the clock shows.
+    pub fn now(&self) -> Instant {
+        (self.clock)()
+    }
+
+    pub fn is_flying(&self) -> bool {
+        self.flight.is_some()
+    }
+
+    pub fn can_go_back(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    pub fn can_go_ahead(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    /// Bodies whose name or alias begins with, then contains, the text; at most `most`.
+    pub fn completions(&self, text: &str, most: usize) -> Vec<&Subject> {
+        let wanted = text.trim().to_lowercase();
+        if wanted.is_empty() {
+            return Vec::new();
+        }
+        let names = |s: &Subject| std::iter::once(&s.name).chain(&s.aliases).map(|n| n.to_lowercase()).collect::<Vec<_>>();
+        let begins = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&wanted)));
+        let contains = self
+            .subjects
+            .iter()
+            .filter(|s| names(s).iter().all(|n| !n.starts_with(&wanted)) && names(s).iter().any(|n| n.contains(&wanted)));
+        begins.chain(contains).take(most).collect()
+    }
+
+    /// Changes the state. `height_px` is the picture's height.
+    pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn Places) {
+        match action {
+            Action::Select(id) => self.selected = id,
+            Action::SelectNext(by) => self.select_next(by, places),
+            Action::FlyTo(id) => self.fly_to(id, places),
+            Action::Turn(dx, dy) => self.turn(dx, dy, height_px),
+            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px),
+            Action::Roll(deg) => self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0),
+            Action::Zoom(notches) => self.zoom(notches),
+            Action::Lens(notches) => self.lens(notches),
+            Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
+            Action::LookAt(id) => self.change(|s| (s.target, s.tracks) = (id, true)),
+            Action::LookFrom(id) => self.look_from(id),
+            Action::TurnWithBody(fixed) => self.turn_with_body(fixed, places),
+            Action::Track(on) => self.view.tracks = on,
+            Action::Level => self.level(),
+            Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
+            Action::Step(seconds) => self.view.tdb_s += seconds,
+            Action::Faster => self.time_rate.faster(),
+            Action::Slower => self.time_rate.slower(),
+            Action::Forward => self.time_rate.forward(),
+            Action::Backward => self.time_rate.backward(),
+            Action::TogglePause => self.time_rate.toggle_pause(),
+            Action::Now => {
+                self.view.tdb_s = self.now().tdb_seconds_past_j2000();
+                self.time_rate.reset();
+            }
+            Action::Back => self.travel(true),
+            Action::Ahead => self.travel(false),
+            Action::Show(mut view) => {
+                let selected = view.target;
+                if let Some(paused) = view.paused.take() {
+                    self.time_rate.set_paused(paused);
+                }
+                self.change(|s| *s = *view);
+                self.selected = selected;
+            }
+        }
+    }
+
+    /// Lets `real_s` seconds pass.
+    pub fn pass(&mut self, real_s: f64) {
+        self.view.tdb_s += self.time_rate.scene_seconds(real_s);
+        let Some((flight, goal)) = &mut self.flight else { return };
+        if !flight.pass(real_s) {
+            let arrived = ViewState { tdb_s: self.view.tdb_s, ..goal.clone() };
+            self.view = arrived;
+            self.flight = None;
+        } else {
+            let Pose { offset_km, forward, up } = flight.pose();
+            self.view.eye = CameraPose::Free { body: goal.target, offset_km, forward, up };
+        }
+    }
+
+    /// Seconds between frames that time alone asks for: none when paused, one in real time, else as fast as they come.
+    pub fn frame_interval_s(&self) -> Option<f64> {
+        match self.time_rate.rate().abs() {
+            _ if self.flight.is_some() => Some(1.0 / 60.0),
+            0.0 => None,
+            r if r <= 1.0 => Some(1.0),
+            _ => Some(1.0 / 60.0),
+        }
+    }
+
+    /// Every frame differs.
+    pub fn races(&self) -> bool {
+        self.time_rate.rate().abs() > 1.0 || self.flight.is_some()
+    }
+
+    /// Remembers the view, then changes it.
+    fn change(&mut self, how: impl FnOnce(&mut ViewState)) {
+        self.remember();
+        how(&mut self.view);
+    }
+
+    fn remember(&mut self) {
+        let here = self.settled().clone();
+        self.flight = None;
+        if self.past.last() != Some(&here) {
+            self.past.push(here);
+        }
+        if self.past.len() > HISTORY {
+            self.past.remove(0);
+        }
+        self.future.clear();
+    }
+
+    /// The view itself; during a flight where it leads.
+    pub fn settled(&self) -> &ViewState {
+        self.flight.as_ref().map_or(&self.view, |(_, goal)| goal)
+    }
+
+    /// The view as it is kept and shared: with it goes whether time stands still.
+    pub fn shared(&self) -> ViewState {
+        ViewState { paused: Some(self.time_rate.is_paused()), ..self.settled().clone() }
+    }
+
+    fn travel(&mut self, back: bool) {
+        let here = self.settled().clone();
+        let (from, to) = if back { (&mut self.past, &mut self.future) } else { (&mut self.future, &mut self.past) };
+        let Some(there) = from.pop() else { return };
+        to.push(here);
+        self.flight = None;
+        self.selected = there.target;
+        self.view = there;
+    }
+
+    fn select_next(&mut self, by: i32, places: &dyn Places) {
+        let count = self.subjects.len() as i32;
+        let Some(at) = self.subjects.iter().position(|s| s.id == self.selected) else { return };
+        if let Some(next) = self.subjects.get((at as i32 + by).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
+            self.fly_to(next, places);
+        }
+    }
+
+    fn radius_km(&self, id: NaifId) -> f64 {
+        self.subject(id).map_or(1.0, |s| s.radii_km.x)
+    }
+
+    /// Where the eye is and how it faces, seen from a body.
+    fn pose_from(&self, body: NaifId, places: &dyn Places) -> Option<Pose> {
+        let time = self.view.time();
+        let carrier = self.view.eye.body();
+        let to_carrier = if carrier == body { DVec3::ZERO } else { places.between_km(body, carrier, time)? };
+        let icrf_from_body = places.body_from_icrf(carrier, time)?.transpose();
+        let (offset_km, forward, up) = match self.view.eye {
+            CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
+            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
+                let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
+                let offset = orbit.offset_km(self.radius_km(carrier), pole);
+                let (forward, up) = looking_aside(-offset.normalize(), pole, yaw_deg, pitch_deg);
+                (turn * offset, turn * forward, turn * up)
+            }
+            CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+                let radii_km = self.subject(carrier).map_or(DVec3::ONE, |s| s.radii_km);
+                let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
+                let (forward, up) = looking_over_horizon(normal, azimuth_deg, altitude_deg);
+                let offset_km = icrf_from_body * offset;
+                let target = self.view.target;
+                let followed = if self.view.tracks && target != carrier { places.between_km(carrier, target, time) } else { None };
+                match followed.and_then(|to| (to - offset_km).try_normalize()) {
+                    Some(forward) => (offset_km, forward, icrf_from_body * normal),
+                    None => (offset_km, icrf_from_body * forward, icrf_from_body * up),
+                }
+            }
+            CameraPose::Centre { .. } => {
+                let away = places.between_km(carrier, self.view.target, time)?.try_normalize()?;
+                (away * self.radius_km(carrier) * 1.5, away, DVec3::Z)
+            }
+        };
+        let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        Some(Pose { offset_km: offset_km + to_carrier, forward, up })
+    }
+
+    fn fly_to(&mut self, id: NaifId, places: &dyn Places) {
+        let time = self.view.time();
+        let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
+        let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
+        let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
+        let from = self.pose_from(id, places);
+        // The lit side; of the Sun the side it is seen from.
+        let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
+        let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
+        let mut orbit = Orbit::from_offset(side * radii * radius_km, radius_km, pole);
+        if id != NaifId::SUN {
+            orbit.azimuth_rad += ARRIVAL_ASIDE_DEG.to_radians();
+            let above = orbit.elevation_rad + ARRIVAL_ABOVE_DEG.to_radians().copysign(orbit.elevation_rad);
+            orbit.elevation_rad = above.clamp(-1.2, 1.2);
+        }
+        self.remember();
+        self.selected = id;
+        let goal = ViewState {
+            target: id,
+            eye: orbit_pose(id, false, orbit),
+            tracks: true,
+            roll_deg: 0.0,
+            fov_deg: crate::view::app::view_state::FOV_DEG,
+            ..self.view.clone()
+        };
+        let offset_km = orbit.offset_km(radius_km, pole);
+        let forward = -offset_km.normalize();
+        let (_, up) = looking_aside(forward, pole, 0.0, 0.0);
+        match from {
+            Some(from) => {
+                self.view = ViewState {
+                    eye: CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up },
+                    ..goal.clone()
+                };
+                self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), goal));
+            }
+            None => self.view = goal,
+        }
+    }
+
+    /// Ends a flight where it leads, so that hands on the mouse have an orbit to turn.
+    fn land(&mut self) {
+        if let Some((_, goal)) = self.flight.take() {
+            self.view = ViewState { tdb_s: self.view.tdb_s, ..goal };
+        }
+    }
+
+    fn turn(&mut self, dx: f64, dy: f64, height_px: f64) {
+        self.land();
+        let fov_rad = self.view.fov_deg.to_radians();
+        match &mut self.view.eye {
+            CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
+                let mut orbit = Orbit {
+                    azimuth_rad: azimuth_deg.to_radians(),
+                    elevation_rad: elevation_deg.to_radians(),
+                    distance_radii: *distance_radii,
+                };
+                orbit.drag(dx, dy, height_px, fov_rad);
+                (*azimuth_deg, *elevation_deg) = (orbit.azimuth_rad.to_degrees(), orbit.elevation_rad.to_degrees());
+            }
+            _ => self.look_around(-dx, -dy, height_px),
+        }
+    }
+
+    /// The picture follows the mouse: a drag to the right turns the gaze to the left.
+    fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
+        self.land();
+        let deg_per_px = self.view.fov_deg / height_px.max(1.0);
+        match &mut self.view.eye {
+            CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
+                *yaw_deg = (*yaw_deg + dx * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
+                *pitch_deg = (*pitch_deg - dy * deg_per_px).clamp(-89.0, 89.0);
+            }
+            CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
+                *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
+                *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
+                // Who looks around follows nothing else.
+                self.view.target = *body;
+            }
+            CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
+        }
+    }
+
+    fn zoom(&mut self, notches: f64) {
+        self.land();
+        match &mut self.view.eye {
+            CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
+                let mut orbit = Orbit {
+                    azimuth_rad: azimuth_deg.to_radians(),
+                    elevation_rad: elevation_deg.to_radians(),
+                    distance_radii: *distance_radii,
+                };
+                orbit.zoom(notches);
+                *distance_radii = orbit.distance_radii;
+            }
+            _ => self.lens(notches),
+        }
+    }
+
+    fn lens(&mut self, notches: f64) {
+        self.view.fov_deg = (self.view.fov_deg * (-notches * 0.15).exp()).clamp(FOV_LEAST_DEG, FOV_MOST_DEG);
+    }
+
+    fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
+        let body = self.selected;
+        self.change(|s| {
+            s.eye = standing(body, latitude_deg, longitude_deg);
+            (s.target, s.roll_deg, s.fov_deg) = (body, 0.0, 60.0);
+        });
+    }
+
+    fn look_from(&mut self, from: NaifId) {
+        let target = self.selected;
+        if from == target {
+            return;
+        }
+        // Wide enough for the disc and its surroundings; the wheel does the rest.
+        self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (CameraPose::Centre { body: from }, target, true, 1.0, 0.0));
+    }
+
+    fn turn_with_body(&mut self, want: bool, places: &dyn Places) {
+        self.land();
+        let CameraPose::Orbit { body, fixed, .. } = self.view.eye else { return };
+        if fixed == want {
+            return;
+        }
+        let Some(pose) = self.pose_from(body, places) else { return };
+        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
+        let radius_km = self.radius_km(body);
+        let orbit = if want {
+            Orbit::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z)
+        } else {
+            Orbit::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2))
+        };
+        self.view.eye = orbit_pose(body, want, orbit);
+    }
+
+    fn level(&mut self) {
+        self.land();
+        self.view.roll_deg = 0.0;
+        self.view.tracks = true;
+        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {
+            (*yaw_deg, *pitch_deg) = (0.0, 0.0);
+            self.view.target = *body;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

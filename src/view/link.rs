@@ -1,0 +1,316 @@
+//! A view as text: a link, or a JSON file.
+//!
+//! In: a [`ViewState`], or text from anywhere. Out: the text, or the view that it describes. Always: text that is written restores the view to the
+//! last bit. Text may name bodies or give their codes, and may omit fields, which then have the defaults of a new window: the body of the eye, else
+//! the Earth; now; the lit side from 3.5 radii; on a surface, looking south. Text that describes no possible view is refused with all its errors.
+//! It reads no file.
+
+use crate::catalog::{Catalog, NaifId};
+use crate::session::Session;
+use crate::time::Instant;
+use crate::view::app::initial_view::initial_view;
+use crate::view::app::places::SessionPlaces;
+use crate::view::app::view_state::{CameraPose, ViewState, standing};
+use crate::wording::did_you_mean;
+use glam::DVec3;
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+use std::borrow::Cow;
+
+/// What links begin with.
+pub const SCHEME: &str = "orrery://view?";
+
+/// Fields of a view that its text may have and its defaults do not write.
+const UNWRITTEN: [&str; 2] = ["time", "paused"];
+/// A text of more bytes is no view: those that are written have some 600.
+const MOST_BYTES: usize = 65_536;
+/// Faults that are listed; of each so many characters.
+const MOST_FAULTS: usize = 20;
+const FAULT_CHARACTERS: usize = 200;
+
+/// Whether this is meant as a link, whatever it is worth.
+pub fn is_link(text: &str) -> bool {
+    text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
+}
+
+/// What a link asks for: of one as it was written, and of one that a system has put into another form (`Orrery://view/?…`).
+fn query_of(link: &str) -> Option<&str> {
+    let (place, query) = link.trim().split_once('?').unwrap_or((link.trim(), ""));
+    let place = place.trim_end_matches('/');
+    SCHEME.trim_end_matches('?').eq_ignore_ascii_case(place).then_some(query)
+}
+
+/// The view that a link or a file's text keeps. `now`: the time of one that tells none.
+///
+/// # Errors
+/// One line that names each field that cannot be read, or what no view can have.
+pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState, String> {
+    let catalog = session.catalog();
+    let mut told = PartialView::of(text);
+    told.name_bodies(catalog);
+    let target = told.target();
+    let time = told.time().unwrap_or(now);
+    let usual = initial_view(catalog, &SessionPlaces(session), target, time)?;
+    let view = told.over(&usual, catalog)?;
+    // What fields say together, and what the ephemeris knows, is found now, not with each picture.
+    let request = view.request(catalog, session.ephemeris(), 64, 64)?;
+    session.scene(&request).map_err(|e| e.to_string())?;
+    Ok(view)
+}
+
+impl ViewState {
+    /// `orrery://view?target=699&eye.kind=orbit&…`: every field of the value by its path.
+    pub fn to_link(&self) -> String {
+        let mut pairs = Vec::new();
+        flatten("", &serde_json::to_value(self).unwrap_or_default(), &mut pairs);
+        format!("{SCHEME}{}", pairs.iter().map(|(k, v)| format!("{k}={}", escaped(v))).collect::<Vec<_>>().join("&"))
+    }
+
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+}
+
+/// The fields that a text tells, and what is wrong with it.
+struct PartialView {
+    fields: Map<String, Value>,
+    faults: Vec<String>,
+}
+
+impl PartialView {
+    fn of(text: &str) -> Self {
+        if text.len() > MOST_BYTES {
+            Self::refused(format!("too long for a view: {} bytes, the limit is {MOST_BYTES}", text.len()))
+        } else if is_link(text) {
+            Self::of_link(text)
+        } else {
+            Self::of_json(text)
+        }
+    }
+
+    fn refused(why: String) -> Self {
+        let mut told = Self { fields: Map::new(), faults: Vec::new() };
+        told.fault(why);
+        told
+    }
+
+    /// Texts come from anywhere: a fault is of one line and of no more than can be read.
+    fn fault(&mut self, why: String) {
+        let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+        let mut line: String = why.chars().take(FAULT_CHARACTERS).map(plain).collect();
+        if line.len() < why.len() && why.chars().count() > FAULT_CHARACTERS {
+            line.push('…');
+        }
+        self.faults.push(line);
+    }
+
+    fn of_link(link: &str) -> Self {
+        let Some(query) = query_of(link) else { return Self::refused(format!("a link starts with {SCHEME}")) };
+        let mut told = Self { fields: Map::new(), faults: Vec::new() };
+        for pair in query.split('&').filter(|p| !p.is_empty()) {
+            if let Err(why) = told.take_pair(pair) {
+                told.fault(why);
+            }
+        }
+        told
+    }
+
+    fn take_pair(&mut self, pair: &str) -> Result<(), String> {
+        let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", brief(pair)))?;
+        let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", brief(pair)))?;
+        // A field that is text says so by not being a JSON scalar.
+        let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
+        let Some((above, name)) = path.split_once('.') else {
+            if self.fields.get(path).is_some_and(Value::is_object) {
+                return Err(format!("`{}` is both a value and a group of fields", brief(path)));
+            }
+            self.fields.insert(path.to_owned(), value);
+            return Ok(());
+        };
+        if name.contains('.') {
+            return Err(format!("`{}`: fields are nested one level deep", brief(path)));
+        }
+        let below = self.fields.entry(above).or_insert_with(|| Value::Object(Map::new()));
+        let map = below.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", brief(path)))?;
+        map.insert(name.to_owned(), value);
+        Ok(())
+    }
+
+    fn of_json(text: &str) -> Self {
+        match serde_json::from_str(text) {
+            Ok(fields) => Self { fields, faults: Vec::new() },
+            Err(e) => Self::refused(e.to_string()),
+        }
+    }
+
+    /// Puts codes where bodies are named. One that the catalog does not have is a fault, and is left out.
+    fn name_bodies(&mut self, catalog: &Catalog) {
+        let mut faults = Vec::new();
+        let code = |field: &str, value: &Value| match value {
+            Value::String(name) => catalog.named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
+            other => match serde_json::from_value(other.clone()).map(NaifId) {
+                Ok(id) if catalog.body(id).is_some() => Ok(id),
+                Ok(id) => Err(format!("{field}: no body has the code {}", id.0)),
+                Err(_) => Err(format!("{field} {other}: write a body's name or its NAIF code")),
+            },
+        };
+        let mut put = |field: &str, map: &mut Map<String, Value>, name: &str| {
+            let Some(value) = map.get(name) else { return };
+            match code(field, value) {
+                Ok(id) => {
+                    map.insert(name.to_owned(), Value::from(id.0));
+                }
+                Err(why) => {
+                    map.remove(name);
+                    faults.push(why);
+                }
+            }
+        };
+        put("target", &mut self.fields, "target");
+        if let Some(Value::Object(eye)) = self.fields.get_mut("eye") {
+            put("eye.body", eye, "body");
+        }
+        faults.into_iter().for_each(|why| self.fault(why));
+    }
+
+    /// The body that the view is of, once bodies have codes.
+    fn target(&self) -> NaifId {
+        let of = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
+        of(self.fields.get("target")).or(of(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
+    }
+
+    /// `tdb_s`, or `time` as people write it.
+    fn time(&mut self) -> Option<Instant> {
+        let (seconds, written) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
+        if seconds.is_some() && written.is_some() {
+            self.fault("time and tdb_s are two forms of one value: leave one out".into());
+        }
+        if let Some(written) = written {
+            let read = read::<String>("time", &written).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
+            return read.map_err(|why| self.fault(why)).ok();
+        }
+        // Whether it is a number is asked with the other fields.
+        read("tdb_s", &seconds?).ok().map(Instant::from_tdb_seconds_past_j2000)
+    }
+
+    /// The view; what is not told is as in `usual`, an orbit. The written time is in that already.
+    fn over(mut self, usual: &ViewState, catalog: &Catalog) -> Result<ViewState, String> {
+        let fields = std::mem::take(&mut self.fields);
+        let mut whole = object_of(usual);
+        for (name, value) in fields {
+            match value {
+                Value::Object(told) if name == "eye" => {
+                    let eye = self.eye_over(told, usual);
+                    whole.extend(eye.map(|eye| (name, Value::Object(eye))));
+                }
+                value => self.put::<ViewState>("", &mut whole, &name, value),
+            }
+        }
+        let view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
+        // Where a field could not be read its usual value stands, which has no fault.
+        view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
+        match (view, self.faults.as_slice()) {
+            (Some(view), []) => Ok(view),
+            (_, [one]) => Err(one.clone()),
+            (_, all) => {
+                let left_out = if all.len() > MOST_FAULTS { "; …" } else { "" };
+                Err(format!("{} faults: {}{left_out}", all.len(), all[..all.len().min(MOST_FAULTS)].join("; ")))
+            }
+        }
+    }
+
+    /// Puts a field into the whole of a `T`, if that can be read with it.
+    fn put<T: DeserializeOwned>(&mut self, above: &str, whole: &mut Map<String, Value>, name: &str, value: Value) {
+        let before = whole.insert(name.to_owned(), value);
+        if let Err(e) = serde_json::from_value::<T>(Value::Object(whole.clone())) {
+            match before {
+                Some(before) => whole.insert(name.to_owned(), before),
+                None => whole.remove(name),
+            };
+            let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
+                let known = whole.keys().map(String::as_str).chain(UNWRITTEN.into_iter().filter(|_| above.is_empty()));
+                let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
+                format!("no such field{hint}")
+            });
+            self.fault(format!("{above}{name}: {why}"));
+        }
+    }
+
+    /// The eye that a text tells: an orbit unless it says otherwise.
+    fn eye_over(&mut self, mut told: Map<String, Value>, usual: &ViewState) -> Option<Map<String, Value>> {
+        let body = usual.target;
+        let kind = told.remove("kind").unwrap_or_else(|| "orbit".into());
+        let mut whole = match kind.as_str() {
+            Some("orbit") => object_of(&usual.eye),
+            Some("ground") => object_of(&standing(body, 0.0, 0.0)),
+            Some("centre") => object_of(&CameraPose::Centre { body }),
+            Some("free") => {
+                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !told.contains_key(*name)) {
+                    self.fault(format!("eye.{name} is missing: a free camera has no default"));
+                }
+                object_of(&CameraPose::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
+            }
+            _ => {
+                self.fault(format!("eye.kind {kind}: one of orbit, ground, centre, free"));
+                return None;
+            }
+        };
+        for (name, value) in told {
+            self.put::<CameraPose>("eye.", &mut whole, &name, value);
+        }
+        Some(whole)
+    }
+}
+
+/// The beginning of what someone wrote, for a message that has to say more.
+fn brief(text: &str) -> String {
+    const CHARACTERS: usize = 60;
+    let mut all = text.chars();
+    let begun: String = all.by_ref().take(CHARACTERS).collect();
+    if all.next().is_some() { begun + "…" } else { begun }
+}
+
+/// A value, or why it is none, with its field's name.
+fn read<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, String> {
+    serde_json::from_value(value.clone()).map_err(|e| format!("{field}: {e}"))
+}
+
+fn object_of(value: &impl Serialize) -> Map<String, Value> {
+    match serde_json::to_value(value) {
+        Ok(Value::Object(map)) => map,
+        _ => Map::new(),
+    }
+}
+
+fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(k, v)| {
+            let below = if path.is_empty() { k.clone() } else { format!("{path}.{k}") };
+            flatten(&below, v, out);
+        }),
+        Value::Null => {}
+        // Text that reads as a JSON scalar keeps its quotes.
+        Value::String(s) if serde_json::from_str::<Value>(s).is_err() => out.push((path.to_owned(), s.clone())),
+        other => out.push((path.to_owned(), other.to_string())),
+    }
+}
+
+/// Bytes that a link's values keep as they are, besides letters and digits.
+const UNESCAPED: &AsciiSet =
+    &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b'~').remove(b'+').remove(b',').remove(b':').remove(b'[').remove(b']');
+
+fn escaped(text: &str) -> String {
+    utf8_percent_encode(text, UNESCAPED).to_string()
+}
+
+/// The text of an escaped value; `None` where an escape is incomplete or the bytes are not UTF-8. The crate leaves incomplete escapes as they are.
+fn unescaped(text: &str) -> Option<String> {
+    let is_escape = |rest: &str| rest.as_bytes().get(..2).is_some_and(|hex| hex.iter().all(u8::is_ascii_hexdigit));
+    let are_whole = text.split('%').skip(1).all(is_escape);
+    are_whole.then(|| percent_decode_str(text).decode_utf8().ok().map(Cow::into_owned)).flatten()
+}
+
+#[cfg(test)]
+mod tests;

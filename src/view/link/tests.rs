@@ -1,0 +1,208 @@
+use super::*;
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{Quality, ToneMap};
+use crate::view::app::view_state::CameraPose;
+use glam::DVec3;
+
+fn view() -> ViewState {
+    let time = Instant::from_tdb_seconds_past_j2000(765_894_000.123_456_7);
+    let mut s = ViewState::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
+    s.effects = EffectOverrides::parse("+eclipse=linear,-rings").expect("effects");
+    s.exposure_stops = Some(-1.25);
+    s
+}
+
+/// Another view than those that are written here.
+fn usual() -> ViewState {
+    let time = Instant::from_tdb_seconds_past_j2000(5.0);
+    ViewState::around(NaifId::MOON, DVec3::new(0.0, 6e3, 1e3), 1737.4, DVec3::Z, time)
+}
+
+fn catalog() -> &'static Catalog {
+    static CATALOG: std::sync::OnceLock<Catalog> = std::sync::OnceLock::new();
+    CATALOG.get_or_init(Catalog::embedded)
+}
+
+fn over_usual(mut told: PartialView) -> Result<ViewState, String> {
+    told.name_bodies(catalog());
+    told.over(&usual(), catalog())
+}
+
+fn of_link(link: &str) -> Result<ViewState, String> {
+    over_usual(PartialView::of_link(link))
+}
+
+#[test]
+fn links_and_files_restore_the_view_to_the_last_bit() {
+    let eyes = [
+        view().eye,
+        CameraPose::Ground {
+            body: NaifId::EARTH,
+            latitude_deg: -33.3,
+            longitude_deg: 0.1 + 0.2,
+            height_km: 0.0017,
+            azimuth_deg: 270.0,
+            altitude_deg: 5.0,
+        },
+        CameraPose::Centre { body: NaifId::EARTH },
+        CameraPose::Free { body: NaifId::MOON, offset_km: DVec3::new(1e9, 1.0 / 3.0, 0.0), forward: DVec3::X, up: DVec3::Z },
+    ];
+    for (eye, paused) in eyes.into_iter().zip([None, Some(true), Some(false), Some(true)]) {
+        let view = ViewState { eye, paused, ..view() };
+        assert_eq!(of_link(&view.to_link()).as_ref(), Ok(&view), "{}", view.to_link());
+        assert_eq!(over_usual(PartialView::of_json(&view.to_json())), Ok(view));
+    }
+    let link = view().to_link();
+    assert!(link.contains("target=699&"), "{link}");
+    for form in [link.replacen("orrery://view?", "Orrery://VIEW/?", 1), format!(" {link}\n")] {
+        assert!(is_link(&form) && of_link(&form) == Ok(view()), "{form}");
+    }
+    assert!(!is_link("orrery.json") && !is_link("or"));
+}
+
+#[test]
+fn what_a_link_leaves_out_is_as_the_window_begins() {
+    assert_eq!(of_link("orrery://view"), Ok(usual()));
+    assert_eq!(of_link("orrery://view?fov_deg=3"), Ok(ViewState { fov_deg: 3.0, ..usual() }));
+    let Ok(ViewState { eye: CameraPose::Orbit { distance_radii: 9.0, azimuth_deg, .. }, .. }) =
+        of_link("orrery://view?eye.distance_radii=9")
+    else {
+        panic!("an orbit at 9 radii")
+    };
+    assert!(matches!(usual().eye, CameraPose::Orbit { azimuth_deg: usual, .. } if usual == azimuth_deg));
+    let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|s| s.eye);
+    assert_eq!(ground, Ok(standing(NaifId::MOON, 51.5, 0.0)));
+    let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|s| s.eye);
+    assert_eq!(centre, Ok(CameraPose::Centre { body: NaifId::EARTH }));
+}
+
+#[test]
+fn the_body_and_the_time_of_a_link_are_found_first() {
+    let told = |query: &str| {
+        let mut told = PartialView::of_link(&format!("orrery://view?{query}"));
+        told.name_bodies(catalog());
+        told
+    };
+    assert_eq!(told("").target(), NaifId::EARTH);
+    assert_eq!(told("eye.body=301").target(), NaifId::MOON);
+    assert_eq!(told("target=599&eye.body=301").target(), NaifId(599));
+    assert_eq!(told("").time(), None);
+    assert_eq!(told("tdb_s=7.5").time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
+    let eclipse = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    assert_eq!(told("time=2024-04-08T18:17:16Z").time(), Some(eclipse));
+    for (bad, names) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
+        let mut told = told(bad);
+        assert!(told.time().is_none() && told.faults.iter().any(|why| why.contains(names)), "{bad}: {:?}", told.faults);
+    }
+}
+
+/// Every body, by its name, its name in capitals, each of its aliases and its code, where it is looked at and where it carries the eye.
+#[test]
+fn bodies_are_named_or_given_by_code() {
+    for body in catalog().bodies() {
+        let names = [body.name.clone(), body.name.to_uppercase(), body.id.0.to_string()];
+        for name in names.iter().chain(&body.aliases) {
+            let link = format!("orrery://view?target={}&eye.body={}", escaped(name), escaped(name));
+            let view = of_link(&link).expect(&link);
+            assert_eq!((view.target, view.eye.body()), (body.id, body.id), "{link}");
+            let json = format!("{{\"target\": {}}}", Value::from(name.as_str()));
+            assert!(name.parse::<i32>().is_ok() || over_usual(PartialView::of_json(&json)).is_ok_and(|s| s.target == body.id), "{json}");
+        }
+    }
+    for bad in ["target=jupitre", "target=", "eye.body=planet%20nine", "target=earth-moon%20barycenter", "target=1.5", "target=true"] {
+        let why = of_link(&format!("orrery://view?{bad}")).expect_err(bad);
+        let field = bad.split('=').next().unwrap_or_default();
+        assert!(why.starts_with(field) && !why.contains('\n'), "{bad}: {why}");
+    }
+}
+
+/// As programs of earlier versions wrote them.
+#[test]
+fn names_of_earlier_versions_are_read() {
+    let old = of_link("orrery://view?tone_map=plain&pixels=shaded&quality=reference&effects=-rings").expect("a view");
+    let effects = EffectOverrides::parse("-rings").expect("effects");
+    assert_eq!(old, ViewState { tone_map: ToneMap::Plain, quality: Quality::Reference, effects, ..usual() });
+    assert!(old.to_link().contains("tone_map=clipped&") && old.to_link().contains("pixels=final&"), "{}", old.to_link());
+    assert_eq!(of_link("orrery://view?tone_map=film"), Ok(usual()));
+}
+
+#[test]
+fn slips_in_a_link_are_told_with_what_may_have_been_meant() {
+    for (slip, meant) in [
+        ("target=satrun", "`Saturn`"),
+        ("eye.body=jupitr", "`Jupiter`"),
+        ("targte=599", "`target`"),
+        ("tiem=now", "`time`"),
+        ("pasued=true", "`paused`"),
+        ("eye.latitud_deg=3&eye.kind=ground", "`latitude_deg`"),
+        ("effects=%2Beclips", "`eclipse`"),
+    ] {
+        let why = of_link(&format!("orrery://view?{slip}")).expect_err(slip);
+        assert!(why.contains("did you mean") && why.contains(meant), "{slip}: {why}");
+    }
+    assert!(of_link("orrery://view?qqqq=1").is_err_and(|why| !why.contains("did you mean")), "nothing is near");
+}
+
+#[test]
+fn broken_links_are_refused_in_one_line() {
+    let good = view().to_link();
+    for (bad, names) in [
+        (good.replace("view?", "look?"), "orrery://"),
+        (good.replace("target", "aim"), "aim"),
+        (good.replace("fov_deg=45.0", "fov_deg=0"), "fov_deg"),
+        (good.replace("eye.kind=orbit", "eye.kind=perch"), "perch"),
+        (good.replace("%3D", "%3"), "escape"),
+        (good.replace("-rings", "-wings"), "wings"),
+        (format!("{good}&target.x=1"), "target"),
+        ("orrery://view?eye=3".into(), "3"),
+        ("orrery://view?eye.kind=free".into(), "offset_km"),
+        ("orrery://view?tdb_s=1e999".into(), "1e999"),
+        ("orrery://view?tdb_s=now".into(), "tdb_s"),
+        ("orrery://view?eye.latitude_deg=3".into(), "latitude_deg"),
+        (format!("orrery://view?{}=1", "a.".repeat(30_000)), "deep"),
+        (format!("orrery://view?{}", "a=1&".repeat(30_000)), "bytes"),
+        ("orrery://view?quality=be%0Ast".into(), "quality"),
+    ] {
+        let why = over_usual(PartialView::of(&bad)).expect_err(names);
+        assert!(why.contains(names) && !why.contains('\n') && why.len() < 1000, "{}: {why}", brief(&bad));
+    }
+    assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
+    for bad in ["", "[1]", "{\"target\":", "7"] {
+        assert!(over_usual(PartialView::of_json(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
+    }
+}
+
+/// Any few of these faults together are all told, each once, by the field's name.
+#[test]
+fn all_faults_of_a_link_are_listed() {
+    let faults = [
+        ("target=jupitre", "jupitre"),
+        ("aim=3", "aim"),
+        ("fov_deg=500", "fov_deg"),
+        ("roll_deg=left", "roll_deg"),
+        ("effects=%2Bwings", "wings"),
+        ("tone_map=sepia", "sepia"),
+        ("pixels=colour", "colour"),
+        ("quality=best", "best"),
+        ("exposure_stops=900", "exposure_stops"),
+        ("paused=maybe", "paused"),
+        ("eye.distance_radii=far", "eye.distance_radii"),
+        ("eye.azimuth=3", "azimuth"),
+        ("eye.body=nowhere", "nowhere"),
+        ("bloom", "bloom"),
+        ("orbits=%zz", "orbits"),
+    ];
+    for chosen in (1_u32..1 << faults.len()).filter(|bits| bits.count_ones() == 2 || bits.count_ones() > 13) {
+        let of_these = |k: &usize| chosen & (1 << k) != 0;
+        let pairs: Vec<&str> = (0..faults.len()).filter(of_these).map(|k| faults[k].0).collect();
+        let link = format!("orrery://view?{}", pairs.join("&"));
+        let why = of_link(&link).expect_err(&link);
+        assert!(why.starts_with(&format!("{} faults: ", pairs.len())), "{link}: {why}");
+        for (k, (_, name)) in faults.iter().enumerate() {
+            assert_eq!(why.contains(name), of_these(&k), "{link}: `{name}` in {why}");
+        }
+    }
+    let many: String = (0..500).map(|k| format!("f{k}=1&")).collect();
+    let why = of_link(&format!("orrery://view?{many}")).expect_err("500 fields");
+    assert!(why.starts_with("500 faults: ") && why.ends_with('…') && why.len() < 6000, "{why}");
+}

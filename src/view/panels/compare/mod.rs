@@ -1,0 +1,229 @@
+//! Two ways to draw the view that is on screen, side by side: quality, effects, what pixels show, who computes.
+//!
+//! In: the view, two ways. Out: their pictures, the difference and figures. Always: both are drawn off the window's thread, from one request
+//! but for what the ways say; while things move the last pair stays.
+
+pub mod pair;
+
+use self::pair::{Half, Pair, PairView};
+use super::{Interface, accessible};
+use crate::image::Picture;
+use crate::render::plan::Fineness;
+use crate::scene::draw::PixelView;
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{Quality, ViewRequest};
+use crate::session::Session;
+use crate::view::app::view_state::ViewState;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use egui::{ComboBox, ScrollArea, TextEdit};
+use std::sync::Arc;
+use std::time::Instant as Moment;
+
+/// Who computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Renderer {
+    /// As the window does.
+    #[default]
+    Window,
+    Software,
+    /// In software, in f64.
+    Double,
+}
+
+impl Renderer {
+    const ALL: [(Self, &'static str); 3] =
+        [(Self::Window, "as in the window"), (Self::Software, "software, f32"), (Self::Double, "software, f64")];
+
+    fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| name)
+    }
+}
+
+/// One way to draw the view.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Way {
+    quality: Quality,
+    /// What is typed: as `--effects` takes them, over those of the view.
+    effects: String,
+    pixels: PixelView,
+    renderer: Renderer,
+}
+
+/// What is drawn: the ways and the view that they share.
+#[derive(Clone, PartialEq)]
+struct Asked {
+    request: ViewRequest,
+    ways: [Way; 2],
+    view_effects: EffectOverrides,
+}
+
+impl Asked {
+    /// Equal but for a size that a line more or less beside the picture makes.
+    fn is_as_good_as(&self, other: &Self) -> bool {
+        const STEP_PX: u32 = 32;
+        let (a, b) = (&self.request, &other.request);
+        let near = a.width.abs_diff(b.width) < STEP_PX && a.height.abs_diff(b.height) < STEP_PX;
+        let request = ViewRequest { width: a.width, height: a.height, ..b.clone() };
+        near && *self == Self { request, ..other.clone() }
+    }
+}
+
+#[derive(Default)]
+pub struct ComparePanel {
+    ways: Option<[Way; 2]>,
+    asked: Option<Asked>,
+    coming: Option<Pending<Result<Pair, String>>>,
+    pair: Option<Result<Arc<Pair>, String>>,
+    view: PairView,
+}
+
+/// At the start the view itself against the quickest one.
+fn first_ways(view: &ViewState) -> [Way; 2] {
+    let as_seen = Way { quality: view.quality, pixels: view.pixels, ..Way::default() };
+    let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
+    [as_seen.clone(), Way { quality, ..as_seen }]
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+    let mut panel = std::mem::take(&mut interface.compare);
+    panel.show(interface, ui, worker);
+    interface.compare = panel;
+}
+
+impl ComparePanel {
+    fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+        if let Some(done) = self.coming.as_ref().and_then(Pending::take) {
+            self.coming = None;
+            self.pair = Some(done.map(Arc::new));
+        }
+        let view = &interface.viewer.view;
+        let mut ways = self.ways.take().unwrap_or_else(|| first_ways(view));
+        ui.columns(2, |columns| {
+            for ((ui, way), side) in columns.iter_mut().zip(&mut ways).zip(["Left", "Right"]) {
+                choose(ui, way, side);
+            }
+        });
+        let mut swapped = false;
+        ui.horizontal(|ui| {
+            swapped = ui.button("Swap").on_hover_text("Swap left and right").clicked();
+            if ui.button("Reset").on_hover_text("Compare the current view with draft quality").clicked() {
+                ways = first_ways(view);
+            }
+            if self.coming.is_some() {
+                accessible::coming(ui, "Drawing both images");
+                ui.weak("drawing both images");
+            }
+        });
+        if swapped {
+            ways.swap(0, 1);
+        }
+        ui.separator();
+        let wrong = ways.iter().zip(["Left", "Right"]).find_map(|(way, side)| {
+            let e = EffectOverrides::parse(&way.effects).err()?;
+            Some(format!("{side}: {e}"))
+        });
+        if let Some(wrong) = wrong {
+            ui.colored_label(ui.visuals().warn_fg_color, wrong);
+        } else {
+            self.ask(interface, ui, worker, &ways);
+        }
+        let names = [name_of(&ways[0]), name_of(&ways[1])];
+        self.ways = Some(ways);
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
+            Some(Ok(pair)) => self.view.show(ui, pair, [&names[0], &names[1]]),
+            Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
+            None => drop(ui.weak("The images are drawn once the view stops moving.")),
+        });
+    }
+
+    /// Asks for both once the view stands still.
+    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, ways: &[Way; 2]) {
+        let Some(drawing) = interface.drawing() else { return };
+        let quality = interface.viewer.view.quality;
+        let still = drawing.job.request.quality == quality && drawing.job.fineness == Fineness::of(quality);
+        if self.coming.is_some() || !still || interface.viewer.races() {
+            return;
+        }
+        let asked =
+            Asked { request: sized(&drawing.job.request, ui), ways: ways.clone(), view_effects: interface.viewer.view.effects.clone() };
+        if self.asked.as_ref().is_some_and(|before| before.is_as_good_as(&asked)) {
+            return;
+        }
+        self.asked = Some(asked.clone());
+        self.coming = Some(ask(worker, move |session| {
+            let [left, right] = [0, 1].map(|side| draw(session, &asked, &asked.ways[side]));
+            Pair::of(left, right)
+        }));
+        // An inline worker has the answer already.
+        ui.ctx().request_repaint();
+    }
+}
+
+/// The longer side of a compared picture, pixels, at most.
+const MOST_PX: f32 = 1024.0;
+
+/// The request at the panel's size, in the shape of the sky.
+fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
+    let [width, height] = [request.width, request.height].map(|side| side.max(1) as f32);
+    let room = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
+    // One scale for both sides: the pair shows what the sky shows.
+    let room = room * (MOST_PX / room.max_elem()).min(1.0);
+    let [width, height] = [room.x, room.y].map(|side| side.round().max(1.0) as u32);
+    ViewRequest { width, height, ..request.clone() }
+}
+
+fn choose(ui: &mut egui::Ui, way: &mut Way, side: &str) {
+    ui.strong(side);
+    ui.horizontal(|ui| {
+        for quality in Quality::ALL {
+            let hover = format!("{side}: {} quality", quality.name());
+            ui.selectable_value(&mut way.quality, quality, quality.name()).on_hover_text(hover);
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.label("Show");
+        accessible::pixel_views(ui, &mut way.pixels, &format!("{side}: show"));
+    });
+    ui.horizontal(|ui| {
+        let shown = ComboBox::new((side, "renderer"), "renderer").width(150.0).selected_text(way.renderer.name()).show_ui(ui, |ui| {
+            for (renderer, name) in Renderer::ALL {
+                ui.selectable_value(&mut way.renderer, renderer, name);
+            }
+        });
+        shown.response.on_hover_text(format!("{side}: renderer"));
+    });
+    let field = TextEdit::singleline(&mut way.effects).hint_text("+eclipse=linear,-normal").desired_width(f32::INFINITY);
+    ui.add(field).on_hover_text(format!("{side}: effects in addition to those of the view"));
+}
+
+fn name_of(way: &Way) -> String {
+    let mut words = vec![way.quality.name()];
+    words.extend((way.pixels != PixelView::Shaded).then(|| accessible::pixel_view(way.pixels)));
+    words.extend((!way.effects.trim().is_empty()).then_some(way.effects.trim()));
+    words.extend((way.renderer != Renderer::Window).then_some(way.renderer.name()));
+    words.join(" ")
+}
+
+fn draw(session: &Session, asked: &Asked, way: &Way) -> Result<Half, String> {
+    let text = format!("{},{}", asked.view_effects.to_text(), way.effects);
+    let mut request = asked.request.clone();
+    request.effects = EffectOverrides::parse(&text).map_err(|e| e.to_string())?;
+    request.quality = way.quality;
+    request.pixel_view = way.pixels;
+    let fineness = Fineness::of(request.quality);
+    let failed = |e: crate::session::SessionError| e.to_string();
+    // Modules and maps come in before the clock runs.
+    session.plan(&request, fineness).map_err(failed)?;
+    let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true)?) } else { None };
+    let start = Moment::now();
+    let (frame, by) = if way.renderer == Renderer::Window {
+        let drawn = session.draw_aside(&request, fineness, false).map_err(failed)?;
+        (drawn.frame, drawn.by.renderer)
+    } else {
+        let (_, plan) = session.plan(&request, fineness).map_err(failed)?;
+        let renderer = double.as_ref().unwrap_or(session.aside());
+        (renderer.render(&plan, session.library(), false).map_err(|e| e.to_string())?.0, "software")
+    };
+    let took_ms = start.elapsed().as_secs_f64() * 1e3;
+    Ok(Half { picture: Picture { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })
+}

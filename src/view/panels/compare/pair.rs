@@ -1,0 +1,176 @@
+//! Two pictures of one size, beside each other, split by a line, or as their difference, with figures.
+//!
+//! In: drawn pictures. Out: shapes. Always: what is shown belongs to one pair; differences are of display bytes, as `orrery compare` counts them.
+
+use crate::image::{self, Picture};
+use crate::view::panels::render_loop::colour_image;
+use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
+use std::sync::Arc;
+
+/// One drawn picture.
+pub struct Half {
+    pub picture: Picture,
+    /// What drew it.
+    pub by: String,
+    pub took_ms: f64,
+}
+
+/// Two pictures and what lies between them.
+pub struct Pair {
+    pub halves: [Half; 2],
+    pub apart: image::Difference,
+    pub difference: Picture,
+}
+
+impl Pair {
+    /// # Errors
+    /// Why one could not be drawn, or that the sizes differ.
+    pub fn of(left: Result<Half, String>, right: Result<Half, String>) -> Result<Self, String> {
+        let left = left.map_err(|e| format!("left: {e}"))?;
+        let right = right.map_err(|e| format!("right: {e}"))?;
+        let apart = left.picture.difference(&right.picture).map_err(|e| e.to_string())?;
+        let difference = left.picture.difference_picture(&right.picture).map_err(|e| e.to_string())?;
+        Ok(Self { halves: [left, right], apart, difference })
+    }
+}
+
+/// How a pair is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Shows {
+    #[default]
+    Split,
+    Beside,
+    Difference,
+}
+
+impl Shows {
+    const ALL: [(Self, &'static str, &'static str); 3] = [
+        (Self::Split, "Split", "Both images in one place, with a divider that can be dragged"),
+        (Self::Beside, "Side by side", "One image beside the other"),
+        (Self::Difference, "Difference", "Absolute difference of each channel, scaled so that the largest is white"),
+    ];
+}
+
+/// Shows a pair.
+#[derive(Default)]
+pub struct PairView {
+    of: Option<Arc<Pair>>,
+    /// Left, right, difference.
+    textures: Vec<TextureHandle>,
+    shows: Shows,
+    /// Of the width, that the left picture has.
+    split: Option<f32>,
+}
+
+/// Room for the buttons above and the figures below a picture.
+const FIGURES_POINTS: f32 = 70.0;
+/// A picture may be this high even where the panel has to be scrolled for it.
+const LEAST_POINTS: f32 = 330.0;
+const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
+
+impl PairView {
+    /// `names`: of the left and the right picture.
+    pub fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2]) {
+        self.take_in(ui.ctx(), pair);
+        ui.horizontal(|ui| {
+            for (shows, name, about) in Shows::ALL {
+                ui.selectable_value(&mut self.shows, shows, name).on_hover_text(about);
+            }
+            if self.shows == Shows::Split {
+                let split = self.split.get_or_insert(0.5);
+                ui.add(Slider::new(split, 0.0..=1.0).show_value(false).text("divider")).on_hover_text("Position of the divider");
+            }
+        });
+        let [left, right] = names;
+        let size = Vec2::new(pair.difference.width as f32, pair.difference.height as f32);
+        let [a, b, d] = &self.textures[..] else { return };
+        let (a, b, d) = (a.id(), b.id(), d.id());
+        match self.shows {
+            Shows::Split => self.show_split(ui, size, [a, b], names),
+            Shows::Beside => {
+                ui.columns(2, |columns| {
+                    for ((ui, texture), name) in columns.iter_mut().zip([a, b]).zip([left, right]) {
+                        picture(ui, texture, size, name);
+                        ui.weak(name);
+                    }
+                });
+            }
+            Shows::Difference => picture(ui, d, size, &format!("Difference of {left} and {right}")),
+        }
+        figures(ui, pair);
+    }
+
+    fn take_in(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
+        if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, pair)) {
+            return;
+        }
+        let load = |p: &Picture| ctx.load_texture("pair", colour_image(p.width, p.height, p.rgba.clone()), TextureOptions::LINEAR);
+        let [left, right] = &pair.halves;
+        self.textures = vec![load(&left.picture), load(&right.picture), load(&pair.difference)];
+        self.of = Some(Arc::clone(pair));
+    }
+
+    fn show_split(&mut self, ui: &mut egui::Ui, size: Vec2, textures: [egui::TextureId; 2], [left, right]: [&str; 2]) {
+        let (rect, response) = ui.allocate_exact_size(fitted(ui, size), Sense::click_and_drag());
+        let about = format!("{left} to the left of the divider, {right} to the right");
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &about));
+        if let Some(at) = response.interact_pointer_pos() {
+            self.split = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
+        }
+        let split = self.split.unwrap_or(0.5);
+        let x = rect.left() + split * rect.width();
+        let part = |from: f32, to: f32| {
+            let place = Rect::from_min_max(
+                pos2(rect.left() + from * rect.width(), rect.top()),
+                pos2(rect.left() + to * rect.width(), rect.bottom()),
+            );
+            (place, Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0)))
+        };
+        for (texture, (place, uv)) in textures.into_iter().zip([part(0.0, split), part(split, 1.0)]) {
+            ui.painter().image(texture, place, uv, Color32::WHITE);
+        }
+        ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, Color32::from_rgb(255, 206, 110)));
+        let painter = ui.painter().with_clip_rect(rect);
+        let font = egui::FontId::proportional(12.0);
+        for (at, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
+            painter.text(pos2(x + at, rect.top() + 4.0), align, name, font.clone(), Color32::from_gray(230));
+        }
+    }
+}
+
+/// As large as there is room for across, and no higher than the panel is.
+pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
+    let width = ui.available_width();
+    let most = (ui.available_height() - FIGURES_POINTS).max(LEAST_POINTS);
+    let scale = (width / size.x.max(1.0)).min(most / size.y.max(1.0));
+    size * scale
+}
+
+/// A picture with a name for those who do not see it.
+pub fn picture(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
+    let size = fitted(ui, size);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
+    // A column gives all of its width; the picture keeps its shape in it.
+    ui.painter().image(texture, Rect::from_center_size(rect.center(), size), WHOLE, Color32::WHITE);
+}
+
+/// The figures as one line each: also for the clipboard.
+pub fn figures_text(pair: &Pair) -> [String; 2] {
+    let psnr = pair.apart.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
+    let d = &pair.apart;
+    let [left, right] = &pair.halves;
+    [
+        format!("mean {:.4}, 99.9 % {}, maximum {} of 255, PSNR {psnr}", d.mean, d.p999, d.max),
+        format!(
+            "{}x{}; left {:.1} ms ({}), right {:.1} ms ({})",
+            pair.difference.width, pair.difference.height, left.took_ms, left.by, right.took_ms, right.by
+        ),
+    ]
+}
+
+fn figures(ui: &mut egui::Ui, pair: &Pair) {
+    for line in figures_text(pair) {
+        ui.label(line);
+    }
+}

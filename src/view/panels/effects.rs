@@ -1,0 +1,225 @@
+//! Effects on and off: each with what the scene decided and why, and what it costs in time and light; who draws, how bright, how fine.
+
+use super::{Interface, accessible};
+use crate::scene::effects::{Decision, Effect, EffectOverrides};
+use crate::scene::request::{Quality, ToneMap, ViewRequest};
+use crate::session::{Price, RendererWish, Session, ShowWish};
+use crate::view::worker::query_cache::QueryCache;
+use crate::view::worker::render_worker::RenderWorker;
+use egui::{ComboBox, ScrollArea};
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+    let view = &mut interface.viewer.view;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Quality");
+        for quality in Quality::ALL {
+            ui.selectable_value(&mut view.quality, quality, quality.name());
+        }
+    });
+    renderers(ui, worker, &mut interface.settings.shown_by);
+    let view = &mut interface.viewer.view;
+    let mut automatic = view.exposure_stops.is_none();
+    let drawn_stops = interface.viewport.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
+    ui.horizontal_wrapped(|ui| {
+        if ui.checkbox(&mut automatic, "Automatic exposure").changed() {
+            view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
+        }
+        if let Some(stops) = &mut view.exposure_stops {
+            ui.add(egui::Slider::new(stops, -20.0..=30.0).text("stops")).on_hover_text("Exposure, stops");
+        } else {
+            ui.label(format!("{drawn_stops:+.2} stops"));
+        }
+    });
+    if let Some(drawing) = interface.viewport.drawing.as_ref().filter(|_| interface.viewer.view.exposure_stops.is_none()) {
+        ui.label(egui::RichText::new(&drawing.scene.exposure.reason).weak().small());
+    }
+    let view = &mut interface.viewer.view;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Highlights");
+        for (tone_map, hover) in [
+            (ToneMap::Film, "Tone mapping: linear up to 0.8 of white, then a shoulder"),
+            (ToneMap::Plain, "Tone mapping: linear up to white, then clipped"),
+        ] {
+            ui.selectable_value(&mut view.tone_map, tone_map, tone_map.name()).on_hover_text(hover);
+        }
+        ui.checkbox(&mut view.bloom, "Bloom").on_hover_text("Light above white spreads, as in a lens");
+    });
+    ui.horizontal(|ui| {
+        ui.label("Show");
+        accessible::pixel_views(ui, &mut view.pixels, "Show");
+    });
+    ui.separator();
+    let mut overrides = view.effects.clone();
+    let name = interface.viewer.name(interface.viewer.selected).to_owned();
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Apply to");
+        ui.selectable_value(&mut interface.effects_of_one, false, "all bodies");
+        ui.selectable_value(&mut interface.effects_of_one, true, format!("{name} only"));
+        if ui.button("Reset to automatic").on_hover_text("Remove everything that you set by hand").clicked() {
+            overrides = EffectOverrides::default();
+        }
+    });
+    let decisions = interface
+        .viewport
+        .drawing
+        .as_ref()
+        .and_then(|d| d.scene.body(interface.viewer.selected))
+        .map(|b| b.decisions.clone())
+        .unwrap_or_default();
+    let of_body = interface.effects_of_one.then(|| name.clone());
+    // What is drawn or was switched off by hand has a price.
+    let priced = |e: Effect, d: &Decision| d.on || overrides.asked(e).is_some();
+    let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && priced(e, d)).map(|d| (e, d.on));
+    let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
+    weigh(interface, ui.ctx(), worker, of_body, &decided);
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
+        // What is drawn, or was switched by hand, comes first; what the scene leaves out follows in short.
+        let (first, rest): (Vec<Effect>, Vec<Effect>) =
+            Effect::ALL.into_iter().partition(|e| asked.asked(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
+        for (effects, short) in [(first, false), (rest, true)] {
+            for effect in effects {
+                let decision = decisions.iter().find(|d| d.feature == effect.name());
+                row(ui, effect, decision.map(|d| (d.on, d.said())), interface.prices.known.known(&effect), short, asked);
+            }
+            ui.separator();
+        }
+        for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
+            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, d.feature, d.said()));
+        }
+    });
+    overrides.prune();
+    interface.viewer.view.effects = overrides;
+}
+
+/// What the effects of the view at rest cost, as far as it is measured.
+#[derive(Default)]
+pub struct Prices {
+    /// The view, and the body that is asked about alone.
+    of: Option<(ViewRequest, Option<String>)>,
+    known: QueryCache<Effect, Result<Price, String>>,
+}
+
+/// A view is measured when it has been at rest so long.
+const WEIGHED_AFTER_S: f64 = 1.0;
+
+/// Measures one effect after the other while the view rests, so that a click waits for one at most.
+fn weigh(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, of_body: Option<String>, effects: &[(Effect, bool)]) {
+    let Some(drawing) = &interface.viewport.drawing else { return };
+    let request = &drawing.job.request;
+    let stops = drawing.scene.exposure.stops;
+    let prices = &mut interface.prices;
+    if prices.of.as_ref().is_none_or(|(of, body)| super::render_loop::differs(of, request, true) || *body != of_body) {
+        *prices = Prices { of: Some((request.clone(), of_body.clone())), known: QueryCache::default() };
+    }
+    let rested_s = interface.viewport.last_s - interface.viewport.moved_s;
+    if interface.viewer.races() {
+        return;
+    }
+    if rested_s < WEIGHED_AFTER_S {
+        ctx.request_repaint_after(std::time::Duration::from_secs_f64(WEIGHED_AFTER_S - rested_s));
+        return;
+    }
+    let unknown = |prices: &mut Prices, effect: Effect| prices.known.known(&effect).is_none();
+    if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(prices, *effect)) {
+        let (request, of_body) = (request.clone(), of_body.clone());
+        let question = move |session: &Session| session.price(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| e.to_string());
+        let _ = prices.known.get(worker, &effect, question);
+    }
+}
+
+/// Who draws, and who shows what is drawn.
+fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut ShowWish) {
+    let (choices, now) = worker.session().renderers();
+    if choices.len() < 2 {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Renderer");
+        for wish in choices.iter().copied() {
+            let hover = match wish {
+                RendererWish::Auto => "A hardware GPU if there is one, otherwise the CPU",
+                RendererWish::Gpu => "Any graphics adapter, even a software driver",
+                RendererWish::Software => "CPU only",
+            };
+            if ui.selectable_label(now == wish, wish.name()).on_hover_text(hover).clicked() {
+                // Off this thread: a device may be at work.
+                worker.run(Box::new(move |session| session.choose_renderer(wish)));
+            }
+        }
+    });
+    if now == RendererWish::Software {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Display via");
+        let ways = [
+            (ShowWish::Auto, "auto", "The GPU if it is hardware and draws the images, otherwise the CPU"),
+            (ShowWish::Device, "GPU", "The adapter that draws the images: they are not read back"),
+            (ShowWish::Processor, "CPU", "Images are read back from the GPU, and the CPU paints the interface"),
+        ];
+        for (wish, name, hover) in ways {
+            ui.selectable_value(shown_by, wish, name).on_hover_text(hover);
+        }
+    });
+}
+
+/// One effect: drawn or not, by whom, in which way, for what price, and why; in one line where `short`.
+fn row(
+    ui: &mut egui::Ui,
+    effect: Effect,
+    decided: Option<(bool, String)>,
+    price: Option<&Result<Price, String>>,
+    short: bool,
+    overrides: &mut EffectOverrides,
+) {
+    let reason = decided.as_ref().map_or("not available for this body", |d| d.1.as_str());
+    let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
+    let asked = overrides.asked(effect);
+    let mut on = asked.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
+    ui.horizontal(|ui| {
+        let hover = format!("Set {} on or off", effect.name());
+        if ui.checkbox(&mut on, effect.name()).on_hover_text(hover).clicked() {
+            overrides.set(effect, on);
+        }
+        if !effect.ways().is_empty() {
+            let now = overrides.way(effect).unwrap_or("automatic");
+            let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
+                for way in effect.ways() {
+                    if ui.selectable_label(now == *way, *way).clicked() {
+                        // A way of the list is one that the effect has.
+                        let _ = overrides.choose(effect, way);
+                    }
+                }
+            });
+            let said = || egui::WidgetInfo {
+                current_text_value: Some(now.to_owned()),
+                ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("Method of {}", effect.name()))
+            };
+            choice.response.widget_info(said);
+        }
+        if asked.is_some() && ui.small_button("×").on_hover_text(format!("Reset {} to automatic", effect.name())).clicked() {
+            overrides.forget(effect);
+        }
+        if let Some(Ok(price)) = price {
+            let words = egui::RichText::new(price_words(price)).weak();
+            ui.add(egui::Label::new(words).truncate()).on_hover_text(
+                "Measured on a small software rendering with and without it, scaled to this image: time added, net change of light, and in parentheses \
+                 the light that moves",
+            );
+        }
+        if short {
+            ui.add(why());
+        }
+    });
+    if !short {
+        ui.indent(effect.name(), |ui| ui.add(why()));
+    }
+}
+
+/// As `+1.2 ms, -3.9 % light (4.1 %)`.
+fn price_words(price: &Price) -> String {
+    let [light, moved] = [price.light.net, price.light.moved].map(|p| 100.0 * p);
+    let digits = if moved.abs() < 0.1 { 3 } else { 1 };
+    format!("{:+.1} ms, {light:+.digits$} % light ({moved:.digits$} %)", price.ms)
+}

@@ -1,0 +1,311 @@
+//! Facts about the selected body now, and where it stands in the sky over a place on the Earth.
+
+use super::{Interface, accessible};
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::Source;
+use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
+use crate::ephemeris::horizon::{Day, Passage, Place, Sky};
+use crate::scene::BodyInView;
+use crate::session::Session;
+use crate::time::Instant;
+use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::view::app::settings::{Home, Settings, Unit};
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use egui::{Grid, ScrollArea};
+
+impl Unit {
+    const ALL: [Self; 4] = [Self::Kilometres, Self::AstronomicalUnits, Self::Miles, Self::BodyRadii];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Kilometres => "km",
+            Self::AstronomicalUnits => "au",
+            Self::Miles => "miles",
+            Self::BodyRadii => "radii",
+        }
+    }
+
+    fn tell(self, km: f64, radius_km: f64) -> String {
+        let (value, digits) = match self {
+            Self::Kilometres => (km, 0),
+            Self::AstronomicalUnits => (km / KM_PER_AU, 6),
+            // The international mile.
+            Self::Miles => (km / 1.609_344, 0),
+            Self::BodyRadii => (km / radius_km, 3),
+        };
+        format!("{} {}", grouped(value, digits), self.name())
+    }
+}
+
+/// Thousands set apart.
+fn grouped(value: f64, digits: usize) -> String {
+    let text = format!("{:.digits$}", value.abs());
+    let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
+    let spaced: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|c| std::str::from_utf8(c).ok()).collect();
+    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, spaced.join(" "))
+}
+
+/// The answers for one body, place and minute.
+struct SkyReport {
+    apparent: Option<ApparentPlace>,
+    /// `None` for the Earth itself, on which the observer stands.
+    altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
+    /// Likewise.
+    day: Option<Result<Day, String>>,
+    passage: Result<Option<Passage>, String>,
+    /// Of the Sun and the Moon in that passage.
+    radii: String,
+}
+
+/// What a report is of: it is made anew when this changes.
+#[derive(Clone, Copy, PartialEq)]
+struct Question {
+    body: NaifId,
+    place: [f64; 2],
+    minute: i64,
+}
+
+#[derive(Default)]
+pub struct InformationPanel {
+    pub unit: Unit,
+    pub home: Home,
+    asked: Option<Question>,
+    pending: Option<Pending<SkyReport>>,
+    report: Option<(Question, SkyReport)>,
+}
+
+impl InformationPanel {
+    pub fn with(settings: &Settings) -> Self {
+        Self { unit: settings.unit, home: settings.home, ..Self::default() }
+    }
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+    ui.horizontal(|ui| {
+        ui.label("Units");
+        for unit in Unit::ALL {
+            ui.selectable_value(&mut interface.information.unit, unit, unit.name());
+        }
+    });
+    let selected = interface.viewer.selected;
+    let time = interface.viewer.view.time();
+    let Some(body) = interface.viewport.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.strong(&body.name);
+        from_here(ui, &body, interface.information.unit, worker.session().catalog());
+        ui.separator();
+        over_a_place(interface, ui, worker, &body, time);
+    });
+}
+
+fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
+    ui.label(what);
+    ui.add(egui::Label::new(egui::RichText::new(value.into()).monospace()).wrap());
+    ui.end_row();
+}
+
+fn degrees(value: f64) -> String {
+    match value.abs() {
+        v if v >= 1.0 => format!("{value:.3}°"),
+        v if v >= 1.0 / 60.0 => format!("{:.2}′", value * 60.0),
+        _ => format!("{:.2}″", value * 3600.0),
+    }
+}
+
+/// As the eye of the picture sees it.
+fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog) {
+    let radius_km = body.placement.radii_km.x;
+    Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
+        line(ui, "distance", unit.tell(body.distance_km, radius_km));
+        line(ui, "light time", seconds(body.distance_km / SPEED_OF_LIGHT_KM_S));
+        line(ui, "angular diameter", degrees(body.angular_diameter_deg));
+        line(ui, "size on screen", format!("{:.1} px", body.diameter_px));
+        line(ui, "magnitude", body.magnitude.map_or("none".into(), |m| format!("{m:+.2}")));
+        if body.id != NaifId::SUN {
+            line(ui, "phase angle", degrees(body.phase_angle_deg));
+            let lit = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
+            line(ui, "illuminated", format!("{:.1} %", lit * 100.0));
+        }
+        let point = |p: crate::scene::SubPoint| latitude_longitude(p.latitude_deg, p.longitude_deg);
+        line(ui, "sub-observer point", point(body.sub_viewer));
+        if let Some(sun) = body.sub_solar {
+            line(ui, "sub-solar point", point(sun));
+        }
+        line(ui, "equatorial radius", unit.tell(radius_km, radius_km));
+        if let Some(known) = catalog.body(body.id) {
+            line(ui, "geometric albedo", format!("{:.3}", known.geometric_albedo));
+            for estimate in known.estimated() {
+                line(ui, "estimate", estimate);
+            }
+            for (file, how) in &body.invented {
+                line(ui, "invented map", format!("{file}: {how}"));
+            }
+            if let Some(air) = &known.atmosphere {
+                line(ui, "atmosphere", air.species.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", "));
+            }
+        }
+    });
+}
+
+fn seconds(s: f64) -> String {
+    match s {
+        s if s < 1.0 => format!("{:.1} ms", s * 1e3),
+        s if s < 120.0 => format!("{s:.1} s"),
+        s if s < 7200.0 => format!("{:.1} min", s / 60.0),
+        s => format!("{:.2} h", s / 3600.0),
+    }
+}
+
+fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
+    let panel = &mut interface.information;
+    ui.strong("From a place on Earth");
+    ui.horizontal_wrapped(|ui| {
+        let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
+        for (value, most, label, what) in [
+            (&mut panel.home.latitude_deg, 90.0, "Latitude", "Latitude of the place, degrees north"),
+            (&mut panel.home.longitude_deg, 180.0, "Longitude (E)", "Longitude of the place, degrees east"),
+        ] {
+            ui.label(label);
+            accessible::number(ui, drag(value, -most..=most), what);
+        }
+    });
+    let question = Question {
+        body: body.id,
+        place: [panel.home.latitude_deg, panel.home.longitude_deg],
+        minute: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
+    };
+    if let Some(report) = panel.pending.as_ref().and_then(Pending::take) {
+        panel.report = panel.asked.map(|asked| (asked, report));
+        panel.pending = None;
+    }
+    if panel.asked != Some(question) && panel.pending.is_none() {
+        panel.asked = Some(question);
+        panel.pending = Some(ask(worker, move |session| report(session, question, time)));
+    }
+    let Some((_, report)) = panel.report.as_ref().filter(|(of, _)| of.body == body.id) else {
+        ui.weak("computing…");
+        return;
+    };
+    Grid::new("from a place").num_columns(2).striped(true).show(ui, |ui| {
+        if let Some(a) = &report.apparent {
+            line(ui, "right ascension", hours(a.true_of_date.ra_deg));
+            line(ui, "declination", declination(a.true_of_date.dec_deg));
+            line(ui, "source", source_text(a.source, a.error_arcsec));
+        }
+        match &report.altitude_azimuth_deg {
+            Some(Ok([altitude, azimuth])) => {
+                line(ui, "altitude", format!("{altitude:+.2}° (no refraction)"));
+                line(ui, "azimuth", format!("{azimuth:.2}°"));
+            }
+            Some(Err(why)) => line(ui, "altitude", why.clone()),
+            None => {}
+        }
+        if let Some(Ok(day)) = &report.day {
+            let clock = |t: Option<Instant>, none: &str| t.map_or(none.to_owned(), |t| t.to_utc_iso());
+            let never = if day.up_at_start { "up all day" } else { "down all day" };
+            line(ui, "rise", clock(day.rise, never));
+            line(ui, "transit", day.transit.map_or("-".into(), |(t, deg)| format!("{}, altitude {deg:.1}°", t.to_utc_iso())));
+            line(ui, "set", clock(day.set, never));
+        }
+    });
+    eclipse(ui, report);
+}
+
+/// What the Moon does to the Sun over the place that day.
+fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
+    ui.add_space(6.0);
+    ui.strong("Solar eclipse today");
+    match &report.passage {
+        Ok(None) => {
+            ui.weak("none here");
+        }
+        Ok(Some(p)) => {
+            Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
+                line(ui, "first contact", p.begins.to_utc_iso());
+                if let Some((second, third)) = p.inner {
+                    line(ui, "second contact", second.to_utc_iso());
+                    line(ui, "third contact", third.to_utc_iso());
+                }
+                line(ui, "greatest", p.greatest.to_utc_iso());
+                line(ui, "last contact", p.ends.to_utc_iso());
+                line(ui, "magnitude", format!("{:.4}", p.magnitude));
+                line(ui, "altitude of the Sun", format!("{:+.1}°", p.altitude_deg));
+                line(ui, "radii used", report.radii.clone());
+            });
+        }
+        Err(why) => {
+            ui.weak(why);
+        }
+    }
+}
+
+fn report(session: &Session, of: Question, time: Instant) -> SkyReport {
+    let place = Place { body: NaifId::EARTH, latitude_deg: of.place[0], longitude_deg: of.place[1], height_km: 0.0 };
+    let sky = Sky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
+    let words = |e: crate::ephemeris::EphemerisError| e.to_string();
+    let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
+    let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
+    let elsewhere = (of.body != NaifId::EARTH).then_some(of.body);
+    SkyReport {
+        apparent: elsewhere.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
+        altitude_azimuth_deg: elsewhere.map(|body| sky.look(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(words)),
+        day: elsewhere.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(words)),
+        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(words),
+        radii: session.catalog().eclipse_radii_in_words(),
+    }
+}
+
+/// `12.34° N, 56.78° E`.
+fn latitude_longitude(latitude_deg: f64, longitude_deg: f64) -> String {
+    let side = |deg: f64, positive, negative| format!("{:.2}° {}", deg.abs(), if deg < 0.0 { negative } else { positive });
+    format!("{}, {}", side(latitude_deg, 'N', 'S'), side(longitude_deg, 'E', 'W'))
+}
+
+/// `kernel (±0.017″)`.
+fn source_text(source: Source, error_arcsec: f64) -> String {
+    let name = match source {
+        Source::Kernel => "kernel",
+        Source::Series => "series",
+        Source::Mean => "mean elements",
+    };
+    let digits = if error_arcsec < 1.0 { 3 } else { 0 };
+    if error_arcsec.is_finite() { format!("{name} (±{error_arcsec:.digits$}″)") } else { name.to_owned() }
+}
+
+/// `5h 34m 31.9s`.
+fn hours(ra_deg: f64) -> String {
+    let (_, hours, minutes, seconds) = sexagesimal(ra_deg / 15.0);
+    format!("{hours}h {minutes:02}m {seconds:04.1}s")
+}
+
+/// `+8° 05′ 01.5″`.
+fn declination(deg: f64) -> String {
+    let (sign, whole, minutes, seconds) = sexagesimal(deg);
+    format!("{sign}{whole}° {minutes:02}′ {seconds:04.1}″")
+}
+
+/// Sign, whole part, minutes and seconds to a tenth.
+fn sexagesimal(value: f64) -> (char, u64, u64, f64) {
+    let tenths = (value.abs() * 36_000.0).round() as u64;
+    let sign = if value < 0.0 { '-' } else { '+' };
+    (sign, tenths / 36_000, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_told_as_people_read_them() {
+        assert_eq!(grouped(-1_234_567.8, 1), "-1 234 567.8");
+        assert_eq!(grouped(12.0, 0), "12");
+        assert_eq!(Unit::AstronomicalUnits.tell(KM_PER_AU, 1.0), "1.000000 au");
+        assert_eq!(Unit::BodyRadii.tell(12.0, 4.0), "3.000 radii");
+        assert_eq!(declination(-0.5), "-0° 30′ 00.0″");
+        assert_eq!(declination(8.083_75), "+8° 05′ 01.5″");
+        assert_eq!(latitude_longitude(-33.3, 0.1), "33.30° S, 0.10° E");
+        assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.017″)");
+        assert_eq!(hours(359.999_999_9), "24h 00m 00.0s");
+        assert_eq!(seconds(90.0 * 60.0), "90.0 min");
+    }
+}

@@ -1,0 +1,307 @@
+//! The whole interface, as egui draws it: the viewport with its labels, and the panels around it.
+//!
+//! In: finished images, egui's input. Out: shapes, and jobs for the next image. Always: the panels change only the [`Viewer`], the settings and
+//! their own state; an image that failed leaves the last valid one and says why. It needs no window, so tests press its buttons by name.
+
+mod accessible;
+mod body_browser;
+mod compare;
+mod effects;
+mod information;
+mod moments;
+mod performance;
+mod render_loop;
+mod shader;
+mod share;
+mod shortcuts;
+mod standpoint;
+mod time_bar;
+mod viewport;
+mod warning;
+
+use self::render_loop::Viewport;
+use crate::view::app::exposure_adaptation::ExposureAdaptation;
+use crate::view::app::places::SessionPlaces;
+use crate::view::app::settings::Settings;
+use crate::view::app::view_state::ViewState;
+use crate::view::app::viewer::{Action, Viewer};
+use crate::view::worker::render_worker::RenderWorker;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What the right side shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tab {
+    Moments,
+    Effects,
+    Shader,
+    Compare,
+    Information,
+    Performance,
+    Share,
+}
+
+impl Tab {
+    pub const ALL: [Self; 7] =
+        [Self::Moments, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
+
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Moments => "Moments",
+            Self::Effects => "Effects",
+            Self::Shader => "Shader",
+            Self::Compare => "Compare",
+            Self::Information => "Information",
+            Self::Performance => "Performance",
+            Self::Share => "Share",
+        }
+    }
+
+    fn is_wide(self) -> bool {
+        matches!(self, Self::Shader | Self::Compare)
+    }
+
+    fn width_points(self) -> f32 {
+        if self.is_wide() { 560.0 } else { 330.0 }
+    }
+}
+
+/// Of the panels at the left and the right, points: a window that was small for a moment leaves them as they were.
+const LEAST_WIDTHS: [f32; 2] = [190.0, 280.0];
+/// So long a line of the session stays.
+const NOTICE_S: f64 = 8.0;
+/// So long stays the answer to what someone did: a path has to be read.
+const MESSAGE_S: f64 = 20.0;
+/// The state of the interface: the viewer and what is unfolded.
+pub struct Interface {
+    pub viewer: Viewer,
+    pub settings: Settings,
+    /// What the right side shows, if anything.
+    pub tab: Option<Tab>,
+    pub bodies_shown: bool,
+    pub help_shown: bool,
+    /// Effects are switched for the selected body alone.
+    pub effects_of_one: bool,
+    /// Someone asked to leave.
+    pub quits: bool,
+    /// The window shall fill its screen.
+    pub fullscreen: bool,
+    /// The window is shown by the device that draws: pictures may stay there.
+    pub on_device: bool,
+    /// Why the window shows another view than the one it was opened with, until it is closed.
+    pub warning: Option<String>,
+    /// A control has the keyboard.
+    has_keyboard: bool,
+    /// What was typed after `/` in one turn: the search field has the keyboard in the next.
+    typed_ahead: Vec<egui::Event>,
+    /// The answer to what someone did last, for the line below the sky.
+    pub message: String,
+    /// What of it is shown, and until when.
+    message_shown: (String, f64),
+    /// Why there is no picture of the view as it is.
+    no_picture: Option<String>,
+    /// Lines that the session says: a fallback, a map that cannot be read.
+    pub heard: Arc<Mutex<Vec<String>>>,
+    /// The last of them, and until when it shows.
+    notice: Option<(String, f64)>,
+    browse: body_browser::BodyBrowser,
+    clock: time_bar::TimeBar,
+    shader: shader::ShaderPanel,
+    compare: compare::ComparePanel,
+    information: information::InformationPanel,
+    moments: moments::MomentsPanel,
+    standpoint: standpoint::Standpoint,
+    prices: effects::Prices,
+    performance: performance::PerformancePanel,
+    share: share::SharePanel,
+    viewport: Viewport,
+    adaptation: ExposureAdaptation,
+}
+
+impl Interface {
+    pub fn new(viewer: Viewer, settings: Settings) -> Self {
+        Self {
+            viewer,
+            information: information::InformationPanel::with(&settings),
+            settings,
+            tab: None,
+            bodies_shown: true,
+            help_shown: false,
+            effects_of_one: false,
+            quits: false,
+            fullscreen: false,
+            on_device: false,
+            warning: None,
+            has_keyboard: false,
+            typed_ahead: Vec::new(),
+            message: String::new(),
+            message_shown: Default::default(),
+            no_picture: None,
+            heard: Arc::default(),
+            notice: None,
+            browse: body_browser::BodyBrowser::default(),
+            clock: time_bar::TimeBar::default(),
+            shader: shader::ShaderPanel::default(),
+            compare: compare::ComparePanel::default(),
+            moments: moments::MomentsPanel::default(),
+            standpoint: standpoint::Standpoint::default(),
+            prices: effects::Prices::default(),
+            performance: performance::PerformancePanel::default(),
+            share: share::SharePanel::default(),
+            viewport: Viewport::default(),
+            adaptation: ExposureAdaptation::default(),
+        }
+    }
+
+    /// One turn: time passes, pictures arrive, panels are shown, the next picture is ordered.
+    pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+        let now_s = ui.input(|i| i.time);
+        let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
+        self.viewport.last_s = now_s;
+        self.viewer.pass(passed_s);
+        if let Some(line) = self.heard.lock().unwrap_or_else(PoisonError::into_inner).drain(..).next_back() {
+            self.notice = Some((line, now_s + NOTICE_S));
+        }
+        self.notice.take_if(|(_, until_s)| *until_s <= now_s);
+        if self.message != self.message_shown.0 {
+            self.message_shown = (self.message.clone(), now_s + MESSAGE_S);
+        } else if self.message_shown.1 <= now_s {
+            self.message.clear();
+        }
+        self.receive(ui.ctx(), worker);
+        let looks = match self.settings.dark {
+            Some(true) => egui::ThemePreference::Dark,
+            Some(false) => egui::ThemePreference::Light,
+            None => egui::ThemePreference::System,
+        };
+        ui.ctx().set_theme(looks);
+        // A slider under the mouse must not move away from it while it is dragged.
+        if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
+            ui.ctx().set_zoom_factor(self.settings.zoom);
+        }
+        let mut actions = Vec::new();
+        shortcuts::pressed(self, ui.ctx(), &mut actions);
+        share::work(self, worker);
+        self.top(ui, &mut actions);
+        if self.bodies_shown {
+            egui::Panel::left("bodies").default_size(190.0).min_size(LEAST_WIDTHS[0]).show(ui, |ui| {
+                // Where there is little room each has its part and is scrolled.
+                let most = 0.6 * ui.available_height();
+                egui::Panel::bottom("stance").show(ui, |ui| {
+                    egui::ScrollArea::vertical()
+                        .max_height(most)
+                        .min_scrolled_height(most)
+                        .show(ui, |ui| standpoint::panel(self, ui, &mut actions));
+                });
+                body_browser::tree(self, ui, &mut actions);
+            });
+        }
+        if let Some(tab) = self.tab {
+            // A panel's width is kept by its name: source wants more room than a list.
+            let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
+            egui::Panel::right(name).default_size(tab.width_points()).min_size(LEAST_WIDTHS[1]).show(ui, |ui| {
+                ui.heading(tab.title());
+                match tab {
+                    Tab::Moments => moments::panel(self, ui, worker, &mut actions),
+                    Tab::Effects => effects::panel(self, ui, worker),
+                    Tab::Shader => shader::panel(self, ui, worker),
+                    Tab::Compare => compare::panel(self, ui, worker),
+                    Tab::Information => information::panel(self, ui, worker),
+                    Tab::Performance => performance::panel(self, ui),
+                    Tab::Share => share::panel(self, ui, worker, &mut actions),
+                }
+            });
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, &mut actions));
+        if self.help_shown {
+            shortcuts::help(self, ui.ctx());
+        }
+        warning::show(self, ui.ctx());
+        self.has_keyboard = ui.memory(|m| m.focused().is_some());
+        let height_px = f64::from(self.viewport.size_px[1]);
+        let places = SessionPlaces(worker.session());
+        if !actions.is_empty() {
+            self.viewport.moved_s = now_s;
+        }
+        for action in actions {
+            if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
+                let view = self.viewer.settled().clone();
+                let name = format!("{} {}", self.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default());
+                self.settings.remember(name, view);
+            }
+            self.viewer.apply(action, height_px, &places);
+        }
+        self.request_image(ui.ctx(), worker, now_s);
+        ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
+    }
+
+    fn top(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+        egui::Panel::top("top").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
+                body_browser::search(self, ui, actions);
+                if ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back")).on_hover_text("Previous view (Backspace)").clicked()
+                {
+                    actions.push(Action::Back);
+                }
+                if ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Forward")).on_hover_text("Next view").clicked() {
+                    actions.push(Action::Ahead);
+                }
+                ui.separator();
+                for tab in Tab::ALL {
+                    if ui.selectable_label(self.tab == Some(tab), tab.title()).clicked() {
+                        self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
+                    }
+                }
+                ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
+                ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
+                ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
+                ui.toggle_value(&mut self.settings.outline, "Outline")
+                    .on_hover_text("Outline the selected body, unless it is the target (x)");
+                ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
+            });
+        });
+        egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, actions));
+    }
+
+    /// The interface itself took so long, painting included.
+    pub fn note_painting(&mut self, took: std::time::Duration) {
+        self.performance.interface_ms = took.as_secs_f64() * 1e3;
+    }
+
+    /// What to say below the sky: why there is no picture, else the answer to what someone did, else what the session said lately.
+    pub fn said(&self) -> &str {
+        match (&self.no_picture, self.message.as_str()) {
+            (Some(why), _) => why,
+            (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
+            (None, message) => message,
+        }
+    }
+
+    /// A picture or a run of frames is on its way to a file.
+    pub fn is_saving(&self) -> bool {
+        self.share.is_busy()
+    }
+
+    /// For the window's title bar.
+    pub fn title(&self) -> String {
+        let view = &self.viewer.view;
+        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), view.time().to_utc_iso(), self.viewer.time_rate.label())
+    }
+
+    /// The title for a screen reader: without the time, whose running it would tell all the while.
+    fn spoken_title(&self) -> String {
+        format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
+    }
+
+    /// Shows a kept view.
+    pub fn show(&mut self, view: ViewState, worker: &dyn RenderWorker) {
+        let places = SessionPlaces(worker.session());
+        self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &places);
+    }
+}
+
+/// What drew the picture, how fast.
+fn renderer_line(interface: &Interface) -> String {
+    let Some(d) = interface.drawing() else { return "drawing the first image".into() };
+    format!("{} · {}×{} · {:.0} ms", d.by.renderer, d.width, d.height, d.took_ms)
+}

@@ -1,0 +1,47 @@
+//! The list of well-known moments, one click away, and the views that were kept.
+
+use super::Interface;
+use crate::catalog::moments::KINDS;
+use crate::view::app::moment_view::view_of_moment;
+use crate::view::app::places::SessionPlaces;
+use crate::view::app::viewer::Action;
+use crate::view::worker::render_worker::RenderWorker;
+use egui::ScrollArea;
+
+#[derive(Default)]
+pub struct MomentsPanel {
+    /// Part of a name.
+    wanted: String,
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    ui.add(egui::TextEdit::singleline(&mut interface.moments.wanted).hint_text("Filter"))
+        .on_hover_text("Show moments whose name contains this text");
+    let wanted = interface.moments.wanted.to_lowercase();
+    let catalog = worker.session().catalog();
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for kind in KINDS {
+            let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && m.name.to_lowercase().contains(&wanted)).collect();
+            if of_kind.is_empty() {
+                continue;
+            }
+            ui.add_space(6.0);
+            ui.strong(title_case(kind));
+            for moment in of_kind {
+                let hover = format!("{}\n{}\nSource: {}", moment.about, moment.time.to_utc_iso(), moment.source);
+                if ui.button(&moment.name).on_hover_text(hover).clicked() {
+                    match view_of_moment(moment, catalog, &SessionPlaces(worker.session()), &interface.viewer.view) {
+                        Some(view) => actions.push(Action::Show(Box::new(view))),
+                        None => interface.message = format!("{}: outside the range of the ephemeris", moment.name),
+                    }
+                }
+                ui.weak(format!("{} · {}", moment.time.to_utc_iso().get(..10).unwrap_or_default(), moment.about));
+            }
+        }
+    });
+}
+
+fn title_case(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
+}

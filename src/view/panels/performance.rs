@@ -1,0 +1,170 @@
+//! Where the time of the last frames went: a plot, the same in words for a screen reader, and the account of the last one.
+
+use super::Interface;
+use crate::session::Stage;
+use crate::view::worker::render_worker::Drawing;
+use egui::ScrollArea;
+use egui_plot::{Legend, Line, Plot, PlotPoints};
+use std::collections::VecDeque;
+
+/// Frames that the plot shows.
+const FRAMES: usize = 240;
+
+/// One frame's account, milliseconds.
+struct Frame {
+    by_stage: [f64; Stage::ALL.len()],
+    by_pass: Vec<(String, f64)>,
+    whole: f64,
+}
+
+#[derive(Default)]
+pub struct PerformancePanel {
+    frames: VecDeque<Frame>,
+    /// When the last of them came, interface seconds.
+    came_s: VecDeque<f64>,
+    /// Of the interface itself, milliseconds.
+    pub interface_ms: f64,
+    /// The plot in words, and when they were found, interface seconds.
+    said: Option<(String, f64)>,
+}
+
+impl PerformancePanel {
+    /// Takes a finished frame into the account.
+    pub fn note(&mut self, drawing: &Drawing, now_s: f64) {
+        self.came_s.push_back(now_s);
+        while self.came_s.front().is_some_and(|first| now_s - first > RATED_S) {
+            self.came_s.pop_front();
+        }
+        let by_stage = Stage::ALL.map(|s| drawing.stages.spent(s).as_secs_f64() * 1e3);
+        self.frames.push_back(Frame { by_stage, by_pass: passes_ms(drawing), whole: drawing.took_ms });
+        if self.frames.len() > FRAMES {
+            self.frames.pop_front();
+        }
+    }
+
+    /// What the plot shows. It stays for a while: a screen reader would speak of each frame.
+    fn words(&mut self, now_s: f64) -> String {
+        let old = |(_, found_s): &(String, f64)| now_s - found_s > RATED_S;
+        if self.said.as_ref().is_none_or(old) {
+            self.said = Some((words_of(&self.frames), now_s));
+        }
+        self.said.as_ref().map_or(String::new(), |(words, _)| words.clone())
+    }
+}
+
+fn words_of(frames: &VecDeque<Frame>) -> String {
+    if frames.is_empty() {
+        return "no frame yet".into();
+    }
+    let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
+    let most = frames.iter().map(|f| f.whole).fold(0.0, f64::max);
+    let stages: Vec<String> = SHOWN.iter().map(|s| format!("{} {:.1} ms", s.name(), mean(&|f| f.by_stage[*s as usize]))).collect();
+    let whole = mean(&|f| f.whole);
+    format!("{} frames: mean {whole:.1} ms, maximum {most:.1} ms; {}", frames.len(), stages.join(", "))
+}
+
+/// Milliseconds by pass: of the device where it tells, of the processor in software.
+fn passes_ms(drawing: &Drawing) -> Vec<(String, f64)> {
+    let software = drawing.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
+    drawing.by.passes_ms.iter().cloned().chain(software).collect()
+}
+
+/// Pictures are counted over so long.
+const RATED_S: f64 = 2.0;
+/// What a frame goes through.
+const SHOWN: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
+    let words = interface.performance.words(interface.viewport.last_s);
+    let account = &interface.performance;
+    let plot = Plot::new("frame times").height(200.0).legend(Legend::default()).include_y(0.0).allow_scroll(false).y_axis_label("ms").show(
+        ui,
+        |plot| {
+            let line = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
+                account.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
+            };
+            for stage in SHOWN {
+                plot.line(Line::new(stage.name(), line(&|f| f.by_stage[stage as usize])));
+            }
+            // A pass that a frame has not took nothing in it.
+            for (pass, _) in account.frames.back().map_or(&[][..], |f| &f.by_pass) {
+                let of = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
+                plot.line(Line::new(format!("pass {pass}"), line(&of)));
+            }
+            plot.line(Line::new("total", line(&|f| f.whole)));
+        },
+    );
+    plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Frame times"));
+    // Not every system passes on the value of a picture.
+    ui.ctx().accesskit_node_builder(plot.response.id, |node| {
+        node.set_value(words.clone());
+        node.set_description(words);
+    });
+    let Some(drawing) = interface.drawing() else { return };
+    let account_of = |ui: &mut egui::Ui| {
+        let mut line = |what: &str, value: String| {
+            ui.label(what);
+            ui.monospace(value);
+            ui.end_row();
+        };
+        line("renderer", drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
+        line("displayed via", if interface.on_device { "GPU" } else { "CPU" }.into());
+        line("image", format!("{}x{} px", drawing.width, drawing.height));
+        line("frame", format!("{:.1} ms", drawing.took_ms));
+        line("frame rate", format!("{:.1} per second", account.came_s.len() as f64 / RATED_S));
+        for stage in SHOWN {
+            line(stage.name(), format!("{:.2} ms", drawing.stages.spent(stage).as_secs_f64() * 1e3));
+        }
+        for (pass, ms) in passes_ms(drawing) {
+            line(&format!("pass {pass}"), format!("{ms:.2} ms"));
+        }
+        if let Some(timings) = &drawing.by.software {
+            line("triangles submitted", timings.passes.iter().map(|p| p.given).sum::<usize>().to_string());
+            line("triangles culled", timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
+            line("triangles clipped", timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
+            line("triangles shaded", timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
+        }
+        line("interface", format!("{:.2} ms", account.interface_ms));
+        line("draws", drawing.scene.draws.len().to_string());
+        line("points", drawing.scene.points.len().to_string());
+        let shown = drawing.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
+        line("bodies shown", format!("{shown} of {}", drawing.scene.bodies.len()));
+        let library = &drawing.library;
+        line("shaders from memory", library.from_memory.to_string());
+        line("shaders from disk", format!("{} in {:.3} s", library.from_disk, library.reading_s));
+        line("shaders compiled", format!("{} in {:.3} s", library.emitted, library.emitting_s));
+        line("shaders written", format!("{} in {:.3} s", library.written, library.writing_s));
+        line("shaders repaired", library.healed.to_string());
+        line("memory", resident_mib().map_or("not available".into(), |m| format!("{m:.0} MiB")));
+    };
+    // A small window has no room for all of it.
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        egui::Grid::new("account").num_columns(2).striped(true).show(ui, account_of);
+    });
+}
+
+/// Memory that the process holds, where the system tells.
+fn resident_mib() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kib: f64 = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_plot_is_told_in_words_that_stay_for_a_while() {
+        let mut panel = PerformancePanel::default();
+        assert_eq!(panel.words(0.0), "no frame yet");
+        for whole in [10.0, 20.0, 60.0] {
+            let mut by_stage = [0.0; Stage::ALL.len()];
+            by_stage[Stage::Draw as usize] = whole / 2.0;
+            panel.frames.push_back(Frame { by_stage, by_pass: Vec::new(), whole });
+        }
+        assert_eq!(panel.words(RATED_S), "no frame yet");
+        let words = panel.words(RATED_S + 0.1);
+        assert!(words.starts_with("3 frames: mean 30.0 ms, maximum 60.0 ms") && words.contains("draw 15.0 ms"), "{words}");
+    }
+}

@@ -1,0 +1,218 @@
+//! From the state to the image on screen: takes finished images from the worker and asks it for the next one.
+//!
+//! In: the view, the viewport's size, finished images. Out: render jobs, textures. Always: while things move images are coarse, a moment later
+//! one at full resolution follows; an image that failed leaves the last valid one. It lays out no panel.
+
+use super::Interface;
+use crate::catalog::NaifId;
+use crate::render::plan::{Fineness, PictureOnDevice};
+use crate::scene::marks::{Lettering, Mark, marks};
+use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
+use crate::session::{Readiness, RendererWish};
+use crate::view::worker::adaptive_resolution::AdaptiveResolution;
+use crate::view::worker::render_worker::{Drawing, RenderJob, RenderWorker};
+use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Seconds without input after which an image at full resolution replaces the coarse one.
+const STILL_AFTER_S: f64 = 0.18;
+/// Seconds between checks whether the GPU is ready for an image at rest.
+const READY_LOOK_S: f64 = 0.1;
+/// Seconds between images while time runs no faster than real time.
+const CALM_INTERVAL_S: f64 = 1.0;
+
+/// A longer step of time than any pause between images, seconds: someone set the time.
+const LEAP_S: f64 = 120.0;
+/// Poles wander by less than this in such a leap, radians: the fastest is that of Mimas, 13.6 degrees about at 1 degree a day (PCK), 5.7e-6. A hand that
+/// moves the eye by less is answered all the same: while it moves the view is not calm.
+const WANDERING: f64 = 1e-5;
+
+/// The image on screen, the one that was asked for last, and when.
+pub(super) struct Viewport {
+    pub(super) texture: Option<TextureHandle>,
+    pub(super) drawing: Option<Drawing>,
+    pub(super) ordered: Option<RenderJob>,
+    pub(super) ordered_s: f64,
+    pub(super) moved_s: f64,
+    pub(super) last_s: f64,
+    pub(super) tempo: AdaptiveResolution,
+    /// Pixels of the sky's part of the window.
+    pub(super) size_px: [u32; 2],
+    /// The pixel that was clicked last, of a picture of that size.
+    pub(super) picked_px: Option<[u32; 2]>,
+    /// How many pictures were shown.
+    pub(super) drawings: u64,
+    /// Names what the modules of the pictures were made of, and who was wished to draw them.
+    pub(super) made_by: Option<(Arc<str>, RendererWish)>,
+    pub(super) marks: Vec<Mark>,
+}
+
+impl Default for Viewport {
+    fn default() -> Self {
+        Self {
+            texture: None,
+            drawing: None,
+            ordered: None,
+            ordered_s: f64::NEG_INFINITY,
+            moved_s: f64::NEG_INFINITY,
+            last_s: f64::NAN,
+            tempo: AdaptiveResolution::default(),
+            size_px: [1, 1],
+            picked_px: None,
+            drawings: 0,
+            made_by: None,
+            marks: Vec::new(),
+        }
+    }
+}
+
+impl Interface {
+    /// The last valid image.
+    pub fn drawing(&self) -> Option<&Drawing> {
+        self.viewport.drawing.as_ref()
+    }
+
+    /// The last image, if it stayed on the GPU.
+    pub fn picture_on_device(&self) -> Option<&PictureOnDevice> {
+        self.viewport.drawing.as_ref().and_then(|d| d.on_device.as_ref())
+    }
+
+    /// Drops an image on a GPU that does not display the window: the next one replaces it.
+    pub fn lose_picture(&mut self) {
+        if let Some(drawing) = &mut self.viewport.drawing {
+            drawing.on_device = None;
+        }
+        self.viewport.ordered = None;
+    }
+
+    /// Takes a finished image from the worker.
+    pub(super) fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
+        match worker.take() {
+            None => {}
+            Some(Err(why)) => self.no_picture = Some(why),
+            Some(Ok(mut drawing)) => {
+                self.no_picture = None;
+                let pixels = u64::from(drawing.width) * u64::from(drawing.height);
+                if drawing.job.fineness == Fineness::of(Quality::Draft) {
+                    self.viewport.tempo.learn(pixels, drawing.took_ms);
+                }
+                let pixels = std::mem::take(&mut drawing.rgba);
+                if drawing.on_device.is_some() {
+                    self.viewport.texture = None;
+                } else {
+                    let image = colour_image(drawing.width, drawing.height, pixels);
+                    match &mut self.viewport.texture {
+                        Some(texture) => texture.set(image, TextureOptions::LINEAR),
+                        none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
+                    }
+                }
+                self.performance.note(&drawing, self.viewport.last_s);
+                self.adaptation.drew(&drawing.scene.exposure, drawing.job.request.exposure);
+                // The job keeps the view: the exposure on the way to it is no part of that.
+                if let ExposureRequest::Gliding { .. } = drawing.job.request.exposure {
+                    drawing.job.request.exposure = ExposureRequest::Auto;
+                }
+                self.viewport.drawing = Some(drawing);
+                self.viewport.drawings += 1;
+            }
+        }
+    }
+
+    pub(super) fn refresh_marks(&mut self, lettering: &Lettering) {
+        let Some(drawing) = &self.viewport.drawing else { return };
+        let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
+        self.viewport.marks = marks(&drawing.scene.camera, &drawing.scene.bodies, self.viewer.selected, parent, lettering);
+    }
+
+    /// Asks for the image of the view as it is now, coarse while things move.
+    pub(super) fn request_image(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
+        // The first image is coarse, too: it is there soon after the window.
+        let moving = self.viewer.races() || now_s - self.viewport.moved_s < STILL_AFTER_S || self.viewport.drawing.is_none();
+        let [width, height] = self.viewport.size_px;
+        let divisor = if moving { self.viewport.tempo.divisor(u64::from(width) * u64::from(height)) } else { 1 };
+        let session = worker.session();
+        let made_by = (session.library().generator(), session.renderers().1);
+        let readiness = session.readiness();
+        if self.viewport.made_by.replace(made_by.clone()).is_some_and(|before| before != made_by) || readiness == Readiness::JustReady {
+            // The same view is another image now.
+            self.viewport.ordered = None;
+        }
+        let view = &self.viewer.view;
+        let request = view.request(session.catalog(), session.ephemeris(), width.div_ceil(divisor), height.div_ceil(divisor));
+        let mut request = match request {
+            Ok(r) => r,
+            Err(why) => {
+                self.no_picture = Some(why);
+                return;
+            }
+        };
+        if moving {
+            request.quality = Quality::Draft;
+        }
+        // The target itself needs no outline.
+        let selected = self.viewer.selected;
+        request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
+        request.selected = request.layers.outline.then_some(selected);
+        let job = RenderJob { fineness: Fineness::of(request.quality), request, on_device: self.on_device };
+        // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
+        let interval_s = CALM_INTERVAL_S.max(1e-2 * self.viewport.drawing.as_ref().map_or(0.0, |d| d.took_ms));
+        let calm = !moving && now_s - self.viewport.ordered_s < interval_s;
+        let stale =
+            self.viewport.ordered.as_ref().is_none_or(|last| last.fineness != job.fineness || differs(&last.request, &job.request, calm));
+        if stale || self.adaptation.glides() {
+            self.viewport.ordered = Some(job.clone());
+            self.viewport.ordered_s = now_s;
+            let exposure = self.adaptation.ask(&self.viewer.view, now_s);
+            worker.submit(RenderJob { request: ViewRequest { exposure, ..job.request }, ..job });
+        }
+        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
+        let waits = [
+            self.viewer.frame_interval_s(),
+            (moving && !self.viewer.races()).then_some(STILL_AFTER_S - (now_s - self.viewport.moved_s) + 0.005),
+            (readiness == Readiness::Preparing).then_some(READY_LOOK_S),
+            self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
+            (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),
+        ];
+        if let Some(wait) = waits.into_iter().flatten().reduce(f64::min) {
+            ctx.request_repaint_after(std::time::Duration::from_secs_f64(wait.max(0.0)));
+        }
+    }
+}
+
+/// Whether a new image is needed. `calm`: time alone is no reason.
+pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, calm: bool) -> bool {
+    if !calm {
+        return last != new;
+    }
+    let leap_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
+    *last != at_time_of(last, new) || leap_s.abs() > LEAP_S
+}
+
+/// A request as it would have been when the last one was made: time moves the eye a little, too, because bodies' poles wander.
+fn at_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
+    let near = |a: DVec3, b: DVec3| a.distance(b) <= WANDERING * a.length();
+    let position = match (last.position, new.position) {
+        (Position::Offset { body, offset_km, axes }, Position::Offset { body: b, offset_km: o, axes: a })
+            if (body, axes) == (b, a) && near(offset_km, o) =>
+        {
+            last.position
+        }
+        _ => new.position,
+    };
+    let look = match (last.look, new.look) {
+        (Look::Along { direction, axes }, Look::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.look,
+        _ => new.look,
+    };
+    let up = match (last.up, new.up) {
+        (Up::Along { direction, axes }, Up::Along { direction: d, axes: a }) if axes == a && near(direction, d) => last.up,
+        _ => new.up,
+    };
+    ViewRequest { time: last.time, position, look, up, ..new.clone() }
+}
+
+/// Opaque display bytes as an image of egui.
+pub(in crate::view) fn colour_image(width: u32, height: u32, rgba: Vec<[u8; 4]>) -> ColorImage {
+    let pixels = rgba.into_iter().map(|[r, g, b, _]| Color32::from_rgb(r, g, b)).collect();
+    ColorImage::new([width as usize, height as usize], pixels)
+}

@@ -1,0 +1,97 @@
+//! What a module costs, by the IR and by the software renderer's tapes, and how the library came by it.
+
+use super::change::grid;
+use super::{Seen, ShaderPanel};
+use crate::shader::library::{Arrival, Statistics};
+use crate::view::panels::accessible;
+use egui::{CollapsingHeader, Grid, ScrollArea};
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
+    let Some(module) = panel.work.whole(seen.worker, &seen.id) else {
+        accessible::coming(ui, "Loading the module");
+        return;
+    };
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        grid(ui, "cost", &[("count", &module)]);
+        if seen.key().is_some() {
+            ui.horizontal(|ui| {
+                if ui.button("Time it").on_hover_text("Draw the sample body in software; best of five").clicked() {
+                    panel.work.time(seen.worker, &seen.id);
+                }
+                match panel.work.timed(&seen.id) {
+                    Some(Ok(Some(ms))) => drop(ui.label(format!("{ms:.1} ms per megapixel in software"))),
+                    Some(Ok(None)) => drop(ui.label("not timed (only ray-traced bodies are)")),
+                    Some(Err(e)) => drop(ui.label(e)),
+                    None => {}
+                }
+            });
+        }
+        ui.separator();
+        ui.strong("Library");
+        if let Some(origin) = module.origin {
+            let how = match origin.how {
+                Arrival::Read => "loaded from disk",
+                Arrival::Emitted => "compiled",
+                Arrival::Healed => "recompiled, because its entry was damaged,",
+            };
+            ui.label(format!("This module was {how} in {:.2} ms and is now in memory.", origin.took_ms));
+        }
+        match &module.entry {
+            Some((path, bytes)) => drop(ui.label(format!("{:.1} kB in {}", *bytes as f64 / 1e3, path.display()))),
+            None => drop(ui.label("In memory only.")),
+        }
+        statistics(ui, &seen.drawing.library);
+        ui.separator();
+        let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(k, n)| (k.as_str(), *n as usize)).collect();
+        kinds(ui, "Operations in the IR", &operations);
+        for tape in &module.tapes {
+            let operations: BTreeMap<&str, usize> = tape.operations.iter().map(|(k, n)| (k.as_str(), *n)).collect();
+            kinds(ui, &format!("Operations of the {} tape", tape.stage), &operations);
+            let line = format!(
+                "{}: {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
+                tape.stage, tape.uniform_operations, tape.texture_reads, tape.jumps, tape.slots, tape.registers
+            );
+            ui.label(line);
+        }
+    });
+}
+
+/// What the library did since the session was opened.
+fn statistics(ui: &mut egui::Ui, s: &Statistics) {
+    let each = |seconds: f64, n: u64| if n == 0 { String::new() } else { format!("{:.2} ms each", 1e3 * seconds / n as f64) };
+    Grid::new("library").num_columns(3).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
+        let rows = [
+            ("from memory", s.from_memory, String::new()),
+            ("from disk", s.from_disk, each(s.reading_s, s.from_disk)),
+            ("compiled", s.emitted, each(s.emitting_s, s.emitted)),
+            ("written", s.written, each(s.writing_s, s.written)),
+            ("repaired", s.healed, String::new()),
+        ];
+        for (what, n, took) in rows {
+            ui.label(what);
+            ui.monospace(n.to_string());
+            ui.label(took);
+            ui.end_row();
+        }
+    });
+}
+
+/// Counts by kind, most first, in two columns.
+fn kinds(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
+    let mut all: Vec<_> = counts.iter().collect();
+    all.sort_by_key(|(name, n)| (Reverse(**n), **name));
+    let total: usize = counts.values().sum();
+    CollapsingHeader::new(format!("{title}: {total}")).id_salt(title).default_open(false).show(ui, |ui| {
+        Grid::new(title).num_columns(6).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
+            for row in all.chunks(3) {
+                for (name, n) in row {
+                    ui.monospace(format!("{n:>5}"));
+                    ui.label(**name);
+                }
+                ui.end_row();
+            }
+        });
+    });
+}

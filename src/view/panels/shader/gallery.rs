@@ -1,0 +1,139 @@
+//! Keys around the one that is shown, each as a small picture of the sample body.
+
+use super::words::{is_switch, value_text};
+use super::work::{SAMPLE_PX, Work};
+use super::{Seen, ShaderPanel};
+use crate::scene::draw::Needs;
+use crate::shader::key::{DIMENSIONS, ShaderKey};
+use crate::view::worker::render_worker::RenderWorker;
+use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
+
+#[derive(Default)]
+pub struct GalleryPage {
+    /// A dimension's name; none: one step away in every dimension.
+    dimension: Option<&'static str>,
+}
+
+/// One picture of the gallery.
+struct Tile {
+    words: String,
+    needs: Needs,
+    key: ShaderKey,
+}
+
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
+    let (Some(drawn), Some(key)) = (seen.drawn, seen.key()) else {
+        ui.label("This module has no key and no neighbours.");
+        return;
+    };
+    ui.horizontal(|ui| {
+        let label = ui.label("Vary");
+        let chosen = panel.gallery.dimension.unwrap_or("every dimension");
+        let list = ComboBox::from_id_salt("gallery dimension").selected_text(chosen).width(160.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut panel.gallery.dimension, None, "every dimension");
+            for d in DIMENSIONS {
+                ui.selectable_value(&mut panel.gallery.dimension, Some(d.name), d.name);
+            }
+        });
+        list.response.labelled_by(label.id).on_hover_text("The dimension of the key that varies from image to image");
+    });
+    let base = panel.asked.unwrap_or(seen.draw.map_or(*drawn.needs(), |d| d.needs));
+    let tiles = tiles(&base, panel.gallery.dimension);
+    ui.weak(format!("{} keys one step away; click one to inspect it.", tiles.len().saturating_sub(1)));
+    let mut clicked = None;
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        let side = SAMPLE_PX as f32;
+        let columns = ((ui.available_width() / (side + 36.0)) as usize).max(1);
+        egui::Grid::new("gallery").num_columns(columns).spacing([8.0, 8.0]).show(ui, |ui| {
+            for (n, tile) in tiles.iter().enumerate() {
+                ui.allocate_ui(Vec2::new(side + 24.0, side + 34.0), |ui| {
+                    ui.vertical(|ui| {
+                        ui.set_width(side + 24.0);
+                        let name = format!("Inspect {}", tile.words);
+                        let response = sample(&mut panel.work, ui, seen.worker, &tile.key, &name);
+                        if tile.key == key {
+                            let frame = Stroke::new(2.0, Color32::from_rgb(255, 206, 110));
+                            ui.painter().rect_stroke(response.rect, 0.0, frame, egui::StrokeKind::Inside);
+                        }
+                        if response.on_hover_text(tile.key.to_string()).clicked() {
+                            clicked = Some(tile.needs);
+                        }
+                        ui.add(egui::Label::new(RichText::new(&tile.words).size(11.0)).wrap());
+                    });
+                });
+                if (n + 1) % columns == 0 {
+                    ui.end_row();
+                }
+            }
+        });
+    });
+    if let Some(needs) = clicked {
+        panel.asked = Some(needs);
+    }
+}
+
+/// The key itself, then those one step away, each once.
+fn tiles(base: &Needs, dimension: Option<&str>) -> Vec<Tile> {
+    let mut all = vec![Tile { words: "this key".into(), needs: *base, key: ShaderKey::for_draw(base) }];
+    for d in DIMENSIONS.iter().filter(|d| dimension.is_none_or(|name| name == d.name)) {
+        for value in 0..d.texts.len() {
+            let mut needs = *base;
+            (d.set)(&mut needs, value);
+            let key = ShaderKey::for_draw(&needs);
+            if all.iter().all(|t| t.key != key) {
+                let words = match (is_switch(d), value) {
+                    (true, 0) => format!("without {}", d.name),
+                    (true, _) => format!("with {}", d.name),
+                    (false, _) => format!("{}: {}", d.name, value_text(d, value)),
+                };
+                all.push(Tile { words, needs, key });
+            }
+        }
+    }
+    all
+}
+
+/// The sample body drawn by a key, as a picture that can be clicked.
+pub fn sample(work: &mut Work, ui: &mut egui::Ui, worker: &dyn RenderWorker, key: &ShaderKey, name: &str) -> egui::Response {
+    let side = Vec2::splat(SAMPLE_PX as f32);
+    let (rect, response) = ui.allocate_exact_size(side, Sense::click());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
+    // What is out of sight is not drawn, and not asked for.
+    if !ui.is_rect_visible(rect) {
+        return response;
+    }
+    ui.painter().rect_filled(rect, 2.0, Color32::BLACK);
+    match work.sample(ui.ctx(), worker, key) {
+        Some(Ok(texture)) => {
+            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+            response
+        }
+        Some(Err(why)) => response.on_hover_text(why),
+        None => {
+            egui::Spinner::new().paint_at(ui, Rect::from_center_size(rect.center(), Vec2::splat(16.0)));
+            response
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::draw::RingShadow;
+
+    #[test]
+    fn neighbours_are_each_once_and_one_step_away() {
+        let base = Needs { lights: 1, ring_shadow: RingShadow::Penumbra, ..Needs::LEAST };
+        let rings = tiles(&base, Some("ring-shadow"));
+        assert_eq!(
+            rings.iter().map(|t| t.needs.ring_shadow).collect::<Vec<_>>(),
+            [RingShadow::Penumbra, RingShadow::None, RingShadow::PointSun]
+        );
+        let all = tiles(&base, None);
+        let keys: std::collections::BTreeSet<_> = all.iter().map(|t| t.key).collect();
+        assert!(keys.len() == all.len() && all.len() > rings.len(), "{} tiles", all.len());
+        // Haze without air changes nothing and has no tile.
+        assert!(all.iter().all(|t| t.words != "with mie"));
+    }
+}

@@ -1,0 +1,106 @@
+//! The key by dimension, and what a change of it would change.
+
+use super::words::{is_switch, meaning, value_text};
+use super::{Seen, ShaderPanel};
+use crate::scene::draw::Needs;
+use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
+use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
+
+#[derive(Default)]
+pub struct KeyPage {
+    typed: String,
+    wrong: String,
+}
+
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
+    let (Some(drawn), Some(key)) = (seen.drawn, seen.key()) else {
+        ui.label("This module has no key: there is one variant of it.");
+        return;
+    };
+    let base = seen.draw.map_or(*drawn.needs(), |d| d.needs);
+    let mut asked = panel.asked.unwrap_or(base);
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        super::change::summary(panel, ui, seen);
+        typed(panel, ui, &mut asked);
+        dimensions(ui, &mut asked, drawn.needs(), key.needs());
+        ui.separator();
+        super::change::details(panel, ui, seen);
+    });
+    // Needs that draw the same picture are no change.
+    let same = asked == base || (panel.asked.is_none() && asked == *drawn.needs());
+    panel.asked = if same { None } else { Some(asked) };
+}
+
+/// A key by its text.
+fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut Needs) {
+    let page = &mut panel.key;
+    ui.horizontal(|ui| {
+        let label = ui.label("Another key");
+        let field = TextEdit::singleline(&mut page.typed).hint_text("lambert.albedo.sun1.ellipsoid").desired_width(f32::INFINITY);
+        let response = ui.add(field).labelled_by(label.id).on_hover_text("Type a key and press Enter");
+        if response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
+            match page.typed.trim().parse::<ShaderKey>() {
+                Ok(key) => {
+                    *asked = *key.needs();
+                    page.wrong.clear();
+                }
+                Err(e) => page.wrong = e.to_string(),
+            }
+        }
+    });
+    if !page.wrong.is_empty() {
+        ui.colored_label(ui.visuals().warn_fg_color, &page.wrong);
+    }
+}
+
+fn dimensions(ui: &mut egui::Ui, asked: &mut Needs, drawn: &Needs, shown: &Needs) {
+    // A rule that takes a value away says why; the first of each dimension counts.
+    let rules = reductions(asked);
+    let because = |d: &Dimension| rules.iter().find(|r| r.of == d.name).map(|r| r.because);
+    let room = ui.available_width();
+    Grid::new("dimensions").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
+        let mut part = None;
+        for d in DIMENSIONS {
+            let first = part != Some(d.part);
+            part = Some(d.part);
+            let value = (d.get)(asked);
+            let effective = (d.get)(shown);
+            let changed = effective != (d.get)(drawn);
+            let name = if first { RichText::new(d.name) } else { RichText::new(format!("  {}", d.name)) };
+            let name = if changed { name.strong().color(ui.visuals().warn_fg_color) } else { name };
+            let label = ui.label(name).on_hover_text(format!("Part of the key: {}", d.part.name()));
+            control(ui, d, value, asked, label.id);
+            let (words, weak) = match because(d).filter(|_| value != effective) {
+                Some(why) => (format!("no effect: {why}"), true),
+                None => (meaning(d, effective).to_owned(), effective == 0 && is_switch(d)),
+            };
+            let text = RichText::new(words).size(11.0);
+            let label = egui::Label::new(if weak { text.weak() } else { text }).wrap();
+            ui.scope(|ui| {
+                ui.set_max_width((room - 285.0).max(120.0));
+                ui.add(label);
+            });
+            ui.end_row();
+        }
+    });
+}
+
+/// A switch or a list, named for screen readers.
+fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, asked: &mut Needs, label: egui::Id) {
+    if is_switch(d) {
+        let mut on = value == 1;
+        let word = if on { "on" } else { "off" };
+        if ui.checkbox(&mut on, word).labelled_by(label).on_hover_text(format!("Switch {}", d.name)).changed() {
+            (d.set)(asked, usize::from(on));
+        }
+        return;
+    }
+    let list = ComboBox::from_id_salt(d.name).selected_text(value_text(d, value)).width(165.0).show_ui(ui, |ui| {
+        for v in 0..d.texts.len() {
+            if ui.selectable_label(v == value, value_text(d, v)).on_hover_text(meaning(d, v)).clicked() {
+                (d.set)(asked, v);
+            }
+        }
+    });
+    list.response.labelled_by(label).on_hover_text(format!("Choose {}", d.name));
+}

@@ -1,0 +1,225 @@
+//! The module that draws what is selected: its key, its source, its values, its cost, one pixel of it, and what other keys would draw.
+//!
+//! In: the last drawing, the selected body. Out: shapes; a key changed by hand stays here and changes no picture on screen. Always: what takes
+//! longer than a frame is asked of the worker; what is shown belongs to the module that is named above it.
+
+mod change;
+mod cost;
+mod gallery;
+mod key;
+mod probe;
+mod source;
+mod text;
+mod values;
+mod words;
+mod work;
+
+use super::Interface;
+use crate::catalog::NaifId;
+use crate::scene::draw::{Draw, Needs};
+use crate::shader::ModuleId;
+use crate::shader::fragments::SIMPLE_MODULES;
+use crate::shader::key::ShaderKey;
+use crate::view::worker::render_worker::{Drawing, RenderWorker};
+use egui::{RichText, ScrollArea};
+use work::Work;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Page {
+    Key,
+    #[default]
+    Source,
+    Values,
+    Cost,
+    Probe,
+    Gallery,
+}
+
+impl Page {
+    const ALL: [(Self, &'static str, &'static str); 6] = [
+        (Self::Key, "Key", "The key by dimension: change one and see its effect"),
+        (Self::Source, "Source", "The generated source, with the feature that needs each line"),
+        (Self::Values, "Values", "Uniforms by name, layout and textures"),
+        (Self::Cost, "Cost", "Operations, texture reads, registers and compile time"),
+        (Self::Probe, "Probe", "Every value of one pixel in f32 and f64"),
+        (Self::Gallery, "Gallery", "Images of neighbouring keys"),
+    ];
+}
+
+/// Which module of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    /// A draw of the selected body, by its part's name.
+    Part(&'static str),
+    /// A module that all bodies share.
+    Shared(&'static str),
+}
+
+#[derive(Default)]
+pub struct ShaderPanel {
+    page: Page,
+    wanted: Option<Wanted>,
+    /// Whose draw was inspected last: with another, what was changed by hand is over.
+    of: Option<(NaifId, Wanted)>,
+    /// Needs changed by hand, not made canonical.
+    asked: Option<Needs>,
+    pins: [Option<ShaderKey>; 2],
+    work: Work,
+    key: key::KeyPage,
+    change: change::ChangeView,
+    source: source::SourcePage,
+    values: values::ValuesPage,
+    probe: probe::ProbePage,
+    gallery: gallery::GalleryPage,
+}
+
+/// What is inspected in this turn.
+struct Seen<'a> {
+    worker: &'a dyn RenderWorker,
+    drawing: &'a Drawing,
+    /// The draw; none for a module that all bodies share.
+    draw: Option<&'a Draw>,
+    /// The draw's key, as the picture has it.
+    drawn: Option<ShaderKey>,
+    /// What is shown: the drawn module, or that of the key changed by hand.
+    id: ModuleId,
+    /// Counts the pictures on screen.
+    view: u64,
+}
+
+impl Seen<'_> {
+    /// The key that is shown.
+    fn key(&self) -> Option<ShaderKey> {
+        match &self.id {
+            ModuleId::Planet(key) => Some(*key),
+            _ => None,
+        }
+    }
+    fn is_changed(&self) -> bool {
+        self.drawn.is_some_and(|drawn| self.key() != Some(drawn))
+    }
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+    let mut panel = std::mem::take(&mut interface.shader);
+    panel.show(interface, ui, worker);
+    interface.viewport.picked_px = panel.probe.typed_px.take().or(interface.viewport.picked_px);
+    interface.shader = panel;
+}
+
+impl ShaderPanel {
+    /// Whether a click on the sky picks a pixel that is told about.
+    pub fn probes(&self) -> bool {
+        self.page == Page::Probe
+    }
+
+    fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
+        self.work.keep_up(worker);
+        let Some(drawing) = interface.drawing() else {
+            ui.label("The first image is being drawn.");
+            return;
+        };
+        let body = interface.viewer.selected;
+        let draws: Vec<&Draw> = drawing.scene.draws.iter().filter(|d| d.body == body).collect();
+        let name = interface.viewer.name(body).to_owned();
+        self.choose(ui, &name, &draws);
+        let wanted = self.wanted.filter(|w| match w {
+            Wanted::Part(part) => draws.iter().any(|d| d.part.name() == *part),
+            Wanted::Shared(_) => true,
+        });
+        let globe = draws.iter().find(|d| d.part.name() == "globe").or(draws.first());
+        let wanted = wanted.unwrap_or(globe.map_or(Wanted::Shared("point"), |d| Wanted::Part(d.part.name())));
+        if self.of.replace((body, wanted)) != Some((body, wanted)) {
+            self.asked = None;
+        }
+        let draw = match wanted {
+            Wanted::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
+            Wanted::Shared(_) => None,
+        };
+        let drawn = draw.map(|d| ShaderKey::for_draw(&d.needs));
+        let id = match (wanted, drawn, self.asked) {
+            (_, Some(_), Some(asked)) => ModuleId::Planet(ShaderKey::for_draw(&asked)),
+            (_, Some(drawn), None) => ModuleId::Planet(drawn),
+            (Wanted::Shared(name), _, _) => ModuleId::Simple(name),
+            (Wanted::Part(_), None, _) => ModuleId::Simple("point"),
+        };
+        let seen = Seen { worker, drawing, draw, drawn, id, view: interface.viewport.drawings };
+        self.name(ui, &seen);
+        ui.horizontal_wrapped(|ui| {
+            for (page, name, about) in Page::ALL {
+                ui.selectable_value(&mut self.page, page, name).on_hover_text(about);
+            }
+        });
+        ui.separator();
+        if let Some(Err(broken)) = self.work.module(worker, &seen.id) {
+            show_broken(ui, &broken);
+            return;
+        }
+        match self.page {
+            Page::Key => key::show(self, ui, &seen),
+            Page::Source => source::show(self, ui, &seen),
+            Page::Values => values::show(self, ui, &seen),
+            Page::Cost => cost::show(self, ui, &seen),
+            Page::Probe => probe::show(self, ui, &seen, interface),
+            Page::Gallery => gallery::show(self, ui, &seen),
+        }
+    }
+
+    /// Which draw of the body, or which shared module.
+    fn choose(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
+        let current = self.of.map(|(_, wanted)| wanted);
+        ui.horizontal_wrapped(|ui| {
+            ui.strong(name);
+            if draws.is_empty() {
+                ui.weak("is drawn as a point, or not visible.");
+            }
+            for draw in draws {
+                let part = Wanted::Part(draw.part.name());
+                let hover = format!("The draw of {name}'s {}", draw.part.name());
+                if ui.selectable_label(current == Some(part), draw.part.name()).on_hover_text(hover).clicked() {
+                    self.wanted = Some(part);
+                }
+            }
+            ui.separator();
+            for shared in SIMPLE_MODULES {
+                let hover = "A utility shader that all bodies share";
+                if ui.selectable_label(current == Some(Wanted::Shared(shared)), shared.replace('_', " ")).on_hover_text(hover).clicked() {
+                    self.wanted = Some(Wanted::Shared(shared));
+                }
+            }
+        });
+    }
+
+    /// The module's name, and the way back from a changed key.
+    fn name(&mut self, ui: &mut egui::Ui, seen: &Seen<'_>) {
+        ui.add(egui::Label::new(RichText::new(seen.id.to_string()).monospace().strong()).wrap());
+        ui.horizontal_wrapped(|ui| {
+            if ui.small_button("Copy").on_hover_text("Copy the module's name, as orrery shader emit takes it").clicked() {
+                ui.ctx().copy_text(seen.id.to_string());
+            }
+            if let Some(key) = seen.key() {
+                for (pin, name) in self.pins.iter_mut().zip(["A", "B"]) {
+                    let pinned = *pin == Some(key);
+                    let hover = format!("Keep this key as {name} for comparison");
+                    if ui.selectable_label(pinned, format!("Pin {name}")).on_hover_text(hover).clicked() {
+                        *pin = if pinned { None } else { Some(key) };
+                    }
+                }
+            }
+            if seen.is_changed() {
+                ui.colored_label(ui.visuals().warn_fg_color, "changed by hand");
+                if ui.small_button("Back to the drawn key").clicked() {
+                    self.asked = None;
+                }
+            }
+        });
+    }
+}
+
+fn show_broken(ui: &mut egui::Ui, broken: &work::Broken) {
+    ui.colored_label(ui.visuals().error_fg_color, &broken.why);
+    ui.weak("The last valid image stays.");
+    ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+        ui.add(egui::Label::new(RichText::new(&broken.diagnosis).monospace()).extend());
+    });
+}

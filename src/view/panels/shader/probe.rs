@@ -1,0 +1,171 @@
+//! One pixel: every value that each draw computes there, in f32 and in f64.
+//!
+//! Always: both precisions are asked of one view and one pixel; nothing is asked until someone clicks the sky with the probe on.
+
+use super::values::number_text;
+use super::{Seen, ShaderPanel};
+use crate::probe::Prober;
+use crate::probe::pixel::{DrawSeen, Looked, look};
+use crate::render::plan::Fineness;
+use crate::scene::request::ViewRequest;
+use crate::session::Session;
+use crate::view::panels::{Interface, accessible};
+use crate::view::worker::render_worker::{Pending, ask};
+use egui::{RichText, ScrollArea, TextEdit, TextStyle};
+
+type Both = [Looked; 2];
+
+#[derive(Default)]
+pub struct ProbePage {
+    wanted: String,
+    /// Chosen by number, for the sky.
+    pub typed_px: Option<[u32; 2]>,
+    /// Which of the draws there.
+    draw: usize,
+    asked: Option<([u32; 2], ViewRequest)>,
+    coming: Option<Pending<Result<Both, String>>>,
+    seen: Option<Result<Both, String>>,
+}
+
+fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Both, String> {
+    let with = |double: bool| {
+        let renderer = session.renderer_in(double)?;
+        look(&Prober { session, renderer: &renderer }, request, Fineness::of(request.quality), pixel)
+    };
+    Ok([with(false)?, with(true)?])
+}
+
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interface: &Interface) {
+    let page = &mut panel.probe;
+    if let Some(done) = page.coming.as_ref().and_then(Pending::take) {
+        page.coming = None;
+        page.seen = Some(done);
+    }
+    let Some(pixel) = interface.viewport.picked_px else {
+        ui.label("Click the image to see every value computed for that pixel, in f32 and in f64.");
+        if ui.button("Centre of the image").clicked() {
+            page.typed_px = Some(interface.viewport.size_px.map(|side| side / 2));
+        }
+        return;
+    };
+    page.ask(seen, interface, pixel);
+    let Some(answer) = &page.seen else {
+        accessible::coming(ui, "Computing the pixel");
+        return;
+    };
+    let [single, double] = match answer {
+        Ok(both) => both,
+        Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
+    };
+    let level = single.radiance.map(number_text).join(", ");
+    ui.horizontal(|ui| {
+        ui.strong("Pixel");
+        let [mut x, mut y] = pixel;
+        let most = interface.viewport.size_px.map(|side| side.saturating_sub(1));
+        let across = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=most[0]), "Pixels from the left");
+        let down = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=most[1]), "Pixels from the top");
+        if across.changed() || down.changed() {
+            page.typed_px = Some([x, y]);
+        }
+        if page.coming.is_some() {
+            accessible::coming(ui, "Computing another pixel");
+        }
+    });
+    ui.label(format!("radiance {level}; exposure {:+.2} stops; {}", single.exposure_stops, single.time.to_utc_iso()));
+    if single.draws.is_empty() {
+        ui.label("No draw shades this pixel: it is background, a point or glare.");
+        return;
+    }
+    let mut chosen = page.draw.min(single.draws.len() - 1);
+    ui.horizontal_wrapped(|ui| {
+        for (k, draw) in single.draws.iter().enumerate() {
+            let name = format!("{} {}", draw.name, draw.part.name());
+            if ui.selectable_label(k == chosen, name).on_hover_text("This draw's values at the pixel").clicked() {
+                chosen = k;
+            }
+        }
+    });
+    page.draw = chosen;
+    let first = &single.draws[chosen];
+    ui.add(egui::Label::new(RichText::new(first.module.to_string()).monospace().size(11.0)).wrap());
+    if let Some([latitude, longitude]) = first.ground_deg {
+        ui.label(format!("surface at latitude {latitude:+.4}°, longitude {longitude:+.4}° (E)"));
+    }
+    // The two precisions may disagree on who covers an edge pixel.
+    let second = double.draws.iter().find(|d| d.body == first.body && d.part == first.part);
+    ui.horizontal(|ui| {
+        let label = ui.label("Filter");
+        ui.add(TextEdit::singleline(&mut page.wanted).desired_width(160.0))
+            .labelled_by(label.id)
+            .on_hover_text("Show only values whose name contains this text");
+        if ui.small_button("Copy").on_hover_text("Copy all values").clicked() {
+            ui.ctx().copy_text(rows(first, second).iter().map(|r| format!("{}\n", r.text())).collect());
+        }
+    });
+    table(ui, &rows(first, second), &page.wanted);
+}
+
+impl ProbePage {
+    /// Asks when the pixel or a standing view changes.
+    fn ask(&mut self, seen: &Seen<'_>, interface: &Interface, pixel: [u32; 2]) {
+        let [width, height] = interface.viewport.size_px;
+        let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..seen.drawing.job.request.clone() };
+        let current = self.asked.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
+        if current || self.coming.is_some() || interface.viewer.races() || pixel[0] >= width || pixel[1] >= height {
+            return;
+        }
+        self.asked = Some((pixel, request.clone()));
+        let pending = ask(seen.worker, move |session| both(session, &request, pixel));
+        match pending.take() {
+            Some(done) => self.seen = Some(done),
+            None => self.coming = Some(pending),
+        }
+    }
+}
+
+/// One number by its name in both precisions.
+struct Row {
+    name: String,
+    single: f64,
+    double: Option<f64>,
+}
+
+impl Row {
+    fn text(&self) -> String {
+        let number = |v: f64, digits: usize| if v.is_nan() { "not evaluated".to_owned() } else { format!("{v:.digits$e}") };
+        let double = self.double.map_or("no value".to_owned(), |v| number(v, 9));
+        let apart = self.double.map(|d| (self.single - d).abs()).filter(|a| a.is_finite());
+        let apart = apart.map_or(String::new(), |a| if a == 0.0 { "0".to_owned() } else { format!("{a:.1e}") });
+        format!("{:<34} {:>14} {double:>17} {apart:>10}", self.name, number(self.single, 7))
+    }
+}
+
+/// Every number of a draw at the pixel; a vector's by component.
+fn rows(first: &DrawSeen, second: Option<&DrawSeen>) -> Vec<Row> {
+    let mut all = Vec::new();
+    let of = |name: &str, k: usize| second.and_then(|s| s.seen.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
+    for (k, c) in ["red", "green", "blue", "coverage"].iter().enumerate() {
+        all.push(Row { name: format!("colour {c}"), single: first.seen.colour[k], double: second.map(|s| s.seen.colour[k]) });
+    }
+    for value in &first.seen.values {
+        for (k, single) in value.numbers.iter().enumerate() {
+            let component = ["x", "y", "z", "w"].get(k).filter(|_| value.numbers.len() > 1);
+            let name = component.map_or(value.name.clone(), |c| format!("{}.{c}", value.name));
+            all.push(Row { name, single: *single, double: of(&value.name, k) });
+        }
+    }
+    all
+}
+
+fn table(ui: &mut egui::Ui, rows: &[Row], wanted: &str) {
+    let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(wanted.trim())).collect();
+    let small = |text: String| RichText::new(text).monospace().size(11.5);
+    ui.label(small(format!("{:<34} {:>14} {:>17} {:>10}", format!("{} values", shown.len()), "f32", "f64", "difference")).strong());
+    ui.spacing_mut().item_spacing.y = 1.0;
+    let height = ui.text_style_height(&TextStyle::Monospace);
+    ScrollArea::both().auto_shrink(false).show_rows(ui, height, shown.len(), |ui, range| {
+        for row in shown.get(range).unwrap_or_default() {
+            ui.add(egui::Label::new(small(row.text())).extend());
+        }
+    });
+}

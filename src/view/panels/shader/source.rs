@@ -1,0 +1,281 @@
+//! The generated source: line numbers, colours, the feature of each line, finding.
+//!
+//! Always: only the lines in sight are laid out, so that a text of a hundred thousand lines scrolls as a short one does; the keyboard stops once at
+//! all of them, and arrow keys go from one to the next.
+
+use super::text::{Text, feature_colour, found_in, job};
+use super::{Seen, ShaderPanel};
+use crate::shader::translate::Language;
+use crate::view::panels::accessible;
+use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
+use std::sync::Arc;
+
+const MARGIN_POINTS: f32 = 112.0;
+const FONT_POINTS: f32 = 12.0;
+const STRIPE_POINTS: f32 = 4.0;
+
+#[derive(Default)]
+pub struct SourcePage {
+    language: Option<Language>,
+    /// The feature whose lines are wanted.
+    feature: Option<String>,
+    /// Only its lines.
+    only: bool,
+    no_margin: bool,
+    needle: String,
+    /// Which of the lines that hold it.
+    at: usize,
+    found: Option<(Arc<Text>, String, Vec<u32>)>,
+    /// The line of the feature that was gone to last.
+    at_line: Option<usize>,
+    /// A line (from 0) to bring into sight.
+    jump: Option<u32>,
+    /// The line (from 0) that the arrow keys have come to.
+    at_keys: usize,
+}
+
+fn language_name(language: Language) -> (&'static str, &'static str) {
+    match language {
+        Language::Wgsl => ("WGSL", "As emitted"),
+        Language::Hlsl => ("HLSL", "For Direct3D"),
+        Language::Glsl => ("GLSL", "OpenGL 4.30"),
+        Language::Msl => ("MSL", "For Metal"),
+        Language::Spirv => ("SPIR-V", "For Vulkan: the words in hexadecimal, as orrery shader emit prints them"),
+        Language::Assembly => ("SPIR-V text", "For Vulkan, an instruction a line"),
+        Language::Ir => ("IR", "naga's intermediate representation"),
+    }
+}
+
+pub fn show(panel: &mut ShaderPanel, ui: &mut Ui, seen: &Seen<'_>) {
+    let page = &mut panel.source;
+    let language = page.language.unwrap_or(Language::Wgsl);
+    ui.horizontal_wrapped(|ui| {
+        for l in Language::ALL {
+            let (name, about) = language_name(l);
+            if ui.selectable_label(l == language, name).on_hover_text(about).clicked() {
+                page.language = Some(l);
+            }
+        }
+    });
+    let text = match panel.work.text(seen.worker, &seen.id, language) {
+        Some(Ok(text)) => text,
+        Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
+        None => return drop(accessible::coming(ui, "Generating the source")),
+    };
+    page.find(ui, &text);
+    if !text.features.is_empty() {
+        page.legend(ui, &text);
+    }
+    ui.separator();
+    page.lines(ui, &text);
+}
+
+impl SourcePage {
+    /// The field for finding, with where one is.
+    fn find(&mut self, ui: &mut Ui, text: &Arc<Text>) {
+        let mut step = 0;
+        ui.horizontal(|ui| {
+            let label = ui.label("Find");
+            let response = ui.add(TextEdit::singleline(&mut self.needle).desired_width(150.0)).labelled_by(label.id);
+            let response = response.on_hover_text("Find in the source; Enter goes to the next");
+            if response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
+                step = 1;
+                response.request_focus();
+            }
+            if !text.features.is_empty() {
+                let mut margin = !self.no_margin;
+                ui.checkbox(&mut margin, "Show features").on_hover_text("Name the feature that needs each line");
+                self.no_margin = !margin;
+            }
+            if self.needle.is_empty() {
+                ui.weak(format!("{} lines", text.lines.len()));
+                return;
+            }
+            if ui.small_button("Previous").clicked() {
+                step = -1;
+            }
+            if ui.small_button("Next").clicked() {
+                step = 1;
+            }
+            let current = self.found.as_ref().is_some_and(|(of, needle, _)| Arc::ptr_eq(of, text) && *needle == self.needle);
+            if !current {
+                let holds = |line: &str| !found_in(line, &self.needle).is_empty();
+                let lines = (0..).zip(&text.lines).filter(|(_, l)| holds(&l.text)).map(|(i, _)| i).collect::<Vec<u32>>();
+                self.at = 0;
+                self.jump = lines.first().copied();
+                self.found = Some((Arc::clone(text), self.needle.clone(), lines));
+            }
+            let Some((_, _, lines)) = &self.found else { return };
+            if lines.is_empty() {
+                ui.weak("no match");
+                return;
+            }
+            if step != 0 {
+                self.at = (self.at as i64 + step).rem_euclid(lines.len() as i64) as usize;
+                self.jump = lines.get(self.at).copied();
+            }
+            ui.weak(format!("match {} of {}", self.at + 1, lines.len()));
+        });
+    }
+
+    /// Every feature with its colour and its number of lines.
+    fn legend(&mut self, ui: &mut Ui, text: &Text) {
+        let dark = ui.visuals().dark_mode;
+        ui.scope(|ui| {
+            ui.spacing_mut().item_spacing = vec2(2.0, 0.0);
+            ui.spacing_mut().button_padding = vec2(5.0, 1.0);
+            ui.spacing_mut().interact_size.y = 16.0;
+            ui.horizontal_wrapped(|ui| {
+                let mut all: Vec<_> = text.features.iter().enumerate().filter(|(_, f)| f.1 > 0).collect();
+                // What is there for want of a feature comes last.
+                all.sort_by_key(|(_, (name, _))| name.starts_with("not "));
+                for (k, (name, lines)) in all {
+                    let chosen = self.feature.as_ref() == Some(name);
+                    let words = RichText::new(format!("{name} {lines}")).size(11.0).color(feature_colour(name, dark));
+                    let hover = format!("{lines} lines for {name}: click to go to the longest block, again for the next one");
+                    if ui.selectable_label(chosen, words).on_hover_text(hover).clicked() {
+                        self.go_to(text, k, chosen);
+                    }
+                }
+            });
+        });
+        ui.horizontal(|ui| {
+            // Another module may not have it.
+            if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
+                ui.checkbox(&mut self.only, format!("Only lines for {feature}"));
+                if ui.small_button("All lines").on_hover_text("Show the whole source").clicked() {
+                    (self.feature, self.only) = (None, false);
+                }
+            }
+        });
+    }
+
+    /// To where most lines of a feature stand together, or to the next of its places.
+    fn go_to(&mut self, text: &Text, feature: usize, again: bool) {
+        let of = |i: usize| text.lines.get(i).is_some_and(|l| usize::from(l.feature) == feature);
+        let starts: Vec<usize> = (0..text.lines.len()).filter(|i| of(*i) && (*i == 0 || !of(i - 1))).collect();
+        let length = |start: usize| (start..text.lines.len()).take_while(|i| of(*i)).count();
+        let next = match self.at_line.filter(|_| again) {
+            Some(here) => starts.iter().find(|s| **s > here).or(starts.first()),
+            // Its first lines name what it reads; the longest stretch is what it does.
+            None => starts.iter().rev().max_by_key(|s| length(**s)),
+        };
+        self.feature = text.features.get(feature).map(|f| f.0.clone());
+        self.at_line = next.copied();
+        self.jump = next.map(|n| *n as u32);
+    }
+
+    fn lines(&mut self, ui: &mut Ui, text: &Text) {
+        let wanted = self.feature.as_ref().and_then(|name| text.features.iter().position(|f| f.0 == *name));
+        let rows: Option<Vec<usize>> = wanted
+            .filter(|_| self.only)
+            .map(|feature| (0..text.lines.len()).filter(|i| usize::from(text.lines[*i].feature) == feature).collect());
+        let count = rows.as_ref().map_or(text.lines.len(), Vec::len);
+        let font = egui::FontId::monospace(FONT_POINTS);
+        ui.spacing_mut().item_spacing.y = 0.0;
+        // A row is a line of text and no more.
+        let height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
+        ui.spacing_mut().interact_size.y = height;
+        let mut area = ScrollArea::both().auto_shrink(false).id_salt(("source", text.language.to_string()));
+        let row_of = |line: usize| rows.as_ref().map_or(line, |r| r.partition_point(|i| *i < line));
+        if let Some(line) = self.jump.take() {
+            self.at_keys = line as usize;
+            area = area.vertical_scroll_offset((row_of(line as usize) as f32 * height - 3.0 * height).max(0.0));
+        }
+        let margin = !text.features.is_empty();
+        let mut clicked = None;
+        let stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
+        let about = "Lines of the source: arrow keys move between them, Enter marks the feature of a line";
+        stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, about));
+        let (at_keys, moved) = keys(ui, &stop, row_of(self.at_keys).min(count.saturating_sub(1)), count);
+        if moved {
+            self.at_keys = rows.as_ref().map_or(at_keys, |r| r[at_keys]);
+        }
+        if stop.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
+            clicked = text.lines.get(self.at_keys).filter(|_| margin).map(|line| usize::from(line.feature));
+        }
+        area.show_rows(ui, height, count, |ui, range| {
+            let dark = ui.visuals().dark_mode;
+            if moved {
+                // Up or down as far as needed, never aside.
+                let top = ui.max_rect().top() + (at_keys as f32 - range.start as f32) * height;
+                let row = egui::Rect::from_x_y_ranges(ui.clip_rect().x_range(), top..=top + height);
+                ui.scroll_to_rect_animation(row, None, egui::style::ScrollAnimation::none());
+                ui.ctx().request_repaint();
+            }
+            for row in range.clone() {
+                let i = rows.as_ref().map_or(row, |r| r[row]);
+                let Some(line) = text.lines.get(i) else { continue };
+                ui.horizontal(|ui| {
+                    ui.spacing_mut().item_spacing.x = 4.0;
+                    if margin {
+                        let above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
+                        let first = above.and_then(|a| text.lines.get(a)).is_none_or(|a| a.feature != line.feature);
+                        if self.margin(ui, text, i, height, first, wanted) {
+                            clicked = Some(usize::from(line.feature));
+                        }
+                    }
+                    let shown = ui.add(egui::Label::new(job(i + 1, &line.text, &self.needle, &font, dark)).extend());
+                    if stop.has_focus() && row == at_keys {
+                        ui.painter().rect_stroke(shown.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
+                        ui.ctx().accesskit_node_builder(stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
+                        let feature = text.features.get(usize::from(line.feature)).filter(|_| margin);
+                        if let Some((feature, _)) = feature {
+                            ui.ctx().accesskit_node_builder(shown.id, |node| node.set_description(format!("needed by {feature}")));
+                        }
+                    }
+                });
+            }
+        });
+        if let Some(feature) = clicked {
+            self.feature = text.features.get(feature).map(|f| f.0.clone());
+        }
+    }
+
+    /// The feature of a line, named where it begins; whether it was clicked.
+    fn margin(&self, ui: &mut Ui, text: &Text, i: usize, height: f32, first: bool, wanted: Option<usize>) -> bool {
+        let Some(line) = text.lines.get(i) else { return false };
+        let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
+        let width = if self.no_margin { STRIPE_POINTS } else { MARGIN_POINTS };
+        // No stop of its own for the keyboard, which has the list.
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(width, height), Sense::CLICK);
+        let colour = feature_colour(name, ui.visuals().dark_mode);
+        let stripe = egui::Rect::from_min_size(egui::pos2(rect.right() - STRIPE_POINTS, rect.top()), vec2(STRIPE_POINTS, height));
+        ui.painter().rect_filled(stripe, 0.0, colour);
+        if wanted == Some(usize::from(line.feature)) {
+            ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(0.14));
+        }
+        if first {
+            if !self.no_margin {
+                let names = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
+                let font = egui::FontId::proportional(10.0);
+                let painter = ui.painter().with_clip_rect(names.intersect(ui.clip_rect()));
+                painter.text(names.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
+            }
+            let said = format!("Line {}, needed by {name}", i + 1);
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &said));
+        }
+        response.on_hover_text(format!("{name}\n{}", line.origin)).clicked()
+    }
+}
+
+/// The row that the keys go to from `row` of so many, while the list has the keyboard, and whether they did.
+fn keys(ui: &Ui, stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
+    const PAGE: usize = 20;
+    if !stop.has_focus() || count == 0 {
+        return (row, false);
+    }
+    let arrows = egui::EventFilter { vertical_arrows: true, ..egui::EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(stop.id, arrows));
+    let last = count - 1;
+    let steps = [
+        (Key::ArrowDown, (row + 1).min(last)),
+        (Key::ArrowUp, row.saturating_sub(1)),
+        (Key::PageDown, (row + PAGE).min(last)),
+        (Key::PageUp, row.saturating_sub(PAGE)),
+        (Key::Home, 0),
+        (Key::End, last),
+    ];
+    let pressed = steps.into_iter().find(|(key, _)| ui.input(|i| i.key_pressed(*key)));
+    pressed.map_or((row, false), |(_, to)| (to, true))
+}

@@ -1,0 +1,170 @@
+//! What a draw's module reads: uniforms by name with their bytes' places, textures with their files.
+//!
+//! Always: the numbers are those that the last drawing was made with; under a key changed by hand, what this draw would give it.
+
+use super::{Seen, ShaderPanel};
+use crate::render::plan::{RING_PROFILE_BINDING, uniforms_of};
+use crate::shader::reflect::Field;
+use crate::shader::{Layout, ModuleId};
+use crate::view::panels::accessible;
+use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
+
+#[derive(Default)]
+pub struct ValuesPage {
+    wanted: String,
+    /// Which draw of a shared module.
+    draw: usize,
+}
+
+pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
+    let Some(module) = panel.work.whole(seen.worker, &seen.id) else {
+        accessible::coming(ui, "Loading the module");
+        return;
+    };
+    let layout = &module.module.layout;
+    let bytes = match (seen.draw, &seen.id) {
+        (Some(d), _) => Some(uniforms_of(layout, &d.amounts, seen.drawing.job.fineness.anisotropy)),
+        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, seen, name).map(Ok),
+        (None, _) => None,
+    };
+    ui.horizontal(|ui| {
+        ui.strong(format!("{} uniforms, {} bytes", layout.fields.len(), layout.uniform_size));
+        let label = ui.label("Filter");
+        ui.add(TextEdit::singleline(&mut panel.values.wanted).desired_width(120.0))
+            .labelled_by(label.id)
+            .on_hover_text("Show only uniforms whose name contains this text");
+    });
+    match &bytes {
+        None => drop(ui.weak("This image does not use the module.")),
+        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, format!("this draw has no uniforms for this key: {e}"))),
+        Some(Ok(_)) => {}
+    }
+    let bytes = bytes.and_then(Result::ok);
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        uniforms(ui, layout, bytes.as_deref(), &panel.values.wanted);
+        ui.separator();
+        ui.strong(format!("Textures: {}, samplers: {}", layout.textures.len(), layout.samplers.len()));
+        textures(panel, ui, seen, layout);
+    });
+}
+
+/// What a shared module was given, for the draw that is chosen where it has several.
+fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, module: &str) -> Option<Vec<u8>> {
+    let draws: Vec<_> = seen.drawing.shared.iter().filter(|d| d.module == module).collect();
+    let chosen = &mut panel.values.draw;
+    *chosen = (*chosen).min(draws.len().checked_sub(1)?);
+    if draws.len() > 1 {
+        ComboBox::from_label("draw").selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
+            for (k, draw) in draws.iter().enumerate() {
+                ui.selectable_value(chosen, k, draw.label.as_str());
+            }
+        });
+    } else {
+        ui.weak(draws[*chosen].label.as_str());
+    }
+    Some(draws[*chosen].uniforms.clone())
+}
+
+/// The f32 numbers of a field.
+fn numbers(field: &Field, bytes: &[u8]) -> Vec<f32> {
+    let end = field.offset as usize + 4 * field.ty.components();
+    let of_field = bytes.get(field.offset as usize..end).unwrap_or_default();
+    of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+}
+
+/// Seven digits, short where fewer tell all.
+pub fn number_text(v: f32) -> String {
+    let magnitude = v.abs();
+    if v == v.trunc() && magnitude < 1e6 {
+        return format!("{v}");
+    }
+    if (1e-4..1e6).contains(&magnitude) { format!("{v:.6}").trim_end_matches('0').to_owned() } else { format!("{v:.5e}") }
+}
+
+fn uniforms(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &str) {
+    /// Rows of four that are shown of a long array.
+    const ROWS: usize = 3;
+    Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
+        for head in ["offset", "bytes", "type", "name", "value"] {
+            ui.weak(head);
+        }
+        ui.end_row();
+        let wanted = wanted.trim().to_ascii_lowercase();
+        for field in layout.fields.iter().filter(|f| f.name.contains(&wanted)) {
+            ui.monospace(field.offset.to_string());
+            ui.monospace(field.size.to_string());
+            ui.label(RichText::new(field.ty.to_string()).monospace().size(11.0));
+            ui.label(&field.name);
+            let all = bytes.map(|b| numbers(field, b)).unwrap_or_default();
+            let rows: Vec<String> = all.chunks(4).map(|row| row.iter().map(|v| number_text(*v)).collect::<Vec<_>>().join(", ")).collect();
+            let more = rows.len().saturating_sub(ROWS);
+            let mut text = rows[..rows.len().min(ROWS)].join("\n");
+            if more > 0 {
+                text.push_str(&format!("\nand {more} more rows"));
+            }
+            let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(11.0)).wrap());
+            if more > 0 {
+                response.on_hover_text(RichText::new(rows[..rows.len().min(60)].join("\n")).monospace());
+            }
+            ui.end_row();
+        }
+    });
+}
+
+fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout: &Layout) {
+    Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
+        for head in ["binding", "name", "file", "size"] {
+            ui.weak(head);
+        }
+        ui.end_row();
+        for t in &layout.textures {
+            ui.monospace(t.binding.to_string());
+            ui.label(&t.name);
+            let file = seen.draw.and_then(|d| d.map_files.bindings().find(|(b, _)| *b == t.binding)).map(|(_, file)| file.to_owned());
+            let table = seen.draw.and_then(|d| d.amounts.ring.table.as_ref()).filter(|_| t.binding == RING_PROFILE_BINDING);
+            match (file, table) {
+                (Some(file), _) => {
+                    ui.label(&file);
+                    match panel.work.map(seen.worker, t.binding, &file) {
+                        Some(Ok(m)) => {
+                            ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
+                        }
+                        Some(Err(why)) => drop(ui.label(why)),
+                        None => drop(accessible::coming(ui, "Loading the map")),
+                    }
+                }
+                (None, Some(table)) => {
+                    ui.label("ring profile");
+                    ui.label(format!("{}x{}, f32", table.width, table.height));
+                }
+                (None, None) => {
+                    ui.weak("not used by this draw");
+                    ui.label("");
+                }
+            }
+            ui.end_row();
+        }
+        for s in &layout.samplers {
+            ui.monospace(s.binding.to_string());
+            ui.label(&s.name);
+            ui.weak("sampler");
+            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.job.fineness.anisotropy));
+            ui.end_row();
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_come_out_of_their_places_and_read_well() {
+        let field = |offset: u32, ty| Field { name: "x".into(), ty, offset, size: 12 };
+        let bytes: Vec<u8> = [1.0f32, 2.5, -3.0, 4e-9].iter().flat_map(|v| v.to_le_bytes()).collect();
+        assert_eq!(numbers(&field(4, crate::shader::reflect::FieldType::Vec3), &bytes), [2.5, -3.0, 4e-9]);
+        assert!(numbers(&field(8, crate::shader::reflect::FieldType::Vec3), &bytes).is_empty(), "past the end");
+        assert_eq!([2.5, -3.0, 4e-9].map(number_text), ["2.5", "-3", "4.00000e-9"]);
+        assert_eq!([1e7, 0.25].map(number_text), ["1.00000e7", "0.25"]);
+    }
+}

@@ -1,0 +1,235 @@
+//! What the shader panel asks the session: modules taken apart, texts, differences, small pictures. Each once, off the window's thread.
+//!
+//! Always: when the fragments change, everything is asked anew.
+
+use super::text::{Text, text_of};
+use crate::catalog::NaifId;
+use crate::image::Picture;
+use crate::render::plan::{self, Fineness, Supplies};
+use crate::scene::draw::PixelView;
+use crate::scene::draw::Shape;
+use crate::scene::effects::possible_needs;
+use crate::scene::request::ViewRequest;
+use crate::session::{Session, TapeCost, WITH_LIMB, ms_per_megapixel_at, sample_plan, tape_costs};
+use crate::shader::compare::{FeatureDifference, IrCost, difference, ir_cost};
+use crate::shader::key::{ShaderKey, keys_of};
+use crate::shader::library::Origin;
+use crate::shader::module::diagnosis;
+use crate::shader::translate::Language;
+use crate::shader::{Emitted, ModuleId, ShaderModule};
+use crate::view::panels::compare::pair::{Half, Pair};
+use crate::view::panels::render_loop::colour_image;
+use crate::view::worker::query_cache::QueryCache;
+use crate::view::worker::render_worker::RenderWorker;
+use egui::{TextureHandle, TextureOptions};
+use std::collections::{BTreeSet, HashMap};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant as Moment;
+
+/// A module and what it costs.
+pub struct Examined {
+    pub module: Arc<ShaderModule>,
+    pub ir: IrCost,
+    /// Vertex stage first.
+    pub tapes: Vec<TapeCost>,
+    pub origin: Option<Origin>,
+    /// Its entry on disk and how large that is.
+    pub entry: Option<(PathBuf, u64)>,
+}
+
+/// Why there is no module.
+pub struct Broken {
+    pub why: String,
+    /// With the source and a caret.
+    pub diagnosis: String,
+}
+
+pub type Module = Result<Arc<Examined>, Arc<Broken>>;
+
+fn examine(session: &Session, id: &ModuleId) -> Module {
+    let library = session.library();
+    let broken = |why: String, diagnosis: String| Arc::new(Broken { why, diagnosis });
+    let module = library.get(id).map_err(|e| broken(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
+    let tapes = tape_costs(&module).map_err(|e| broken(e, String::new()))?;
+    let entry = library.entry_path(id).and_then(|path| Some((path.metadata().ok()?.len(), path)));
+    let entry = entry.map(|(bytes, path)| (path, bytes));
+    Ok(Arc::new(Examined { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
+}
+
+/// A map as the shader reads it.
+#[derive(Clone, Copy, Debug)]
+pub struct MapFacts {
+    pub width: u32,
+    pub height: u32,
+    pub levels: usize,
+    pub bytes: usize,
+}
+
+/// The side of a small picture, pixels.
+pub const SAMPLE_PX: u32 = 96;
+/// The side of a picture that is timed.
+const TIMED_PX: u32 = 250;
+
+type Sample = Result<egui::ColorImage, String>;
+
+/// A view drawn once as it is and once with another key.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct Swap {
+    pub body: NaifId,
+    pub part: &'static str,
+    pub key: ShaderKey,
+    /// Counts the drawings on screen.
+    pub view: u64,
+}
+
+/// Everything asked so far.
+#[derive(Default)]
+pub struct Work {
+    generator: Option<Arc<str>>,
+    modules: QueryCache<ModuleId, Module>,
+    texts: QueryCache<(ModuleId, Language), Result<Arc<Text>, String>>,
+    differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDifference>>, String>>,
+    reachable: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
+    timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
+    maps: QueryCache<(u32, String), Result<MapFacts, String>>,
+    samples: QueryCache<ShaderKey, Sample>,
+    pictures: HashMap<ShaderKey, TextureHandle>,
+    swaps: QueryCache<Swap, Result<Arc<Pair>, String>>,
+    swap_view: u64,
+}
+
+impl Work {
+    /// Forgets everything if modules are made of other fragments than before.
+    pub fn keep_up(&mut self, worker: &dyn RenderWorker) {
+        let generator = worker.session().library().generator();
+        if self.generator.as_ref() != Some(&generator) {
+            *self = Self { generator: Some(generator), ..Self::default() };
+        }
+    }
+
+    pub fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
+        let of = id.clone();
+        self.modules.get(worker, id, move |session| examine(session, &of)).cloned()
+    }
+
+    /// The module, if it is there and whole.
+    pub fn whole(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<Examined>> {
+        self.module(worker, id)?.ok()
+    }
+
+    pub fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<Text>, String>> {
+        let of = id.clone();
+        self.texts
+            .get(worker, &(id.clone(), language), move |session| {
+                let module = session.library().get(&of).map_err(|e| e.to_string())?;
+                text_of(&module, language).map(Arc::new)
+            })
+            .cloned()
+    }
+
+    /// What differs between two modules' sources, by feature.
+    pub fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDifference>>, String>> {
+        let both = of.clone();
+        self.differences
+            .get(worker, of, move |session| {
+                let emitted = |id: &ModuleId| {
+                    let m = session.library().get(id).map_err(|e| e.to_string())?;
+                    Ok::<_, String>(Emitted { wgsl: m.wgsl.clone(), source_map: m.source_map.clone() })
+                };
+                let [first, second] = &both;
+                Ok(Arc::new(difference(&emitted(first)?, &emitted(second)?)))
+            })
+            .cloned()
+    }
+
+    /// Every key that views of the catalog can need.
+    pub fn reachable(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
+        self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_needs(session.catalog())))).cloned()
+    }
+
+    /// Milliseconds for a million pixels, once someone asked.
+    pub fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
+        let of = id.clone();
+        self.timed.get(worker, id, move |session| {
+            ms_per_megapixel_at(session.aside(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
+        });
+    }
+
+    pub fn timed(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
+        self.timed.known(id).cloned()
+    }
+
+    pub fn map(&mut self, worker: &dyn RenderWorker, binding: u32, file: &str) -> Option<Result<MapFacts, String>> {
+        let named = file.to_owned();
+        self.maps
+            .get(worker, &(binding, file.to_owned()), move |session| {
+                let reading = plan::map_reading(binding, Shape::Ellipsoid);
+                let map = session.map(&named, reading).map_err(|e| e.to_string())?;
+                let first = map.levels.first().ok_or("the map is empty")?;
+                let bytes = map.levels.iter().map(|l| l.bytes.len()).sum();
+                Ok(MapFacts { width: first.width, height: first.height, levels: map.levels.len(), bytes })
+            })
+            .cloned()
+    }
+
+    /// The sample body drawn by a key.
+    pub fn sample(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, key: &ShaderKey) -> Option<Result<TextureHandle, String>> {
+        if let Some(texture) = self.pictures.get(key) {
+            return Some(Ok(texture.clone()));
+        }
+        let of = *key;
+        let drawn = self.samples.get(worker, key, move |session| draw_sample(session, &of))?;
+        let made =
+            drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
+        if let Ok(texture) = &made {
+            self.pictures.insert(*key, texture.clone());
+        }
+        Some(made)
+    }
+
+    /// The view with one draw's key as drawn, and with another.
+    pub fn swap(&mut self, worker: &dyn RenderWorker, of: &Swap, request: &ViewRequest) -> Option<Result<Arc<Pair>, String>> {
+        if self.swap_view != of.view {
+            // Pictures of views gone by are of no use and large.
+            self.swap_view = of.view;
+            self.swaps.forget();
+        }
+        let (swap, request) = (of.clone(), request.clone());
+        self.swaps
+            .get(worker, of, move |session| {
+                let halves = [None, Some(&swap)].map(|swap| draw_swapped(session, &request, swap));
+                let [drawn, changed] = halves;
+                Pair::of(drawn, changed).map(Arc::new)
+            })
+            .cloned()
+    }
+}
+
+/// The sample body as display bytes: light as the sheet of pairs shows it; other views stretched, so that the greatest value is white.
+fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
+    let plan = sample_plan(session.library(), key, SAMPLE_PX, WITH_LIMB).map_err(|e| e.to_string())?;
+    let (frame, _) = session.aside().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
+    let light = key.needs().view == PixelView::Shaded;
+    let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
+    let scale = if light { 1.0 } else { 1.0 / greatest };
+    let level = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
+    let rgba = frame.hdr.iter().map(|p| [level(p[0]), level(p[1]), level(p[2]), 255]).collect();
+    Ok(colour_image(SAMPLE_PX, SAMPLE_PX, rgba))
+}
+
+fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -> Result<Half, String> {
+    let fineness = Fineness::of(request.quality);
+    let mut scene = session.scene(request).map_err(|e| e.to_string())?;
+    for draw in &mut scene.draws {
+        if let Some(swap) = swap.filter(|s| draw.body == s.body && draw.part.name() == s.part) {
+            draw.needs = *swap.key.needs();
+        }
+    }
+    let plan = plan::plan(&scene, session, fineness).map_err(|e| format!("this view has no uniforms for that key: {e}"))?;
+    let start = Moment::now();
+    let (frame, _) = session.aside().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
+    let took_ms = start.elapsed().as_secs_f64() * 1e3;
+    let picture = Picture { width: frame.width, height: frame.height, rgba: frame.display };
+    Ok(Half { picture, by: "software".into(), took_ms })
+}

@@ -1,0 +1,167 @@
+//! The keyboard, and the sheet that explains it.
+
+use super::{Interface, Tab};
+use crate::view::app::settings::ZOOMS;
+use crate::view::app::viewer::Action;
+use egui::{Key, Modifiers, Popup};
+
+/// What a key does, for the sheet.
+const SHEET: &[(&str, &str)] = &[
+    ("Drag", "orbit the body; on its surface look around"),
+    ("Right drag, Shift+drag", "look around"),
+    ("Middle drag, [ and ]", "roll"),
+    ("Wheel, pinch, + and -", "zoom"),
+    ("Alt+wheel", "field of view: narrower, wider"),
+    ("Click", "select"),
+    ("Double-click, g", "fly there"),
+    ("PageDown, PageUp", "next body, previous body"),
+    ("Arrows", "orbit"),
+    ("Home", "look at the body again and reset the roll"),
+    ("Backspace", "previous view"),
+    ("f", "rotate with the body, or not"),
+    ("/", "search for a body, set a date, or set an effect such as +eclipse or -rings"),
+    ("Space", "pause"),
+    (". and ,", "time faster, slower"),
+    ("l and j", "time forward, backward"),
+    ("t", "current time, in real time"),
+    ("b, n, m, o, x", "show the list of bodies, names, markers, orbits, the outline"),
+    ("1 to 7", "panels: moments, effects, shader, compare, information, performance, share"),
+    ("Ctrl+S, Ctrl+C", "save an image, copy a link to the view"),
+    ("Tab", "next control"),
+    ("Escape", "leave the field, then close the menu, the panel, the full screen"),
+    ("Ctrl and +, - or 0", "larger text, smaller text, default size"),
+    ("F11", "full screen"),
+    ("?", "this help"),
+    ("Ctrl+Q", "quit"),
+];
+
+/// Pixels that an arrow key turns by.
+const ARROW_PX: f64 = 24.0;
+/// By which a key changes the size of text.
+const ZOOM_STEP: f32 = 0.1;
+
+/// In a slow turn what follows `/` may come with it: that is for the search field, which has the keyboard in the next turn, and no shortcut.
+fn hold_back(interface: &mut Interface, ctx: &egui::Context) {
+    let slash = egui::Event::Text("/".into());
+    interface.typed_ahead = ctx.input_mut(|i| {
+        let Some(at) = i.events.iter().position(|e| *e == slash) else { return Vec::new() };
+        let is_typed =
+            |e: &egui::Event| matches!(e, egui::Event::Text(_) | egui::Event::Key { .. } | egui::Event::Paste(_) | egui::Event::Ime(_));
+        let (typed, other): (Vec<_>, Vec<_>) = i.events.split_off(at + 1).into_iter().partition(is_typed);
+        i.events.extend(other);
+        typed
+    });
+    if !interface.typed_ahead.is_empty() {
+        ctx.request_repaint();
+    }
+}
+
+pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
+    let ahead = std::mem::take(&mut interface.typed_ahead);
+    ctx.input_mut(|i| drop(i.events.splice(0..0, ahead)));
+    if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
+        interface.fullscreen = !interface.fullscreen;
+    }
+    let resized = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
+    let zoom = &mut interface.settings.zoom;
+    if resized(Key::Plus) || resized(Key::Equals) {
+        *zoom = (*zoom + ZOOM_STEP).min(*ZOOMS.end());
+    } else if resized(Key::Minus) {
+        *zoom = (*zoom - ZOOM_STEP).max(*ZOOMS.start());
+    } else if resized(Key::Num0) {
+        *zoom = 1.0;
+    }
+    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Q)) {
+        interface.quits = true;
+    }
+    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
+        interface.share.wants_picture = true;
+    }
+    // Whoever types wants letters.
+    if ctx.egui_wants_keyboard_input() {
+        return;
+    }
+    hold_back(interface, ctx);
+    let text: Vec<String> = ctx.input(|i| {
+        let plain = !i.modifiers.command && !i.modifiers.ctrl;
+        let typed = i.events.iter().filter_map(|e| if let egui::Event::Text(t) = e { Some(t.clone()) } else { None });
+        if plain { typed.collect() } else { Vec::new() }
+    });
+    for letter in text {
+        match letter.as_str() {
+            "/" => interface.browse.focus = true,
+            "?" => interface.help_shown = !interface.help_shown,
+            "b" => interface.bodies_shown = !interface.bodies_shown,
+            "n" => interface.settings.names = !interface.settings.names,
+            "m" => interface.settings.markers = !interface.settings.markers,
+            "1" | "2" | "3" | "4" | "5" | "6" | "7" => {
+                let tab = letter.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
+                interface.tab = if interface.tab == tab { None } else { tab };
+            }
+            "x" => interface.settings.outline = !interface.settings.outline,
+            "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
+            "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
+            "f" => {
+                let fixed = matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
+                actions.push(Action::TurnWithBody(!fixed));
+            }
+            "[" => actions.push(Action::Roll(-5.0)),
+            "]" => actions.push(Action::Roll(5.0)),
+            "+" | "=" => actions.push(Action::Zoom(1.0)),
+            "-" => actions.push(Action::Zoom(-1.0)),
+            "." => actions.push(Action::Faster),
+            "," => actions.push(Action::Slower),
+            "l" => actions.push(Action::Forward),
+            "j" => actions.push(Action::Backward),
+            "t" => actions.push(Action::Now),
+            " " => actions.push(Action::TogglePause),
+            _ => {}
+        }
+    }
+    if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
+        ctx.copy_text(interface.viewer.shared().to_link());
+        interface.message = "Link copied".into();
+    }
+    let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
+    // An open menu is closed by the key itself; a control that had the keyboard has lost it by now.
+    if !Popup::is_any_open(ctx) && down(Key::Escape) {
+        close_topmost(interface);
+    }
+    for (key, action) in [
+        (Key::PageDown, Action::SelectNext(1)),
+        (Key::PageUp, Action::SelectNext(-1)),
+        (Key::Home, Action::Level),
+        (Key::Backspace, Action::Back),
+        (Key::ArrowRight, Action::Turn(ARROW_PX, 0.0)),
+        (Key::ArrowLeft, Action::Turn(-ARROW_PX, 0.0)),
+        (Key::ArrowUp, Action::Turn(0.0, ARROW_PX)),
+        (Key::ArrowDown, Action::Turn(0.0, -ARROW_PX)),
+    ] {
+        if ctx.memory(|m| m.focused().is_none()) && down(key) {
+            actions.push(action);
+        }
+    }
+}
+
+/// Closes what lies on top, one thing at a time: the program is left by closing its window or Ctrl+Q.
+fn close_topmost(interface: &mut Interface) {
+    let had_keyboard = std::mem::take(&mut interface.has_keyboard);
+    if interface.warning.take().is_some() || interface.browse.give_up() || had_keyboard {
+        return;
+    }
+    if !std::mem::take(&mut interface.help_shown) && interface.tab.take().is_none() {
+        interface.fullscreen = false;
+    }
+}
+
+pub fn help(interface: &mut Interface, ctx: &egui::Context) {
+    egui::Window::new("Keys and mouse").open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
+        egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
+            for (keys, does) in SHEET {
+                ui.strong(*keys);
+                ui.label(*does);
+                ui.end_row();
+            }
+        });
+    });
+}

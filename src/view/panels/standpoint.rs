@@ -1,0 +1,78 @@
+//! Controls of the camera, below the list of bodies: where it stands and which way it looks.
+
+use super::{Interface, accessible};
+use crate::catalog::NaifId;
+use crate::view::app::view_state::{CameraPose, FOV_LEAST_DEG, FOV_MOST_DEG};
+use crate::view::app::viewer::Action;
+use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
+
+/// A place that is being chosen, degrees.
+#[derive(Default)]
+pub struct Standpoint {
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    let selected = interface.viewer.selected;
+    let name = interface.viewer.name(selected).to_owned();
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Fly").on_hover_text(format!("Fly to {name} (g)")).clicked() {
+            actions.push(Action::FlyTo(selected));
+        }
+        if ui.button("Look at").on_hover_text(format!("Look at {name} from here")).clicked() {
+            actions.push(Action::LookAt(selected));
+        }
+        if ui.button("Reset roll").on_hover_text("Look at the body again, north up (Home)").clicked() {
+            actions.push(Action::Level);
+        }
+    });
+    from_another(interface, ui, selected, actions);
+    let standpoint = &mut interface.standpoint;
+    Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
+        for (label, value, most) in
+            [("Latitude", &mut standpoint.latitude_deg, 90.0), ("Longitude (E)", &mut standpoint.longitude_deg, 180.0)]
+        {
+            ui.label(label);
+            let field = DragValue::new(value).range(-most..=most).speed(0.2).suffix("°");
+            accessible::number(ui, field, &format!("{label}, degrees"));
+            ui.end_row();
+        }
+    });
+    if ui.button("Stand on surface").on_hover_text(format!("Stand on the surface of {name} at this place")).clicked() {
+        actions.push(Action::StandOn(standpoint.latitude_deg, standpoint.longitude_deg));
+    }
+    let (orbits, mut fixed) = match interface.viewer.view.eye {
+        CameraPose::Orbit { fixed, .. } => (true, fixed),
+        _ => (false, false),
+    };
+    let turn = ui.add_enabled(orbits, Checkbox::new(&mut fixed, "Rotate with body"));
+    if turn.on_hover_text("Body-fixed frame in place of an inertial one (f)").clicked() {
+        actions.push(Action::TurnWithBody(fixed));
+    }
+    let mut tracks = interface.viewer.view.tracks;
+    if ui.checkbox(&mut tracks, "Follow target").on_hover_text("Keep the camera pointed at the target").clicked() {
+        actions.push(Action::Track(tracks));
+    }
+    let lens = Slider::new(&mut interface.viewer.view.fov_deg, FOV_LEAST_DEG..=FOV_MOST_DEG).logarithmic(true).suffix("°");
+    ui.add(lens).on_hover_text("Vertical field of view, degrees");
+}
+
+/// The selected body through a lens, from the centre of another.
+fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
+    let now = match interface.viewer.view.eye {
+        CameraPose::Centre { body } => interface.viewer.name(body),
+        _ => "choose a body",
+    };
+    ui.horizontal(|ui| {
+        ui.label("View from");
+        let list = ComboBox::from_id_salt("view from").selected_text(now).width(100.0).show_ui(ui, |ui| {
+            for body in interface.viewer.subjects().iter().filter(|b| b.id != selected) {
+                if ui.selectable_label(false, format!("Centre of {}", body.name)).clicked() {
+                    actions.push(Action::LookFrom(body.id));
+                }
+            }
+        });
+        list.response.accessible_name("View from");
+    });
+}

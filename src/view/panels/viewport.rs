@@ -1,0 +1,216 @@
+//! The image, its labels, and the mouse on it.
+
+use super::Interface;
+use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, Side, hit};
+use crate::view::app::orbit::NOTCH;
+use crate::view::app::viewer::Action;
+use crate::view::window::primitives::ON_DEVICE;
+use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
+use glam::DVec2;
+
+const NAME_POINTS: f32 = 13.0;
+const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
+const SELECTED_COLOUR: Color32 = opaque(marks::SELECTED_COLOUR);
+
+const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
+    Color32::from_rgb(r, g, b)
+}
+
+pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    let rect = ui.available_rect_before_wrap();
+    let scale = ui.ctx().pixels_per_point();
+    let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
+    interface.viewport.size_px = [side(rect.width()), side(rect.height())];
+    let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
+    let description = format!("The sky: {}", interface.viewer.name(interface.viewer.view.target));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
+    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
+        ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
+        return;
+    };
+    let place = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
+    let picture = interface.picture_on_device().map(|_| ON_DEVICE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
+    if let Some(picture) = picture {
+        let seen = place.picture.intersect(rect);
+        ui.painter().image(picture, seen, place.part(seen), Color32::WHITE);
+    }
+    let lettering = Lettering::of_size(f64::from(NAME_POINTS) / place.points_per_px);
+    interface.refresh_marks(&lettering);
+    paint_marks(interface, ui, rect, &place);
+    let clicked_px = mouse(interface, ui, &response, rect, &place, actions);
+    interface.viewport.picked_px = clicked_px.or(interface.viewport.picked_px);
+    say(interface, ui, rect);
+    if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {
+        paint_probe(interface, ui, rect);
+    }
+}
+
+/// Where the picture lies. Its field of view spans its height: at the sky's height each body of a picture that was drawn for another shape is where the next
+/// picture will have it. Such a one is cut at its sides or leaves the sky's black, and is never stretched.
+struct ImagePlacement {
+    picture: Rect,
+    /// Points of the interface per pixel of the picture, which may be coarse.
+    points_per_px: f64,
+}
+
+impl ImagePlacement {
+    /// `sky_px`: the sky's sides. The picture's may be those divided by a whole number and rounded up to whole pixels.
+    fn of([width, height]: [u32; 2], sky: Rect, sky_px: [u32; 2]) -> Self {
+        let [across, down] = sky_px.map(u64::from);
+        let is_of_this_shape = (u64::from(width) * down).abs_diff(u64::from(height) * across) <= across.max(down);
+        if is_of_this_shape {
+            return Self { picture: sky, points_per_px: f64::from(sky.width()) / f64::from(width) };
+        }
+        let points_per_px = sky.height() / height as f32;
+        let picture = Rect::from_center_size(sky.center(), Vec2::new(width as f32 * points_per_px, sky.height()));
+        Self { picture, points_per_px: f64::from(points_per_px) }
+    }
+
+    /// The part of the picture that lies in a rectangle within it, 0 to 1.
+    fn part(&self, within: Rect) -> Rect {
+        let at = |p: Pos2| ((p - self.picture.min) / self.picture.size()).to_pos2();
+        Rect::from_min_max(at(within.min), at(within.max))
+    }
+}
+
+/// What is worth saying, over the lower edge, so that no line moves the picture.
+fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+    let said = interface.said();
+    if said.is_empty() {
+        return;
+    }
+    let place = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
+    place.fixed_pos(rect.left_bottom() + Vec2::new(8.0, -8.0)).interactable(false).show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width((rect.width() - 40.0).max(60.0));
+            let line = ui.colored_label(ui.visuals().warn_fg_color, said);
+            // Read out by a screen reader without being gone to.
+            ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
+        });
+    });
+}
+
+fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePlacement) {
+    let painter = ui.painter().with_clip_rect(rect);
+    for mark in &interface.viewport.marks {
+        let at = place.picture.min + vec2(mark.centre_px * place.points_per_px);
+        let radius = (mark.radius_px * place.points_per_px) as f32;
+        let selected = mark.body == interface.viewer.selected;
+        let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
+        let marker = MARKER_RADIUS as f32 * NAME_POINTS;
+        if interface.settings.markers && radius < marker {
+            painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
+        }
+        // A body that fills the picture says its name in the title.
+        let side = mark.named.or_else(|| selected.then_some(Side::USUAL));
+        if let Some(side) = side
+            && interface.settings.names
+            && radius < FILLS as f32 * rect.height()
+        {
+            let place = at + vec2(side.way_px(Lettering::of_size(f64::from(NAME_POINTS)).beside_px(f64::from(radius))));
+            let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
+            let font = FontId::proportional(NAME_POINTS);
+            painter.text(place + Vec2::splat(1.0), end, &mark.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(place, end, &mark.name, font, colour);
+        }
+    }
+}
+
+fn vec2(v: DVec2) -> Vec2 {
+    Vec2::new(v.x as f32, v.y as f32)
+}
+
+fn mouse(
+    interface: &Interface,
+    ui: &egui::Ui,
+    response: &egui::Response,
+    rect: Rect,
+    place: &ImagePlacement,
+    actions: &mut Vec<Action>,
+) -> Option<[u32; 2]> {
+    let scale = f64::from(ui.ctx().pixels_per_point());
+    let drag = response.drag_delta();
+    let (dx, dy) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
+    if response.dragged_by(PointerButton::Primary) && (dx, dy) != (0.0, 0.0) {
+        let aside = ui.input(|i| i.modifiers.shift);
+        actions.push(if aside { Action::LookAround(-dx, -dy) } else { Action::Turn(dx, dy) });
+    }
+    if response.dragged_by(PointerButton::Secondary) && (dx, dy) != (0.0, 0.0) {
+        actions.push(Action::LookAround(-dx, -dy));
+    }
+    if response.dragged_by(PointerButton::Middle) && dx != 0.0 {
+        actions.push(Action::Roll(dx * 0.25));
+    }
+    if response.hovered() {
+        // A notch of most wheels is fifty points.
+        let (wheel, pinch, lens) =
+            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / NOTCH, i.modifiers.alt));
+        // Fingers that go apart to twice their distance halve that of the ground.
+        let notches = if pinch == 0.0 { wheel } else { pinch };
+        if notches != 0.0 {
+            actions.push(if lens { Action::Lens(notches) } else { Action::Zoom(notches) });
+        }
+    }
+    let (Some(at), Some(drawing)) = (response.interact_pointer_pos(), interface.drawing()) else { return None };
+    let in_picture = at - place.picture.min;
+    let at_px = DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / place.points_per_px;
+    let meant = || hit(&interface.viewport.marks, &drawing.scene, at_px);
+    if response.double_clicked() {
+        actions.extend(meant().map(Action::FlyTo));
+    } else if response.clicked() {
+        actions.extend(meant().map(Action::Select));
+        let pixel = |points: f32| (f64::from(points) * scale) as u32;
+        return Some([pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)]);
+    }
+    None
+}
+
+/// Where the pixel probe looks.
+fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+    let Some([x, y]) = interface.viewport.picked_px else { return };
+    let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
+    let painter = ui.painter().with_clip_rect(rect);
+    for away in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
+        painter.line_segment([at + away * 3.0, at + away * 9.0], Stroke::new(3.0, Color32::from_black_alpha(160)));
+        painter.line_segment([at + away * 3.0, at + away * 9.0], Stroke::new(1.0, SELECTED_COLOUR));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::pos2;
+
+    /// Pictures of a window's shape at any coarseness fill it; those of any other shape keep their own, at the sky's height, middle on middle.
+    #[test]
+    fn a_picture_is_never_stretched() {
+        let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];
+        for [across, down] in sides.iter().flat_map(|a| sides.map(|d| [*a, d])) {
+            for scale in [1.0, 1.5, 2.0] {
+                let sky = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
+                for divisor in 1..=5 {
+                    let size = [across.div_ceil(divisor), down.div_ceil(divisor)];
+                    assert_eq!(ImagePlacement::of(size, sky, [across, down]).picture, sky, "{size:?} in {across}x{down}");
+                }
+                for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
+                    let place = ImagePlacement::of([width, height], sky, [across, down]);
+                    if place.picture == sky {
+                        // Less than a pixel is rounding.
+                        let [w, h, a, d] = [width, height, across, down].map(f64::from);
+                        let off = (h - w * d / a).abs().min((w - h * a / d).abs());
+                        assert!(off <= 1.0, "{width}x{height} in {across}x{down}: stretched by {off} pixels");
+                    } else {
+                        let of_height = place.picture.height() * width as f32 / height as f32;
+                        let off = (place.picture.width() - of_height).abs();
+                        assert!(off < 1e-3 + 1e-5 * of_height, "{width}x{height} in {across}x{down}: {off} points too wide");
+                    }
+                    assert!((place.picture.height() - sky.height()).abs() < 1e-3);
+                    assert!((place.picture.center() - sky.center()).length() < 1e-3 + 1e-6 * place.picture.width());
+                    let part = place.part(place.picture.intersect(sky));
+                    assert!(part.min.x >= -1e-4 && part.max.x <= 1.0001 && part.min.y.abs() < 1e-4 && (part.max.y - 1.0).abs() < 1e-4);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! What went wrong before the window opened, told in it until it is closed.
+
+use super::Interface;
+use egui::accesskit::Live;
+use egui::{Align2, Context, Label, Window};
+
+const WIDTH_POINTS: f32 = 460.0;
+
+pub fn show(interface: &mut Interface, ctx: &Context) {
+    let Some(line) = &interface.warning else { return };
+    let window = Window::new("This view could not be opened").collapsible(false).resizable(false);
+    let shown = window.anchor(Align2::CENTER_TOP, [0.0, 60.0]).show(ctx, |ui| {
+        ui.set_max_width(WIDTH_POINTS);
+        let told = ui.add(Label::new(line).wrap());
+        ui.ctx().accesskit_node_builder(told.id, |node| node.set_live(Live::Assertive));
+        ui.weak("The default view is shown instead.");
+        let close = ui.button("Close");
+        if ui.memory(|memory| memory.focused().is_none()) {
+            close.request_focus();
+        }
+        close.clicked()
+    });
+    if shown.and_then(|window| window.inner) == Some(true) {
+        interface.warning = None;
+    }
+}

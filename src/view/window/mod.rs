@@ -1,0 +1,400 @@
+//! The event loop: winit events in, egui between, pixels out by a [`Presenter`].
+//!
+//! In: an [`Interface`] and a session. Out: a window, until it is closed; its place goes into the settings. Always: the window is redrawn only when
+//! input, a finished picture or running time asks for it; a thread of its own draws the pictures; a window shrunk to nothing draws nothing.
+
+pub mod cpu_painter;
+pub mod placement;
+pub mod presenter;
+pub mod primitives;
+pub mod shader_watcher;
+
+use crate::session::{Readiness, Session};
+use crate::view::panels::Interface;
+use crate::view::window::cpu_painter::Painter;
+use crate::view::window::placement::{Monitor, WindowPlacement};
+use crate::view::window::presenter::{Presenter, Unshown};
+use crate::view::window::shader_watcher::ShaderWatcher;
+use crate::view::worker::render_worker::{RenderWorker, ThreadedWorker};
+use egui_winit::accesskit_winit;
+use std::num::NonZeroU32;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant as Moment};
+use winit::application::ApplicationHandler;
+use winit::dpi::{LogicalSize, PhysicalPosition};
+use winit::event::{StartCause, TouchPhase, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::monitor::MonitorHandle;
+use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
+
+/// The window could not be opened or lost what it needs.
+#[derive(Debug, thiserror::Error)]
+pub enum WindowError {
+    #[error("no window can be opened here ({0}); to draw to a file: orrery render --target earth -o earth.png")]
+    NoDisplay(String),
+    #[error("the window stopped: {0}")]
+    Stopped(String),
+    /// What `keep` says.
+    #[error("{0}")]
+    NotKept(String),
+}
+
+/// When to try again where the system took no picture.
+const NO_ROOM: Duration = Duration::from_millis(250);
+/// So long what is at work may take to end by itself after the window.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// What wakes the loop besides input.
+enum Wake {
+    /// A picture or an answer is there.
+    Ready,
+    Access(accesskit_winit::Event),
+}
+
+impl From<accesskit_winit::Event> for Wake {
+    fn from(event: accesskit_winit::Event) -> Self {
+        Self::Access(event)
+    }
+}
+
+/// Opens the window and runs until it is closed. `watch`: fragments that are read again when they change. `keep` is called once the window is gone,
+/// whatever is still at work then.
+pub fn run(
+    interface: &mut Interface,
+    session: &Session,
+    watch: Option<&ShaderWatcher>,
+    keep: impl FnOnce(&Interface) -> Result<(), String>,
+) -> Result<(), WindowError> {
+    let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(plain(&e.to_string())))?;
+    let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
+    let bell = Mutex::new(proxy.clone());
+    let worker = ThreadedWorker::new(session, move || {
+        // A loop that has ended wants no waking.
+        let _ = bell.lock().unwrap_or_else(PoisonError::into_inner).send_event(Wake::Ready);
+    });
+    std::thread::scope(|scope| {
+        let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
+        if let Some(watch) = watch {
+            scope.spawn(|| watch.work(&worker, || worker.is_closed()));
+        }
+        let mut app = App {
+            interface,
+            worker: &worker,
+            proxy,
+            egui: egui::Context::default(),
+            painter: Painter::default(),
+            shown: None,
+            refused: false,
+            due: None,
+            failure: None,
+        };
+        let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
+        let failure = app.failure.take();
+        drop(app);
+        worker.close();
+        ended.and(failure.map_or(Ok(()), Err))?;
+        keep(interface).map_err(WindowError::NotKept)?;
+        let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
+        let closed = Moment::now();
+        while at_work() && closed.elapsed() < PATIENCE {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        if at_work() && !interface.is_saving() {
+            end_at_once();
+        }
+        Ok(())
+    })
+}
+
+/// Ends the process beside a picture, a question or a driver's compiler that is at work. A usual end would wait for them: a driver takes down at the
+/// process's exit what its compiler still stands on. Files are written whole or not at all, so that nothing is left half done.
+fn end_at_once() -> ! {
+    #[cfg(unix)]
+    // SAFETY: it takes any status, runs nothing at the process's exit and does not return.
+    unsafe {
+        libc::_exit(0)
+    }
+    #[cfg(not(unix))]
+    std::process::exit(0)
+}
+
+/// winit puts its own source line before the reason: the reason alone is for people.
+fn plain(message: &str) -> String {
+    let after_place = message.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, reason)| reason);
+    after_place.trim_end_matches('.').to_owned()
+}
+
+/// The screens that there are, the primary one first.
+fn screens(event_loop: &ActiveEventLoop) -> Vec<Monitor> {
+    let primary = event_loop.primary_monitor();
+    let others = event_loop.available_monitors().filter(|m| primary.as_ref() != Some(m));
+    primary.iter().cloned().chain(others).map(|m| screen(&m)).collect()
+}
+
+fn screen(monitor: &MonitorHandle) -> Monitor {
+    Monitor { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
+}
+
+/// The monitor that shows most of a window; `None` where the system does not tell, and knows by itself. (On X11 winit's own answer is that of the last
+/// move of which it heard.)
+fn monitor_of(window: &Window) -> Option<MonitorHandle> {
+    let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
+    let shown = |m: &MonitorHandle| screen(m).shows_px(corner, size);
+    window.available_monitors().filter(|m| shown(m) > 0).max_by_key(shown)
+}
+
+/// Tells the desktop which program the window is of, as its desktop file does.
+#[cfg(target_os = "linux")]
+fn named(attributes: WindowAttributes) -> WindowAttributes {
+    winit::platform::wayland::WindowAttributesExtWayland::with_name(attributes, "orrery", "orrery")
+}
+
+#[cfg(not(target_os = "linux"))]
+fn named(attributes: WindowAttributes) -> WindowAttributes {
+    attributes
+}
+
+/// On Wayland egui drops the first movement of two fingers, and what it has not used when they are lifted: there each movement counts alike.
+fn scrolled_whole(event: WindowEvent) -> Option<WindowEvent> {
+    match event {
+        WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
+            Some(WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Moved })
+        }
+        WindowEvent::MouseWheel { phase: TouchPhase::Ended | TouchPhase::Cancelled, .. } if cfg!(target_os = "linux") => None,
+        event => Some(event),
+    }
+}
+
+struct Shown {
+    presenter: Presenter,
+    window: Arc<Window>,
+    input: egui_winit::State,
+    title: String,
+    /// As the interface last asked; a desktop may have its own way to it.
+    fullscreen: bool,
+    place: WindowPlacement,
+}
+
+impl Shown {
+    /// Looks where the window is. Maximised or over its whole screen it keeps the place that it comes back to; minimised it has none.
+    fn note_place(&mut self) {
+        let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
+        self.place.maximised = self.window.is_maximized();
+        let elsewhere = self.window.fullscreen().is_some() || self.window.is_minimized() == Some(true);
+        if self.place.maximised || elsewhere || size.width < 1.0 || size.height < 1.0 {
+            return;
+        }
+        self.place.corner_px = self.window.outer_position().ok().map(Into::into);
+        self.place.size = [size.width, size.height];
+    }
+}
+
+struct App<'a> {
+    interface: &'a mut Interface,
+    worker: &'a ThreadedWorker<'a>,
+    proxy: EventLoopProxy<Wake>,
+    egui: egui::Context,
+    /// The interface's textures, which outlive a window.
+    painter: Painter,
+    shown: Option<Shown>,
+    /// A device was asked to show a window and could not.
+    refused: bool,
+    /// When the interface wants its next turn.
+    due: Option<Moment>,
+    failure: Option<WindowError>,
+}
+
+impl App<'_> {
+    fn open(&self, event_loop: &ActiveEventLoop) -> Result<Shown, String> {
+        // Screen readers are served from before the window shows.
+        let place = self.interface.settings.place.unwrap_or_default().on(&screens(event_loop));
+        let [width, height] = place.size;
+        let mut attributes = named(Window::default_attributes()).with_title("Orrery").with_visible(false);
+        attributes = attributes.with_inner_size(LogicalSize::new(width, height));
+        if let Some([x, y]) = place.corner_px {
+            attributes = attributes.with_position(PhysicalPosition::new(x, y));
+        }
+        let window = Arc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
+        let presenter = Presenter::new(&window, self.refused)?;
+        let scale = Some(window.scale_factor() as f32);
+        let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
+        input.init_accesskit(event_loop, &window, self.proxy.clone());
+        window.set_visible(true);
+        // A window manager hears of this only once it has the window.
+        if place.maximised {
+            window.set_maximized(true);
+        }
+        Ok(Shown { presenter, window, input, title: String::new(), fullscreen: false, place })
+    }
+
+    /// Ends the loop; the place of the window is kept.
+    fn leave(&mut self, event_loop: &ActiveEventLoop) {
+        if let Some(shown) = &mut self.shown {
+            shown.note_place();
+            self.interface.settings.place = Some(shown.place);
+        }
+        event_loop.exit();
+    }
+
+    fn redraw(&mut self) -> Result<(), Unshown> {
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        let size = shown.window.inner_size();
+        let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
+        if let Some(line) = shown.presenter.follow(self.worker.session(), self.interface.settings.shown_by)? {
+            self.worker.session().tell(&line);
+        }
+        self.interface.on_device = shown.presenter.is_on_device();
+        let input = shown.input.take_egui_input(&shown.window);
+        let start = Moment::now();
+        let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.worker));
+        shown.input.handle_platform_output(&shown.window, std::mem::take(&mut output.platform_output));
+        let mut textures = std::mem::take(&mut output.textures_delta);
+        for (id, deltas) in textures.set.drain() {
+            for delta in deltas {
+                self.painter.set_texture(id, &delta);
+            }
+        }
+        let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
+        let lost = self.interface.picture_on_device().is_some_and(|p| !shown.presenter.holds(p));
+        if lost {
+            self.interface.lose_picture();
+        }
+        let sky = self.interface.picture_on_device();
+        let drawn = shown.presenter.show(self.worker.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
+        self.interface.note_painting(start.elapsed());
+        for id in textures.free.drain() {
+            self.painter.free_texture(id);
+        }
+        let is_shown = drawn?;
+        let title = self.interface.title();
+        if title != shown.title {
+            shown.window.set_title(&title);
+            shown.title = title;
+        }
+        if self.interface.fullscreen != shown.fullscreen {
+            shown.fullscreen = self.interface.fullscreen;
+            shown.window.set_fullscreen(shown.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&shown.window))));
+        }
+        let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
+        self.due = Moment::now().checked_add(if lost {
+            Duration::ZERO
+        } else if is_shown {
+            wait
+        } else {
+            wait.min(NO_ROOM)
+        });
+        Ok(())
+    }
+
+    /// A window that the processor shows takes the place of one that the device showed.
+    fn open_anew(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
+        if let Some(why) = why {
+            self.refused = true;
+            self.worker.session().tell(&format!("{why}: displaying via the CPU"));
+        }
+        if let Some(mut shown) = self.shown.take() {
+            shown.note_place();
+            self.interface.settings.place = Some(shown.place);
+        }
+        self.interface.on_device = false;
+        self.shown = Some(self.open(event_loop)?);
+        self.ask_redraw();
+        Ok(())
+    }
+
+    fn ask_redraw(&self) {
+        if let Some(shown) = &self.shown {
+            shown.window.request_redraw();
+        }
+    }
+}
+
+impl ApplicationHandler<Wake> for App<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.shown.is_some() {
+            return;
+        }
+        match self.open(event_loop) {
+            Ok(shown) => {
+                self.shown = Some(shown);
+                self.ask_redraw();
+            }
+            Err(e) => {
+                self.failure = Some(WindowError::NoDisplay(e));
+                event_loop.exit();
+            }
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if matches!(cause, StartCause::ResumeTimeReached { .. }) {
+            self.due = None;
+            self.ask_redraw();
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, wake: Wake) {
+        if let Wake::Access(event) = wake {
+            match event.window_event {
+                accesskit_winit::WindowEvent::InitialTreeRequested => self.egui.enable_accesskit(),
+                accesskit_winit::WindowEvent::ActionRequested(request) => {
+                    if let Some(shown) = &mut self.shown {
+                        shown.input.on_accesskit_action_request(request);
+                    }
+                }
+                accesskit_winit::WindowEvent::AccessibilityDeactivated => self.egui.disable_accesskit(),
+            }
+        }
+        self.ask_redraw();
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if matches!(event, WindowEvent::RedrawRequested) {
+            let shown = match self.redraw() {
+                Err(Unshown::ByDevice(why)) => self.open_anew(event_loop, why),
+                Err(Unshown::AtAll(why)) => Err(why),
+                Ok(()) => Ok(()),
+            };
+            if let Err(e) = shown {
+                self.failure = Some(WindowError::Stopped(e));
+                event_loop.exit();
+            }
+            if self.interface.quits {
+                self.leave(event_loop);
+            }
+            return;
+        }
+        let Some(shown) = &mut self.shown else { return };
+        let Some(event) = scrolled_whole(event) else { return };
+        let wants = shown.input.on_window_event(&shown.window, &event).repaint;
+        if matches!(event, WindowEvent::Resized(_) | WindowEvent::Moved(_)) {
+            shown.note_place();
+        }
+        match event {
+            WindowEvent::CloseRequested => self.leave(event_loop),
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.ask_redraw(),
+            _ if wants => self.ask_redraw(),
+            _ => {}
+        }
+    }
+
+    /// What is shown goes before the connection to the system on which it was made: a driver's surface on a connection that is gone ends the process.
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.shown = None;
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        event_loop.set_control_flow(self.due.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reason_loses_its_source_line() {
+        assert_eq!(plain("os error at /a/winit/src/linux/mod.rs:765: neither A nor B is set."), "neither A nor B is set");
+        assert_eq!(plain("no such thing"), "no such thing");
+    }
+}

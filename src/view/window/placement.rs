@@ -1,0 +1,153 @@
+//! Position and size of the window: saved between runs, and always on a monitor.
+//!
+//! In: the saved placement, the monitors. Out: where to open. Always: a size that fits the monitor; a position only where the window can be seen
+//! and moved. It knows no window.
+
+use serde::{Deserialize, Serialize};
+
+/// A window's place on the desktop, as it is when it is neither maximised nor over its whole screen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WindowPlacement {
+    /// Upper left corner of the frame, pixels of the desktop; `None` where the system does not tell.
+    pub corner_px: Option<[i32; 2]>,
+    /// Width and height without the frame, points.
+    pub size: [f64; 2],
+    pub maximised: bool,
+}
+
+impl Default for WindowPlacement {
+    fn default() -> Self {
+        Self { corner_px: None, size: [1280.0, 800.0], maximised: false }
+    }
+}
+
+/// A screen of the desktop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monitor {
+    pub corner_px: [i32; 2],
+    pub size_px: [u32; 2],
+    /// Pixels of a point.
+    pub scale: f64,
+}
+
+/// A smaller window shows nothing.
+const LEAST: [f64; 2] = [320.0, 240.0];
+/// What a frame and a taskbar may take of a screen, points.
+const FRAME: [f64; 2] = [16.0, 64.0];
+/// A system that knows of no screen tells of one of a pixel.
+const LEAST_SCREEN: f64 = 64.0;
+/// So far below the upper edge a window is grabbed.
+const GRIP_PX: f64 = 8.0;
+
+impl Monitor {
+    fn holds(&self, at_px: [f64; 2]) -> bool {
+        (0..2).all(|k| {
+            let from = f64::from(self.corner_px[k]);
+            (from..from + f64::from(self.size_px[k])).contains(&at_px[k])
+        })
+    }
+
+    /// How many pixels of a window it shows.
+    pub fn shows_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
+        let along = |k: usize| {
+            let [from, of] = [corner_px[k], self.corner_px[k]].map(i64::from);
+            let end = (from + i64::from(size_px[k])).min(of + i64::from(self.size_px[k]));
+            (end - from.max(of)).max(0)
+        };
+        along(0) * along(1)
+    }
+
+    /// Points; `None`: the system does not tell.
+    fn room(&self) -> Option<[f64; 2]> {
+        let sides = self.size_px.map(|side| f64::from(side) / self.scale);
+        let told = sides.iter().all(|side| side.is_finite() && *side >= LEAST_SCREEN);
+        told.then(|| [0, 1].map(|k| (sides[k] - FRAME[k]).max(LEAST_SCREEN)))
+    }
+}
+
+impl WindowPlacement {
+    /// Where to open on these screens, the first of which is the usual one: a corner is kept if the middle of the upper edge is on a screen.
+    pub fn on(&self, screens: &[Monitor]) -> Self {
+        let grip_on = |screen: &Monitor, [x, y]: [i32; 2]| {
+            screen.holds([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + GRIP_PX * screen.scale])
+        };
+        let held = self.corner_px.and_then(|corner| screens.iter().find(|screen| grip_on(screen, corner)));
+        let room = held.or(screens.first()).and_then(Monitor::room).unwrap_or([f64::INFINITY; 2]);
+        let usual = Self::default().size;
+        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(LEAST[k]) } else { usual[k] }.min(room[k]));
+        Self { corner_px: self.corner_px.filter(|_| held.is_some()), size, maximised: self.maximised }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LEFT: Monitor = Monitor { corner_px: [0, 0], size_px: [1500, 1200], scale: 1.0 };
+    const RIGHT: Monitor = Monitor { corner_px: [1500, 0], size_px: [1500, 1200], scale: 1.0 };
+    const BELOW: Monitor = Monitor { corner_px: [0, 1200], size_px: [1280, 720], scale: 2.0 };
+
+    fn at(x: i32, y: i32) -> WindowPlacement {
+        WindowPlacement { corner_px: Some([x, y]), size: [1000.0, 700.0], maximised: false }
+    }
+
+    #[test]
+    fn a_place_that_can_be_seen_is_kept() {
+        for place in [at(0, 0), at(1600, 300), at(1200, 50), at(-400, 1000)] {
+            assert_eq!(place.on(&[LEFT, RIGHT]), place);
+        }
+        let maximised = WindowPlacement { maximised: true, ..at(1700, 0) };
+        assert_eq!(maximised.on(&[LEFT, RIGHT]), maximised);
+    }
+
+    #[test]
+    fn a_place_on_no_screen_is_forgotten_and_its_size_is_not() {
+        let gone = WindowPlacement { corner_px: None, ..at(0, 0) };
+        // The right screen is gone, or the upper edge is over, below or beside all of them.
+        for (place, screens) in [
+            (at(1600, 300), &[LEFT][..]),
+            (at(100, -200), &[LEFT, RIGHT]),
+            (at(100, 1195), &[LEFT, RIGHT]),
+            (at(2600, 100), &[LEFT, RIGHT]),
+            (at(-600, 100), &[LEFT, RIGHT]),
+            (at(100, 100), &[]),
+        ] {
+            assert_eq!(place.on(screens), gone, "{place:?}");
+        }
+    }
+
+    #[test]
+    fn no_window_is_larger_than_its_screen_or_too_small_to_see() {
+        let of = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
+        let everywhere = [LEFT, RIGHT, BELOW];
+        // On the screen of two pixels a point there is room for 640 by 360 points with their frame.
+        assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
+        assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
+        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, LEAST);
+        assert_eq!(of([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
+        let untold = Monitor { size_px: [1, 1], ..LEFT };
+        assert_eq!(of([1000.0, 700.0], None).on(&[untold]).size, [1000.0, 700.0]);
+        assert_eq!(of([1000.0, 700.0], None).on(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
+    }
+
+    #[test]
+    fn a_screen_shows_its_part_of_a_window() {
+        let shown = |corner, size| [LEFT, RIGHT, BELOW].map(|screen| screen.shows_px(corner, size));
+        assert_eq!(shown([100, 100], [200, 100]), [20_000, 0, 0]);
+        assert_eq!(shown([1400, -50], [200, 100]), [5_000, 5_000, 0]);
+        assert_eq!(shown([-100, 1150], [200, 100]), [5_000, 0, 5_000]);
+        assert_eq!(shown([i32::MIN, 0], [u32::MAX, 1]), [1500, 1500, 0]);
+    }
+
+    #[test]
+    fn a_kept_place_comes_back() {
+        let place = WindowPlacement { maximised: true, ..at(-3, 17) };
+        let text = serde_json::to_string(&place).expect("text");
+        assert_eq!(serde_json::from_str::<WindowPlacement>(&text).expect("a place"), place);
+        assert_eq!(
+            serde_json::from_str::<WindowPlacement>("{\"size\":[700.0,500.0]}").expect("a place"),
+            WindowPlacement { size: [700.0, 500.0], ..WindowPlacement::default() }
+        );
+    }
+}

@@ -1,0 +1,55 @@
+//! The interface's triangles as a renderer takes them.
+//!
+//! In: egui's tessellated meshes, the painter's textures, the sky's image if it is on the GPU. Out: [`Piece`]s in drawing order. Always: what
+//! the painter would skip is skipped. It draws nothing.
+
+use crate::render::plan::{AddressMode, PictureOnDevice, Piece, SamplerState, TextureSource};
+use crate::view::window::cpu_painter::{Bounds, Painter};
+use egui::epaint::{Mesh, Primitive};
+use egui::{ClippedPrimitive, TextureId};
+
+/// What the interface calls a picture that lies on the device.
+pub const ON_DEVICE: TextureId = TextureId::User(0);
+
+/// `size`: the window's, pixels.
+pub fn pieces(
+    painter: &Painter,
+    [width, height]: [u32; 2],
+    pixels_per_point: f32,
+    primitives: &[ClippedPrimitive],
+    sky: Option<&PictureOnDevice>,
+) -> Vec<Piece> {
+    let piece = |p: &ClippedPrimitive| {
+        let Primitive::Mesh(mesh) = &p.primitive else { return None };
+        let (texture, sampler) = match (mesh.texture_id, sky) {
+            (ON_DEVICE, Some(picture)) => (TextureSource::OnDevice(picture.clone()), reads(true, false)),
+            (id, _) => {
+                let held = painter.texture(id)?;
+                (TextureSource::Kept(held.shared()), reads(held.smooth, held.repeats))
+            }
+        };
+        let bounds = Bounds::of(p.clip_rect, pixels_per_point, width as usize, height as usize);
+        let scissor = [bounds.left, bounds.top, bounds.right, bounds.bottom].map(|v| v as u32);
+        let inside = scissor[0] < scissor[2] && scissor[1] < scissor[3] && !mesh.indices.is_empty();
+        inside.then(|| of_mesh(mesh, pixels_per_point, texture, sampler, scissor))
+    };
+    primitives.iter().filter_map(piece).collect()
+}
+
+fn reads(linear: bool, repeats: bool) -> SamplerState {
+    let address = if repeats { AddressMode::Repeat } else { AddressMode::ClampToEdge };
+    SamplerState { address_u: address, address_v: address, linear }
+}
+
+fn of_mesh(mesh: &Mesh, scale: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> Piece {
+    let corners = &mesh.vertices;
+    Piece {
+        corners_px: corners.iter().flat_map(|v| [v.pos.x * scale, v.pos.y * scale]).collect(),
+        places: corners.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
+        colours: corners.iter().flat_map(|v| v.color.to_array().map(|c| f32::from(c) / 255.0)).collect(),
+        indices: mesh.indices.clone(),
+        texture,
+        sampler,
+        scissor,
+    }
+}

@@ -1,0 +1,61 @@
+//! Reloads a folder of shader fragments when a file in it changes.
+//!
+//! In: a folder. Out: the session compiles its modules from the folder's `*.wgsl` files. Always: files are read on a thread of their own, and
+//! modules change between two images. A folder that cannot be read for a moment, as while an editor saves, changes nothing.
+
+use crate::session::{Session, Stamps, fragment_stamps, read_fragments};
+use crate::view::worker::render_worker::RenderWorker;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Duration;
+
+/// Files are looked at this often.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// The end of the window is noticed this soon.
+const NOTICE: Duration = Duration::from_millis(50);
+
+/// The folder, and what it was like when it was read.
+pub struct ShaderWatcher {
+    folder: PathBuf,
+    read: Mutex<Stamps>,
+}
+
+impl ShaderWatcher {
+    /// Reads the folder for the first time.
+    ///
+    /// # Errors
+    /// What cannot be read, or that there is no fragment.
+    pub fn open(folder: &Path, session: &Session) -> Result<Self, String> {
+        let stamps = fragment_stamps(folder)?;
+        session.make_shaders_of(read_fragments(folder, &stamps)?);
+        Ok(Self { folder: folder.to_owned(), read: Mutex::new(stamps) })
+    }
+
+    /// Reads the folder again if a file changed since.
+    pub fn look(&self, worker: &dyn RenderWorker) {
+        let Ok(now) = fragment_stamps(&self.folder) else { return };
+        let mut before = self.read.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if *before == now {
+            return;
+        }
+        match read_fragments(&self.folder, &now) {
+            Ok(fragments) => worker.run(Box::new(move |session| session.make_shaders_of(fragments))),
+            // Said once for each state of the folder.
+            Err(why) => worker.run(Box::new(move |session| session.tell(&why))),
+        }
+        *before = now;
+    }
+
+    /// Looks once a second until `closed`: for a thread of its own.
+    pub fn work(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
+        let mut waited = Duration::ZERO;
+        while !closed() {
+            std::thread::sleep(NOTICE);
+            waited += NOTICE;
+            if waited >= LOOK_EVERY {
+                waited = Duration::ZERO;
+                self.look(worker);
+            }
+        }
+    }
+}

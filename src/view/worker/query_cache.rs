@@ -1,0 +1,56 @@
+//! Answers that are computed off the window's thread, each once.
+//!
+//! In: a key and a question. Out: the answer, some frames later. Always: a key is asked once until it is forgotten; asking never blocks.
+
+use crate::session::Session;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use std::collections::HashMap;
+use std::hash::Hash;
+
+enum Answer<T> {
+    Coming(Pending<T>),
+    Here(T),
+}
+
+/// The answers so far.
+pub struct QueryCache<K, T>(HashMap<K, Answer<T>>);
+
+impl<K, T> Default for QueryCache<K, T> {
+    fn default() -> Self {
+        Self(HashMap::new())
+    }
+}
+
+/// Kept at a time; one more, and all are asked anew.
+const MOST: usize = 600;
+
+impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
+    /// The answer, if it is there; else `question` is asked, unless it is on its way.
+    pub fn get(&mut self, worker: &dyn RenderWorker, key: &K, question: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
+        if !self.0.contains_key(key) {
+            if self.0.len() >= MOST {
+                self.0.clear();
+            }
+            self.0.insert(key.clone(), Answer::Coming(ask(worker, question)));
+        }
+        self.known(key)
+    }
+
+    /// The answer, if it was asked for and is there.
+    pub fn known(&mut self, key: &K) -> Option<&T> {
+        let answer = self.0.get_mut(key)?;
+        if let Answer::Coming(pending) = answer
+            && let Some(here) = pending.take()
+        {
+            *answer = Answer::Here(here);
+        }
+        match answer {
+            Answer::Here(here) => Some(here),
+            Answer::Coming(_) => None,
+        }
+    }
+
+    pub fn forget(&mut self) {
+        self.0.clear();
+    }
+}

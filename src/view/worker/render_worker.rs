@@ -1,0 +1,217 @@
+//! Renders images and answers questions off the window's thread, so that no click waits for either.
+//!
+//! In: render jobs (a view at a size) and tasks (anything asked of the session). Out: images and answers, when they are done. Always: of several
+//! jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. It does not decide what is in view.
+
+use crate::render::plan::{Fineness, PictureOnDevice, SharedDraw};
+use crate::scene::Scene;
+use crate::scene::request::ViewRequest;
+use crate::session::{DrawnBy, Session, Stages};
+use crate::shader::library::Statistics;
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant as Moment;
+
+/// One image to render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderJob {
+    pub request: ViewRequest,
+    pub fineness: Fineness,
+    /// The window is shown by the device: the picture may stay there.
+    pub on_device: bool,
+}
+
+/// A drawn job.
+pub struct Drawing {
+    pub job: RenderJob,
+    pub scene: Scene,
+    pub shared: Vec<SharedDraw>,
+    pub width: u32,
+    pub height: u32,
+    /// Rows top first, opaque; none where the picture stayed on the device.
+    pub rgba: Vec<[u8; 4]>,
+    pub on_device: Option<PictureOnDevice>,
+    pub by: DrawnBy,
+    /// From job to image, milliseconds.
+    pub took_ms: f64,
+    /// Of this frame alone.
+    pub stages: Stages,
+    /// Since the session was opened.
+    pub library: Statistics,
+}
+
+/// Something asked of the session.
+pub type Task = Box<dyn FnOnce(&Session) + Send>;
+
+/// The session, and the threads that use it for the window.
+pub trait RenderWorker {
+    fn session(&self) -> &Session;
+    /// Asks for an image; an older job that has not begun is dropped.
+    fn submit(&self, job: RenderJob);
+    /// The newest finished picture, once.
+    fn take(&self) -> Option<Result<Drawing, String>>;
+    /// Runs a task when there is time.
+    fn run(&self, task: Task);
+}
+
+/// An answer that may not be there yet.
+pub struct Pending<T>(Arc<Mutex<Option<T>>>);
+
+/// Of a question that was not asked: no answer comes.
+impl<T> Default for Pending<T> {
+    fn default() -> Self {
+        Self(Arc::default())
+    }
+}
+
+impl<T> Pending<T> {
+    /// The answer, once it is there.
+    pub fn take(&self) -> Option<T> {
+        locked(&self.0).take()
+    }
+}
+
+/// Asks the session something; the ticket gets what `question` answers.
+pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, question: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
+    let slot = Arc::new(Mutex::new(None));
+    let answer = Arc::clone(&slot);
+    worker.run(Box::new(move |session| *locked(&answer) = Some(question(session))));
+    Pending(slot)
+}
+
+fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
+    slot.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Renders a job now.
+///
+/// # Errors
+/// Why there is no picture, in one line.
+pub fn draw(session: &Session, job: RenderJob) -> Result<Drawing, String> {
+    let before = session.report_of_this_thread().0;
+    let start = Moment::now();
+    let drawn = session.draw_promptly(&job.request, job.fineness, job.on_device).map_err(|e| e.to_string())?;
+    let took_ms = start.elapsed().as_secs_f64() * 1e3;
+    let (stages, library) = session.report_of_this_thread();
+    Ok(Drawing {
+        job,
+        scene: drawn.scene,
+        shared: drawn.shared,
+        width: drawn.frame.width,
+        height: drawn.frame.height,
+        rgba: drawn.frame.display,
+        on_device: drawn.on_device,
+        by: drawn.by,
+        took_ms,
+        stages: stages.since(&before),
+        library,
+    })
+}
+
+/// Does everything at once on the caller's thread, for tests.
+pub struct InlineWorker<'a> {
+    session: &'a Session,
+    done: Mutex<Option<Result<Drawing, String>>>,
+}
+
+impl<'a> InlineWorker<'a> {
+    pub fn new(session: &'a Session) -> Self {
+        Self { session, done: Mutex::default() }
+    }
+}
+
+impl RenderWorker for InlineWorker<'_> {
+    fn session(&self) -> &Session {
+        self.session
+    }
+    fn submit(&self, job: RenderJob) {
+        *locked(&self.done) = Some(draw(self.session, job));
+    }
+    fn take(&self) -> Option<Result<Drawing, String>> {
+        locked(&self.done).take()
+    }
+    fn run(&self, task: Task) {
+        task(self.session);
+    }
+}
+
+#[derive(Default)]
+struct Work {
+    job: Option<RenderJob>,
+    tasks: VecDeque<Task>,
+    done: Option<Result<Drawing, String>>,
+    closed: bool,
+}
+
+/// Two threads that work for a window: one draws its pictures, one answers its questions, so that neither waits for the other.
+pub struct ThreadedWorker<'a> {
+    session: &'a Session,
+    work: Mutex<Work>,
+    called: Condvar,
+    wake: Box<dyn Fn() + Send + Sync + 'a>,
+}
+
+impl<'a> ThreadedWorker<'a> {
+    /// `wake` is called after each finished picture and task.
+    pub fn new(session: &'a Session, wake: impl Fn() + Send + Sync + 'a) -> Self {
+        Self { session, work: Mutex::default(), called: Condvar::new(), wake: Box::new(wake) }
+    }
+
+    /// Renders jobs until [`Self::close`]: for a thread of its own.
+    pub fn draw(&self) {
+        while let Some(job) = self.next(|work| work.job.take()) {
+            let drawing = draw(self.session, job);
+            locked(&self.work).done = Some(drawing);
+            (self.wake)();
+        }
+    }
+
+    /// Does what is asked until [`Self::close`]: for a thread of its own.
+    pub fn answer(&self) {
+        while let Some(task) = self.next(|work| work.tasks.pop_front()) {
+            task(self.session);
+            (self.wake)();
+        }
+    }
+
+    /// Waits for something to do; `None`: the worker is closed.
+    fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
+        let mut work = locked(&self.work);
+        loop {
+            if work.closed {
+                return None;
+            }
+            match take(&mut work) {
+                Some(found) => return Some(found),
+                None => work = self.called.wait(work).unwrap_or_else(PoisonError::into_inner),
+            }
+        }
+    }
+
+    pub fn is_closed(&self) -> bool {
+        locked(&self.work).closed
+    }
+
+    /// Ends the work; what is being drawn is finished first.
+    pub fn close(&self) {
+        locked(&self.work).closed = true;
+        self.called.notify_all();
+    }
+}
+
+impl RenderWorker for ThreadedWorker<'_> {
+    fn session(&self) -> &Session {
+        self.session
+    }
+    fn submit(&self, job: RenderJob) {
+        locked(&self.work).job = Some(job);
+        self.called.notify_all();
+    }
+    fn take(&self) -> Option<Result<Drawing, String>> {
+        locked(&self.work).done.take()
+    }
+    fn run(&self, task: Task) {
+        locked(&self.work).tasks.push_back(task);
+        self.called.notify_all();
+    }
+}

@@ -1,0 +1,96 @@
+//! Clouds through the real renderer: a closed deck hides the ground, its shadow falls away from the Sun, and switched off it leaves no trace.
+
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
+use orrery::session::Drawn;
+use orrery::time::Instant;
+
+const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
+
+fn earth(effects: &str) -> ViewRequest {
+    let time = Instant::parse("2024-06-08T06:00:00Z").expect("a time");
+    ViewRequest {
+        width: 160,
+        height: 160,
+        exposure: ExposureRequest::Stops(0.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        ..ViewRequest::of(NaifId::EARTH, time)
+    }
+}
+
+fn draw(effects: &str) -> Drawn {
+    SESSION.draw(&earth(effects), FINENESS, true).expect("draws")
+}
+
+fn sum(d: &Drawn) -> f64 {
+    d.frame.hdr.iter().map(|p| f64::from(p[1])).sum()
+}
+
+#[test]
+fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
+    let (bare, shadowed, clouded) = (draw("-clouds,-cloud-shadow"), draw("-clouds,+cloud-shadow"), draw("+clouds,-cloud-shadow"));
+    let (bare_sum, shadowed_sum, clouded_sum) = (sum(&bare), sum(&shadowed), sum(&clouded));
+    assert!(clouded_sum > 1.5 * bare_sum, "clouds reflect more than sea: {clouded_sum} against {bare_sum}");
+    assert!(shadowed_sum < 0.95 * bare_sum, "{shadowed_sum} against {bare_sum}");
+    // A shadow takes light away, never adds any.
+    for (s, b) in shadowed.frame.hdr.iter().zip(&bare.frame.hdr) {
+        assert!((0..3).all(|k| s[k] <= b[k] * 1.000_001 + 1e-7), "{s:?} over {b:?}");
+    }
+    let again = draw("-clouds,-cloud-shadow");
+    assert_eq!(again.frame.hdr, bare.frame.hdr);
+}
+
+/// Brightest and darkest opacity lie in the map's range, so a deck is never more than closed.
+#[test]
+fn no_cloud_reflects_more_than_a_closed_deck() {
+    let clouded = draw("+clouds,-planet-shine");
+    let brightest = clouded.frame.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    assert!(brightest > 0.3 && brightest < 1.0, "{brightest}");
+}
+
+/// The whole disc, seen from the Sun and from so far that half of the sphere is seen: mean radiance over it, and the brightest pixel.
+fn full_disc(effects: &str) -> (f64, f64) {
+    let request = ViewRequest {
+        width: 100,
+        height: 100,
+        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(200.0) },
+        fov_deg: Some(0.6),
+        ..earth(effects)
+    };
+    let drawn = SESSION.draw(&request, FINENESS, true).expect("draws");
+    let body = drawn.scene.body(NaifId::EARTH).expect("the Earth");
+    let disc_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
+    let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max);
+    (sum(&drawn) / disc_px, brightest)
+}
+
+/// Clouds are as bright as measured: they make up the difference between the Earth's albedo with and without them, and their thickest decks are near white.
+///
+/// CERES: 0.29 all-sky less 0.15 clear-sky, as the catalog's sources say; a Lambert sphere's Bond albedo is 3/2 of its mean radiance at full phase.
+#[test]
+fn clouds_make_the_difference_between_clear_and_all_sky_albedo() {
+    let ((clear, _), (clouded, brightest)) = (full_disc("-clouds,-cloud-shadow"), full_disc("+clouds,+cloud-shadow"));
+    let effect = 1.5 * (clouded - clear);
+    println!("clouds add {effect:.3} to the albedo; brightest {brightest:.3}");
+    assert!((effect - 0.14).abs() < 0.03, "clouds add {effect} to the albedo");
+    // Thick decks reflect 0.7 to 0.85 of the light that falls straight on them; a pixel of 130 km holds thinner places too.
+    assert!((0.62..0.9).contains(&brightest), "{brightest}");
+}
+
+#[test]
+fn a_camera_under_the_clouds_says_that_it_sees_none() {
+    let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 20.0, longitude_deg: 60.0, height_km: 0.002 };
+    let mut request = earth("+clouds");
+    request.position = ground;
+    request.target = None;
+    request.look = orrery::scene::request::Look::Along { direction: DVec3::X, axes: orrery::scene::request::Axes::BodyFixed };
+    let scene = SESSION.scene(&request).expect("a scene");
+    let earth = scene.body(NaifId::EARTH).expect("the Earth");
+    let clouds = earth.decisions.iter().rfind(|d| d.feature == "clouds");
+    assert!(clouds.is_none_or(|d| !d.on), "{clouds:?}");
+    assert!(scene.draws.iter().all(|d| !d.name.contains("clouds")));
+}

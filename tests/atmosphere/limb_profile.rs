@@ -1,0 +1,139 @@
+//! Radiance across the limbs of bodies with air: no dip inside of the limb and no line along it, at any size and phase, by any way of summing the air.
+
+use crate::support::session::SESSION;
+use orrery::catalog::{Body, NaifId};
+use orrery::render::plan::{Fineness, plan};
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Quality, Up, ViewRequest};
+use orrery::time::Instant;
+
+const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 4 };
+const TIERS: [&str; 5] = ["vertex", "pixel-8", "pixel-16", "pixel-32", "table"];
+
+/// Radiance along the line from the middle of the disc to its limb under the Sun and on into space, one value a pixel; and the limb's place there.
+struct Profile {
+    light: Vec<[f64; 3]>,
+    limb_px: f64,
+}
+
+fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile {
+    let time = Instant::parse("2021-06-01T00:00:00Z").expect("a time");
+    let body: &Body = SESSION.catalog().body(NaifId(id)).expect("a body");
+    let to_sun = SESSION.ephemeris().state(NaifId::SUN, body.id, time, None).expect("placed").state.pos_km.normalize();
+    // About the pole, so that the limb under the Sun is near the equator.
+    let pole = SESSION.ephemeris().body_from_icrf(body.id, time).expect("turned").row(2);
+    let sideways = pole.cross(to_sun).normalize();
+    let (sin, cos) = phase_deg.to_radians().sin_cos();
+    let radii: f64 = 40.0;
+    let offset_km = (to_sun * cos + sideways * sin) * (radii * body.radii_km.x);
+    // The limb under the Sun is to the right.
+    let right = to_sun - offset_km.normalize() * to_sun.dot(offset_km.normalize());
+    let right = if right.length() < 1e-6 { -sideways } else { right.normalize() };
+    let up = right.cross(-offset_km.normalize());
+    let width = (f64::from(diameter_px) * 0.62) as u32;
+    let pixel = 2.0 / (radii * radii - 1.0).sqrt() / f64::from(diameter_px);
+    // The middle of the disc stands at the frame's left: the view's axis is half a frame to the right of it.
+    let look = -offset_km.normalize() + right * (pixel * 0.5 * f64::from(width));
+    let height = 9;
+    let request = ViewRequest {
+        position: Position::Offset { body: body.id, offset_km, axes: Axes::Icrf },
+        look: Look::Along { direction: look, axes: Axes::Icrf },
+        up: Up::Along { direction: up, axes: Axes::Icrf },
+        fov_deg: Some(2.0 * (0.5 * pixel * f64::from(height)).atan().to_degrees()),
+        width,
+        height,
+        exposure: ExposureRequest::Stops(0.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        quality: Quality::Standard,
+        ..ViewRequest::of(body.id, time)
+    };
+    let scene = SESSION.scene(&request).expect("a scene");
+    let plan = plan(&scene, &*SESSION, FINENESS).expect("a plan");
+    let hdr = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
+    let row = &hdr[(height / 2 * width) as usize..((height / 2 + 1) * width) as usize];
+    let light: Vec<_> = row.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect();
+    Profile { light, limb_px: 0.5 * f64::from(diameter_px) }
+}
+
+/// How much deeper the profile dips between two brighter places than the bare disc's does, and how much brighter it is at its brightest from a few
+/// pixels inside the limb on than the disc is there; in parts of the brightest of the row, the worst channel.
+fn faults(p: &Profile, bare: &Profile) -> (f64, f64) {
+    let start = (0.9 * p.limb_px) as usize;
+    let ends = bare.light.iter().rposition(|v| v[1] > 0.0).expect("a disc");
+    let edge = ends.saturating_sub(4);
+    let dip = |row: &[f64]| {
+        let mut worst = 0.0_f64;
+        for k in 1..row.len().saturating_sub(1) {
+            let left = row[..k].iter().copied().fold(0.0, f64::max);
+            let right = row[k + 1..].iter().copied().fold(0.0, f64::max);
+            worst = worst.max(left.min(right) - row[k]);
+        }
+        worst
+    };
+    let mut worst = (f64::MIN, f64::MIN);
+    for c in 0..3 {
+        let [row, disc]: [Vec<f64>; 2] = [p, bare].map(|p| p.light.iter().map(|v| v[c]).collect());
+        let most = row.iter().copied().fold(1e-9, f64::max);
+        worst.0 = worst.0.max((dip(&row[start..]) - dip(&disc[start..])) / most);
+        let brightest = |row: &[f64]| row[edge..].iter().copied().fold(0.0, f64::max);
+        worst.1 = worst.1.max((brightest(&row) - brightest(&disc)) / most);
+    }
+    worst
+}
+
+/// The same of a body in a picture of a diameter, with its map or without.
+fn faults_of(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> (f64, f64) {
+    let bare = profile(id, phase_deg, diameter_px, &format!("{effects},-atmosphere"));
+    faults(&profile(id, phase_deg, diameter_px, effects), &bare)
+}
+
+/// Without a map, and with it but for what throws shadows.
+const EVEN: &str = "-albedo,-normal,-clouds,-cloud-shadow,-specular,-night,-rings,-eclipse";
+const MAPPED: &str = "-clouds,-cloud-shadow,-rings,-eclipse";
+
+/// Venus, Jupiter, Saturn, Uranus and Neptune fade out at their limbs: no dip before a brighter rim, and no rim brighter than the limb. Before, dips
+/// of 0.11 to 0.40 of the disc's brightest at 1600 pixels.
+#[test]
+fn no_line_shines_along_the_limb_of_a_giant() {
+    for id in [299, 599, 699, 799, 899] {
+        for (effects, at_most) in [(EVEN, 0.01), (MAPPED, 0.05)] {
+            for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 160.0] {
+                for size in [100, 500, 3000] {
+                    let (dip, line) = faults_of(id, phase, size, effects);
+                    assert!(dip < at_most, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
+                    // Past half phase a disc grows brighter up to its limb, which the bare one's last pixel cuts.
+                    assert!(line < 0.05 || phase > 60.0, "{id} at {phase} degrees, {size} px, {effects}: a line of {line}");
+                }
+            }
+        }
+    }
+}
+
+/// However the air is summed.
+#[test]
+fn no_way_of_summing_draws_a_line() {
+    for id in [599, 699, 799, 899] {
+        for tier in TIERS {
+            for phase in [0.0, 30.0] {
+                let (dip, line) = faults_of(id, phase, 1000, &format!("{EVEN},+atmosphere={tier}"));
+                assert!(dip < 0.01 && line < 0.05, "{id}, {tier}, {phase} degrees: {dip} {line}");
+            }
+        }
+    }
+}
+
+/// Bodies whose haze or clear air shines beside the ground: how far their profiles may dip. The Earth's blue rim stands beside a darker bare ground; Mars'
+/// limb is blue from its gas over dust; Titan's is that of the sum's ripples where half of a ray is in shadow (measured 0.044); Pluto's and Triton's air is too thin to
+/// be seen beside their ground.
+#[test]
+fn hazes_beside_the_ground_dip_no_more_than_is_known() {
+    for (id, at_most) in [(399, 0.03), (499, 0.05), (606, 0.05), (999, 0.01), (801, 0.01)] {
+        for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 150.0] {
+            for size in [100, 400, 1600] {
+                let (dip, _) = faults_of(id, phase, size, EVEN);
+                println!("{id} {phase} {size}: {dip:.4}");
+                assert!(dip < at_most, "{id} at {phase} degrees, {size} px: dips by {dip}");
+            }
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Light scattered, absorbed and refracted by air and clouds.
+
+mod clouds;
+mod limb_profile;
+mod refracted_limb;
+mod shadows;
+mod single_scattering;
+mod tier_bounds;

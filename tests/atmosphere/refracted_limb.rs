@@ -1,0 +1,333 @@
+//! The refracted Sun in the limb of a body: as much light as the eclipse says that arrives, at every place, size and field of view.
+
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::catalog::{NaifId, Photometry};
+use orrery::probe::Prober;
+use orrery::probe::sunlight::Sky;
+use orrery::render::plan::{Fineness, plan};
+use orrery::render::software::{Options, Precision, SoftwareRenderer};
+use orrery::scene::Scene;
+use orrery::scene::draw::EclipseModel;
+use orrery::scene::eclipse::{Receiver, Wanted};
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
+use orrery::scene::viewpoint::ground_point_km;
+use orrery::time::Instant;
+use orrery::units::KM_PER_AU;
+use std::f64::consts::PI;
+
+const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
+
+fn instant(text: &str) -> Instant {
+    Instant::parse(text).expect(text)
+}
+
+fn at(body: NaifId, time: Instant, fov_deg: f64, side: u32, effects: &str) -> ViewRequest {
+    ViewRequest {
+        fov_deg: Some(fov_deg),
+        width: side,
+        height: side,
+        exposure: ExposureRequest::Stops(0.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        ..ViewRequest::of(body, time)
+    }
+}
+
+fn light(scene: &Scene, renderer: &SoftwareRenderer) -> Vec<[f64; 3]> {
+    let plan = plan(scene, &*SESSION, FINENESS).expect("a plan");
+    let hdr = renderer.render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
+    hdr.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
+}
+
+/// The irradiance that a picture brings to a plane facing each of its pixels, in that of the Sun at 1 au.
+fn irradiance(scene: &Scene, light: &[[f64; 3]]) -> [f64; 3] {
+    let camera = &scene.camera;
+    let mut sum = [0.0; 3];
+    for (k, pixel) in light.iter().enumerate() {
+        let (x, y) = (k as u32 % camera.width, k as u32 / camera.width);
+        let clip = camera.clip_from_pixel(glam::DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let off_axis = camera.ray(clip).length();
+        let solid_angle = camera.pixel_tangent().powi(2) / off_axis.powi(3);
+        for c in 0..3 {
+            sum[c] += pixel[c] * solid_angle / PI;
+        }
+    }
+    sum
+}
+
+/// What a picture of the refracted limb alone brings: with it, less without.
+fn of_the_limb(request: &ViewRequest, renderer: &SoftwareRenderer) -> [f64; 3] {
+    let without = EffectOverrides::parse(&format!("{},-refracted-limb", request.effects.to_text())).expect("effects");
+    let [with, without] = [request.effects.clone(), without].map(|effects| {
+        let scene = SESSION.scene(&ViewRequest { effects, ..request.clone() }).expect("a scene");
+        irradiance(&scene, &light(&scene, renderer))
+    });
+    std::array::from_fn(|c| with[c] - without[c])
+}
+
+fn renderer(precision: Precision) -> SoftwareRenderer {
+    SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")
+}
+
+/// Light past the Earth at places of the Moon's ground, by the eclipse, over that of the Sun at 1 au.
+fn on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]) -> Vec<[f64; 3]> {
+    let prober = Prober { session: &SESSION, renderer };
+    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
+    let receiver = Receiver::at(SESSION.ephemeris(), moon, time).expect("placed");
+    let sky = Sky::over(&prober, &receiver, Wanted::Asked(EclipseModel::Refracted)).expect("a sky");
+    let point = |(latitude, longitude): &(f64, f64)| ground_point_km(moon.radii_km, *latitude, *longitude, 0.0).0 / moon.radii_km.x;
+    let points: Vec<DVec3> = places.iter().map(point).collect();
+    let left = sky.left(&sky.casters, &points, None).expect("answers");
+    let full = |p: &DVec3| {
+        let point_km = receiver.body_from_icrf.transpose() * (*p * moon.radii_km.x);
+        (KM_PER_AU / (receiver.sun_from_body_km - point_km).length()).powi(2)
+    };
+    left.iter().zip(&points).map(|(left, p)| left.map(|part| part * full(p))).collect()
+}
+
+/// Light past a round Earth to a point `depth_km` behind it, `apart` solar radii between the two centres: the integral over the limb's layers and all
+/// round it, from the catalog's numbers. It shares no code with the program and no layers: heights as fine as the light asks for.
+fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
+    let catalog = SESSION.catalog();
+    let (earth, sun) = (catalog.body(NaifId::EARTH).expect("the Earth"), catalog.body(NaifId::SUN).expect("the Sun"));
+    let air = earth.atmosphere.as_ref().expect("air");
+    let Photometry::Emissive { u1, u2 } = sun.photometry else { panic!("the Sun glows") };
+    let radius = (earth.radii_km.x * earth.radii_km.z).sqrt();
+    let (gas_height, refractivity) = (air.species[0].scale_height_km, air.refractivity.expect("bends"));
+    let passes = |height: f64| {
+        let half = ((radius + air.top_km).powi(2) - (radius + height).powi(2)).sqrt();
+        let mut depth = [0.0; 3];
+        const STEPS: usize = 40;
+        for k in 0..STEPS {
+            let u = (k as f64 + 0.5) / STEPS as f64;
+            let h = (radius + height).hypot(half * u * u) - radius;
+            for s in &air.species {
+                let density = match s.tent_centre_km {
+                    Some(centre) => (1.0 - (h - centre).abs() / s.scale_height_km).max(0.0),
+                    None => (-h / s.scale_height_km).exp(),
+                };
+                for (c, depth) in depth.iter_mut().enumerate() {
+                    *depth += (s.scattering_per_km[c] + s.absorption_per_km[c]) * density * 4.0 * half * u / STEPS as f64;
+                }
+            }
+        }
+        // Haze and clouds of src/scene/eclipse/air.rs, whose sources stand there.
+        let way = |top: f64| 2.0 * ((radius + top).powi(2) - (radius + height).powi(2)).max(0.0).sqrt();
+        let clear: f64 =
+            [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)].map(|(top, cover): (f64, f64)| (1.0 - cover).powf(way(top) / 300.0)).iter().product();
+        let haze_km = (2.0 * PI * (radius + height) * 5.0).sqrt() * (-height / 5.0).exp();
+        let haze = [3.5e-3, 4.0e-3, 5.0e-3];
+        std::array::from_fn::<f64, 3, _>(|c| (-depth[c] - haze[c] * haze_km).exp() * clear)
+    };
+    let per_km = sun_km / sun.radii_km.x / depth_km;
+    let mut light = [0.0; 3];
+    const HEIGHTS: usize = 600;
+    const ROUND: usize = 180;
+    for k in 0..HEIGHTS {
+        let at = |edge: f64| air.top_km * (edge / HEIGHTS as f64).powi(2);
+        let (height, thickness) = (at(k as f64 + 0.5), at(k as f64 + 1.0) - at(k as f64));
+        let there = refractivity * (-height / gas_height).exp();
+        let grazes = (radius + height) * (1.0 + there);
+        let bending = there * (2.0 * PI * (radius + height) / gas_height).sqrt() * (1.0 - depth_km / sun_km);
+        let shown = (grazes - bending * depth_km) * per_km;
+        // Refraction draws the layers apart as seen from outside.
+        let area =
+            grazes * thickness * (1.0 + there - there * (radius + height) / gas_height) * (2.0 * PI / ROUND as f64) * per_km * per_km;
+        let mut discs = [0.0; 3];
+        for j in 0..ROUND {
+            let angle = 2.0 * PI * (j as f64 + 0.5) / ROUND as f64;
+            let mu_sq = 1.0 - (shown - apart * angle.cos()).powi(2) - (apart * angle.sin()).powi(2);
+            if mu_sq > 0.0 {
+                let away = 1.0 - mu_sq.sqrt();
+                for c in 0..3 {
+                    discs[c] += (1.0 - u1[c] * away - u2[c] * away * away) / (PI * (1.0 - u1[c] / 3.0 - u2[c] / 6.0));
+                }
+            }
+        }
+        if discs[0] > 0.0 {
+            let passes = passes(height);
+            for c in 0..3 {
+                light[c] += discs[c] * area * passes[c];
+            }
+        }
+    }
+    light
+}
+
+/// From the edge of the penumbra to the middle of the umbra and over the Moon's face, in small and large pictures: the Sun beside the Earth and the
+/// ring together bring what the eclipse says, and in the umbra what the integral over the limb says.
+#[test]
+fn the_ring_brings_the_light_that_arrives() {
+    let single = renderer(Precision::F32);
+    let sizes = [64, 150, 320];
+    for (k, minutes) in [-172.0, -140.0, -118.0, -109.0, -104.0, -60.0, -30.0, 0.0, 30.0, 70.0].into_iter().enumerate() {
+        let time = instant("2022-11-08T10:59:00Z").plus_seconds(60.0 * minutes);
+        let places = [(0.0, 0.0), (50.0, -40.0), (-35.0, 60.0)];
+        let place = k % places.len();
+        let expected = on_the_moon(&single, time, &places[place..=place])[0];
+        let (latitude_deg, longitude_deg) = places[place];
+        // Of the direct Sun a part shows; its own soft edge needs pixels.
+        let penumbra = expected[0] > 2e-3;
+        let (side, fov) = if penumbra { (320, 4.4) } else { (sizes[k % sizes.len()], 2.6) };
+        let request = ViewRequest {
+            position: Position::Ground { body: NaifId::MOON, latitude_deg, longitude_deg, height_km: 0.0017 },
+            ..at(NaifId::EARTH, time, fov, side, "sun:-albedo,-glow,-night,-planet-shine")
+        };
+        let scene = SESSION.scene(&request).expect("a scene");
+        let seen = irradiance(&scene, &light(&scene, &single));
+        let [earth, sun] = [NaifId::EARTH, NaifId::SUN].map(|id| scene.body(id).expect("placed").placement.centre_km);
+        let apart = orrery::ephemeris::angle_rad(earth, sun) * sun.length() / 695_700.0;
+        let full = (KM_PER_AU / sun.length()).powi(2);
+        let integral = past_the_limb(earth.length(), sun.length(), apart).map(|part| part * full);
+        // The sums over layers are coarse where nearly all of the light is gone. The last crescent of the direct Sun, a tenth of a pixel thin, is drawn with
+        // a fifth too much or too little of its light.
+        let of_eclipse = if penumbra {
+            [if expected[0] > 0.1 { 0.01 } else { 0.05 }; 3]
+        } else {
+            [0.02, 0.02, if seen[2] > 5e-6 { 0.035 } else { f64::INFINITY }]
+        };
+        let of_integral = if penumbra { [f64::INFINITY; 3] } else { [0.01, 0.03, if seen[2] > 5e-6 { 0.045 } else { f64::INFINITY }] };
+        for c in 0..3 {
+            let (by_eclipse, by_integral) = (seen[c] / expected[c] - 1.0, seen[c] / integral[c] - 1.0);
+            println!(
+                "{minutes} min, {side} px, channel {c}: {:.3e}, {by_eclipse:+.4} from the eclipse's, {by_integral:+.4} from the integral",
+                seen[c]
+            );
+            assert!(
+                by_eclipse.abs() < of_eclipse[c] && (of_integral[c].is_infinite() || by_integral.abs() <= of_integral[c]),
+                "{minutes} min, channel {c}: {by_eclipse} {by_integral}"
+            );
+        }
+        assert!(penumbra || seen[0] > 1.3 * seen[2] || minutes > 60.0, "the ring is red: {seen:?}");
+    }
+}
+
+/// The camera on the far side from the Sun, `aside` radii off the axis.
+fn behind(body: NaifId, radii: f64, aside: f64, side: u32, fov_deg: f64, effects: &str) -> ViewRequest {
+    let time = instant("2022-11-08T10:59:00Z");
+    let of = SESSION.catalog().body(body).expect("a body");
+    let to_sun = SESSION.ephemeris().state(NaifId::SUN, body, time, None).expect("placed").state.pos_km.normalize();
+    let across = to_sun.any_orthonormal_vector();
+    let offset_km = (across * aside - to_sun * radii) * of.radii_km.x;
+    ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..at(body, time, fov_deg, side, effects) }
+}
+
+/// Its light does not depend on how large a picture shows it: the whole ring from the Moon and from afar, a part of it from 20 radii. Nearer it is not: from 8 radii an arc
+/// around a disc of 25 pixels has 21 % less light than around one of 300.
+#[test]
+fn the_light_is_the_same_at_every_size() {
+    let single = renderer(Precision::F32);
+    for (radii, aside) in [(60.3_f64, 0.12), (157.0, 0.12), (20.0, 0.8)] {
+        let fov = 2.6 * (1.0 / radii).asin().to_degrees();
+        let sums =
+            [20, 33, 64, 129, 400].map(|side| of_the_limb(&behind(NaifId::EARTH, radii, aside, side, fov, "-clouds,-night"), &single));
+        let last = sums[sums.len() - 1];
+        assert!(last[0] > 1e-9 && last[0] > last[2], "{radii}: {last:?}");
+        for (k, sum) in sums.iter().enumerate() {
+            for c in 0..3 {
+                println!("{radii} {k} {c}: {:.4}", sum[c] / last[c]);
+                // Measured 1.1 % for whole rings, 4.7 % for an arc around a disc of 15 pixels.
+                assert!(
+                    (sum[c] / last[c] - 1.0).abs() < if radii > 50.0 { 0.02 } else { [0.08, 0.05, 0.03, 0.03, 0.03][k] },
+                    "{radii} radii, size {k}, channel {c}: {sum:?} for {last:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The Sun sets behind the Earth as seen from an orbit: its light goes over from all to the last of the ring, without a step.
+#[test]
+fn the_light_falls_without_a_step_as_the_sun_sets() {
+    let single = renderer(Precision::F32);
+    let radii: f64 = 42_164.0 / 6378.137;
+    let limb = (1.0 / radii).asin();
+    let mut before: Option<f64> = None;
+    let mut reddest: f64 = 0.0;
+    for step in 0..57 {
+        // The Sun's centre from the limb, solar radii, outward.
+        let height = 2.0 - 0.125 * f64::from(step);
+        let angle = limb + height * 0.00466;
+        let (sin, cos) = angle.sin_cos();
+        let mut request = behind(NaifId::EARTH, radii * cos, radii * sin, 160, 2.2, "sun:-albedo,-glow,-night,-clouds");
+        let to_sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::EARTH, request.time, None).expect("placed").state.pos_km;
+        let Position::Offset { offset_km, .. } = request.position else { panic!("an offset") };
+        request.look = Look::Along { direction: to_sun - offset_km, axes: Axes::Icrf };
+        let scene = SESSION.scene(&request).expect("a scene");
+        let sum = irradiance(&scene, &light(&scene, &single));
+        println!("{height:.2}: {sum:?}");
+        if let Some(before) = before {
+            assert!(sum[0] <= before * 1.003, "{height}: {} after {before}", sum[0]);
+            assert!(sum[0] > before * 0.25 - 1e-7, "{height}: {} after {before}", sum[0]);
+        }
+        if step == 0 {
+            assert!((sum[0] - 1.0).abs() < 0.05, "{sum:?}");
+        }
+        reddest = reddest.max(if sum[0] > 1e-6 { sum[0] / sum[2].max(1e-12) } else { 0.0 });
+        before = Some(sum[0]);
+    }
+    assert!(reddest > 5.0, "the last light is red: {reddest}");
+}
+
+/// Single precision draws what double precision does, near the Earth, from the Moon and from afar, whole or magnified at the limb.
+#[test]
+fn single_precision_holds_at_every_distance() {
+    let [single, double] = [Precision::F32, Precision::F64].map(renderer);
+    // The limb's place nearest the Sun.
+    let at_limb = |request: &ViewRequest| {
+        let sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::EARTH, request.time, None).expect("placed").state.pos_km;
+        let Position::Offset { offset_km, .. } = request.position else { panic!("an offset") };
+        let down = -offset_km.normalize();
+        let aside = (sun - offset_km).reject_from_normalized(down).normalize();
+        let limb = (6378.0 / offset_km.length()).asin() * 1.002;
+        Look::Along { direction: down * limb.cos() + aside * limb.sin(), axes: Axes::Icrf }
+    };
+    // The Sun at the limb, from 400 km to 1.2 million km; and the whole ring.
+    let limb = |radii: f64| (radii * (1.0 / radii).asin().cos(), 1.0);
+    for (along, aside, fov, magnified) in [
+        (limb(1.06).0, limb(1.06).1, 3.0, true),
+        (limb(1.06).0, limb(1.06).1, 60.0, true),
+        (limb(6.6).0, limb(6.6).1, 1.5, true),
+        (60.3, 0.85, 0.1, true),
+        (190.0, 0.8, 0.05, true),
+        (60.3, 0.3, 2.5, false),
+        (190.0, 0.3, 0.8, false),
+    ] {
+        let mut request = behind(NaifId::EARTH, along, aside, 72, fov, "-clouds,-night,-glow");
+        if magnified {
+            request.look = at_limb(&request);
+        }
+        let scene = SESSION.scene(&request).expect("a scene");
+        assert_eq!(scene.limbs.len(), 1, "{along}");
+        let [s, d] = [&single, &double].map(|renderer| light(&scene, renderer));
+        let most = d.iter().map(|p| p[0]).fold(0.0, f64::max);
+        let worst = s.iter().zip(&d).map(|(s, d)| (s[0] - d[0]).abs()).fold(0.0, f64::max) / most;
+        println!("{along} {fov}: {worst:e} of {most:e}");
+        assert!(most > 1e-3 && worst < 0.5 / 256.0, "{along} radii, {fov} degrees: off by {worst} of the brightest, {most}");
+    }
+}
+
+/// It is noted with a reason, and goes with the air, the effect and the place.
+#[test]
+fn the_limb_is_explained() {
+    let on = |request: &ViewRequest| {
+        let scene = SESSION.scene(request).expect("a scene");
+        let body = scene.body(request.target.expect("a target")).expect("there").clone();
+        let found = body.decisions.iter().find(|d| d.feature == "refracted-limb").cloned();
+        assert_eq!(found.as_ref().is_some_and(|d| d.on), !scene.limbs.is_empty());
+        found.map(|d| (d.on, d.reason))
+    };
+    let says = |request: &ViewRequest, on_: bool, words: &str| {
+        let (is_on, reason) = on(request).expect("a decision");
+        assert!(is_on == on_ && reason.contains(words), "{is_on}: {reason}");
+    };
+    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white against");
+    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "asked for");
+    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
+    says(&behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");
+    says(&behind(NaifId(499), 40.0, 0.1, 64, 3.0, ""), false, "no layer");
+    says(&behind(NaifId::EARTH, 60.0, 0.1, 4, 3.0, ""), false, "px across");
+    says(&behind(NaifId::EARTH, 6.0, 6.0, 64, 25.0, ""), false, "no layer");
+    assert_eq!(on(&behind(NaifId(599), 60.0, 0.1, 64, 3.0, "")), None, "nobody knows how Jupiter's air bends light");
+}

@@ -1,0 +1,257 @@
+//! The air against single-scattering integrals computed elsewhere (tests/data/rayleigh_reference_public.json, adaptive quadrature), in
+//! shadows, and with nothing in it.
+
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::catalog::{Catalog, NaifId};
+use orrery::probe::Prober;
+use orrery::render::plan::Fineness;
+use orrery::render::software::{Options, SoftwareRenderer};
+use orrery::scene::air_table;
+use orrery::scene::draw::AirTier;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
+use orrery::scene::tiers::{self, Tier};
+use orrery::session::{Session, Sources};
+use orrery::time::Instant;
+use serde_json::{Value, json};
+
+fn numbers(v: &Value) -> Vec<f64> {
+    v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()
+}
+
+/// Largest relative error of each ray's radiance, channels fainter than 1e-4 of the air's brightest ray left out; largest error of a transmittance.
+fn errors(tier: &str) -> (Vec<f64>, f64) {
+    let all: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
+    let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    let rays = all["rays"].as_array().expect("rays");
+    let brightest = |air: &Value| rays.iter().filter(|r| r["atm"] == *air).flat_map(|r| numbers(&r["radiance"])).fold(0.0, f64::max);
+    let (mut radiance, mut transmittance) = (Vec::new(), 0.0f64);
+    for ray in rays.iter().filter(|r| !r["segment"].is_null()) {
+        let air = ray["atm"].as_str().expect("a name");
+        let question = json!({ "q": "scatter", "atmosphere": all["atmospheres"][air], "cam": ray["cam"], "dir": ray["dir"],
+            "sun": ray["sun"], "tier": tier });
+        let answer = prober.answer(&question.to_string()).expect("an answer");
+        assert_eq!(answer["hits_ground"], ray["hits_ground"], "{ray}");
+        let floor = 1e-4 * brightest(&ray["atm"]);
+        let (got, expected) = (numbers(&answer["radiance"]), numbers(&ray["radiance"]));
+        assert!(got.iter().all(|v| v.is_finite() && *v >= 0.0), "{ray}: {got:?}");
+        let worst = got.iter().zip(&expected).filter(|(_, e)| **e > floor).map(|(g, e)| (g / e - 1.0).abs()).fold(0.0, f64::max);
+        radiance.push(worst);
+        for (g, e) in numbers(&answer["transmittance"]).iter().zip(numbers(&ray["transmittance"])) {
+            transmittance = transmittance.max((g - e).abs());
+        }
+    }
+    radiance.sort_by(f64::total_cmp);
+    (radiance, transmittance)
+}
+
+/// What `explain` says of a tier.
+fn stated(tier: AirTier) -> Tier {
+    tiers::of_air(tier).expect("a tier")
+}
+
+fn holds(tier: AirTier) {
+    let Tier { name: tier, mostly, at_most, .. } = stated(tier);
+    let (for_95_percent, through) = (mostly.expect("told"), 0.001);
+    let (radiance, transmittance) = errors(tier);
+    assert!(radiance.len() > 100, "{} rays", radiance.len());
+    let most = radiance[radiance.len() * 95 / 100];
+    let worst = radiance[radiance.len() - 1];
+    assert!(most < for_95_percent && worst < at_most && transmittance < through, "{tier}: {most:.4} {worst:.4} {transmittance:.4}");
+}
+
+/// The original engine's five samples: half of the rays within 1 %, and no promise for twilight and limbs.
+#[test]
+fn five_samples_are_within_a_quarter() {
+    let (radiance, transmittance) = errors("vertex");
+    let part = |percent: usize| radiance[radiance.len() * percent / 100];
+    assert!(part(50) < 0.01 && part(100 - 1) > 0.1, "{} {}", part(50), part(95));
+    assert!(transmittance < 0.001, "{transmittance}");
+    holds(AirTier::Vertex);
+}
+
+#[test]
+fn sixteen_samples_are_within_three_percent() {
+    holds(AirTier::Pixel16);
+}
+
+#[test]
+fn thirty_two_samples_are_within_one_percent() {
+    holds(AirTier::Pixel32);
+}
+
+#[test]
+fn eight_samples_are_within_a_tenth() {
+    holds(AirTier::Pixel8);
+}
+
+/// Light of the sky at a height of elevation, two metres above an Earth whose Sun is some degrees below the horizon; `away`: opposite the Sun.
+fn dusk(sun_below_deg: f64, elevation_deg: f64, away: bool) -> Vec<f64> {
+    let all: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
+    let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    let (sun, up) = ((-sun_below_deg).to_radians(), elevation_deg.to_radians());
+    let side = if away { -1.0 } else { 1.0 };
+    let question = json!({ "q": "scatter", "atmosphere": all["atmospheres"]["earth_full"], "cam": [1.0 + 2.0 / 6_360_000.0, 0.0, 0.0],
+        "dir": [up.sin(), side * up.cos(), 0.0], "sun": [sun.sin(), sun.cos(), 0.0], "tier": "pixel-16" });
+    numbers(&prober.answer(&question.to_string()).expect("an answer")["radiance"])
+}
+
+#[test]
+fn the_planets_shadow_rises_opposite_the_sun_that_has_set() {
+    // The air ends at 100 km, so a ray that leaves it within the shadow's cylinder brings nothing at all.
+    assert_eq!(dusk(4.0, 2.0, true), [0.0; 3]);
+    assert!(dusk(4.0, 20.0, true)[0] > 1e-5, "above the shadow the air is lit");
+    assert!(dusk(0.5, 2.0, true)[0] > 1e-5, "a Sun just down leaves the low sky lit");
+    let glow = dusk(4.0, 2.0, false);
+    assert!(glow[0] > 10.0 * glow[2] && glow[0] > 1e-3, "the low sky over the Sun is red: {glow:?}");
+    let night = dusk(30.0, 20.0, false);
+    assert!(night.iter().all(|v| *v == 0.0), "{night:?}");
+}
+
+const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
+
+fn earth_at(time: &str, effects: &str) -> ViewRequest {
+    ViewRequest {
+        width: 160,
+        height: 160,
+        exposure: ExposureRequest::Stops(0.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
+    }
+}
+
+fn sum(session: &Session, request: &ViewRequest) -> f64 {
+    session.draw(request, FINENESS, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
+}
+
+/// An atmosphere of zero density draws, bit by bit, what the key without air draws.
+#[test]
+fn an_empty_atmosphere_changes_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let species = "[[atmosphere.species]]\nscattering_per_km = [0.0, 0.0, 0.0]\nabsorption_per_km = [0.0, 0.0, 0.0]\n";
+    let text = format!(
+        "[[atmosphere]]\nbody = \"Earth\"\ntop_km = 100.0\nsource = \"a test\"\n{species}name = \"gas\"\nscale_height_km = 8.0\n\
+         {species}name = \"haze\"\nscale_height_km = 1.2\nasymmetry = 0.8\n{species}name = \"layer\"\nscale_height_km = 15.0\ntent_centre_km = 25.0\n"
+    );
+    std::fs::write(folder.path().join("empty.toml"), text).expect("written");
+    let sources = Sources { catalogs: Some(folder.path().to_owned()), cache: Some(folder.path().join("cache")), ..Sources::default() };
+    let empty = Session::open(&sources, |_| {}).expect("opens");
+    // Large enough for the rim to be drawn.
+    let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
+    let (with, without) = (large("+atmosphere"), large("-atmosphere"));
+    let airy = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.needs.air.tier != AirTier::None).count();
+    assert!(airy >= 3, "ground, clouds and sky carry the empty air: {airy}");
+    let plain = empty.draw(&without, FINENESS, true).expect("draws").frame.hdr;
+    assert_eq!(empty.draw(&with, FINENESS, true).expect("draws").frame.hdr, plain);
+    // The real air does change it.
+    assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
+}
+
+/// In the umbra of 2024 the air overhead is dark but for light from the lit air around, and near the horizon the light of the air beyond the umbra shows.
+#[test]
+fn the_moons_shadow_lies_in_the_air() {
+    let part = |elevation_deg: f64| {
+        let sky = |effects: &str| {
+            let e = elevation_deg.to_radians();
+            let (lat, lon) = (25.29f64.to_radians(), (-104.14f64).to_radians());
+            let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+            let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
+            let request = ViewRequest {
+                target: None,
+                position: Position::Ground { body: NaifId::EARTH, latitude_deg: 25.29, longitude_deg: -104.14, height_km: 0.002 },
+                look: Look::Along { direction: up * e.sin() + east * e.cos(), axes: Axes::BodyFixed },
+                up: Up::Celestial,
+                fov_deg: Some(1.0),
+                width: 8,
+                height: 8,
+                ..earth_at("2024-04-08T18:17:16Z", effects)
+            };
+            sum(&SESSION, &request)
+        };
+        sky("+eclipse,-night") / sky("-eclipse,-night")
+    };
+    let (zenith, horizon) = (part(85.0), part(2.0));
+    assert!(zenith < 2e-3, "{zenith}");
+    assert!(horizon > 5.0 * zenith && horizon < 0.5, "{horizon} against {zenith}");
+}
+
+/// Part of the light on a plane layer that comes down diffuse, by following photons: conservative, Rayleigh's phase function, black ground.
+fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
+    let mut random = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut down = 0;
+    for _ in 0..photons {
+        let (mut along, mut at, mut scattered) = (DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), 0.0, false);
+        loop {
+            at += along.z * -(1.0 - random()).ln();
+            if at < 0.0 || at > depth {
+                down += u32::from(at > depth && scattered);
+                break;
+            }
+            scattered = true;
+            let turn = loop {
+                let mu = 2.0 * random() - 1.0;
+                if random() * 2.0 < 1.0 + mu * mu {
+                    break mu;
+                }
+            };
+            let (sin, cos) = (std::f64::consts::TAU * random()).sin_cos();
+            let (x, y) = along.any_orthonormal_pair();
+            along = (along * turn + (x * cos + y * sin) * (1.0 - turn * turn).sqrt()).normalize();
+        }
+    }
+    f64::from(down) / f64::from(photons)
+}
+
+/// The table of an Earth with a black ground and nothing but gas, against photons: the sky's light on level ground.
+#[test]
+fn the_table_lights_the_ground_as_photons_do() {
+    let catalog = Catalog::embedded();
+    let mut earth = catalog.body(NaifId::EARTH).expect("the Earth").clone();
+    earth.clear_sky_albedo = Some(0.0);
+    let air = earth.atmosphere.as_mut().expect("air");
+    air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
+    let per_km = air.species[0].scattering_per_km;
+    let height_km = air.species[0].scale_height_km;
+    let table = air_table::table(&earth).expect("a table");
+    for column in [air_table::SUNS - 3, air_table::SUNS - 1] {
+        let cosine = air_table::sun_cosine(column);
+        let sky = table[air_table::HEIGHTS * air_table::SUNS + column];
+        for channel in [1, 2] {
+            let got = f64::from(sky[channel]).powi(2) / cosine;
+            let expected = diffuse_by_photons(per_km[channel] * height_km, cosine, 200_000);
+            assert!((got / expected - 1.0).abs() < 0.05, "mu {cosine:.2}, channel {channel}: {got:.4} for {expected:.4}");
+        }
+    }
+}
+
+/// Thin air scatters once: a hundredth of the air gives the table tier what it gives the tier without, and more where it is thick.
+#[test]
+fn the_table_adds_light_and_less_to_thin_air() {
+    let catalog = Catalog::embedded();
+    for (name, most) in [("Earth", 1.0), ("Titan", 1.0), ("Pluto", 0.01)] {
+        let mut body = catalog.bodies().iter().find(|b| b.name == name).expect(name).clone();
+        // Of a black ground: what it reflects lights thin air too.
+        (body.geometric_albedo, body.clear_sky_albedo) = (0.0, None);
+        let table = air_table::table(&body).expect("a table");
+        assert_eq!(table.len(), air_table::NODES);
+        let brightest =
+            table[..air_table::HEIGHTS * air_table::SUNS].iter().map(|v| v.truncate().max_element().powi(2)).fold(0.0, f32::max);
+        assert!(table.iter().all(|v| v.is_finite() && v.min_element() >= 0.0), "{name}");
+        assert!(brightest > 0.0 && brightest < most, "{name}: {brightest}");
+    }
+    let time = "2024-06-08T06:00:00Z";
+    let (once, many) = (earth_at(time, "+atmosphere=pixel-16,-clouds,-eclipse"), earth_at(time, "+atmosphere=table,-clouds,-eclipse"));
+    let (once, many) = (SESSION.draw(&once, FINENESS, true).expect("draws"), SESSION.draw(&many, FINENESS, true).expect("draws"));
+    let total = |d: &orrery::session::Drawn| d.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
+    let ratio = total(&many) / total(&once);
+    assert!(ratio > 1.1 && ratio < 2.0, "{ratio}");
+}

@@ -1,0 +1,187 @@
+//! Files of the built program's `render`: whose they are, which are kept, which are refused, and that the same request always writes the same bytes.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+/// A cache for all, so that modules are made once.
+static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-frames-{}", std::process::id())));
+
+fn render(words: &[&str]) -> Output {
+    let base = ["render", "--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];
+    Command::new(env!("CARGO_BIN_EXE_orrery")).args(base).args(words).output().expect("the program starts")
+}
+
+fn said(out: &Output) -> String {
+    String::from_utf8_lossy(&out.stderr).into_owned()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a plain name")
+}
+
+/// Every file of a folder by name.
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut all: Vec<_> = std::fs::read_dir(folder)
+        .expect("a folder")
+        .flatten()
+        .filter(|e| e.path().is_file())
+        .map(|e| (e.file_name().to_string_lossy().into_owned(), std::fs::read(e.path()).expect("readable")))
+        .collect();
+    all.sort();
+    all
+}
+
+const TIME: &str = "2024-04-08T18:17:16Z";
+const BASE: [&str; 6] = ["--target", "phobos", "--time", TIME, "--size", "12x10"];
+
+/// One word of the request changed at a time: each change alone makes it another request.
+#[test]
+fn a_file_of_another_request_is_refused_whatever_differs() {
+    let folder = tempfile::Builder::new().prefix("frames").tempdir().expect("a folder");
+    let catalogs = folder.path().join("catalogs");
+    let maps = folder.path().join("maps");
+    let shaders = folder.path().join("shaders");
+    [&catalogs, &maps, &shaders].iter().for_each(|f| std::fs::create_dir_all(f).expect("made"));
+    std::fs::write(catalogs.join("a.toml"), "[[body]]\nid = 401\ngeometric_albedo = 0.2\n").expect("written");
+    // A folder that holds no file of the catalog's changes nothing.
+    let of = |name: &str| orrery::shader::fragments::FRAGMENTS.iter().find(|(n, _)| *n == name).expect("a fragment").1;
+    std::fs::create_dir_all(shaders.join("entry")).expect("made");
+    std::fs::write(shaders.join("entry/blur.wgsl"), format!("{}\n// edited\n", of("entry/blur.wgsl"))).expect("written");
+    let path = folder.path().join("p.png");
+    let first = render(&[&BASE[..], &["-o", text(&path)]].concat());
+    assert!(first.status.success() && first.stderr.is_empty(), "{}", said(&first));
+    let bytes = std::fs::read(&path).expect("written");
+
+    // The same request in other words, and what changes no picture.
+    for same in [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
+    {
+        let out = render(&[&BASE[..], same, &["-o", text(&path)]].concat());
+        assert!(out.status.success() && std::fs::read(&path).expect("there") == bytes, "{same:?}: {}", said(&out));
+    }
+    let changed: &[(&[&str], &str)] = &[
+        (&["--target", "deimos"], "Phobos, not Deimos"),
+        (&["--time", "2024-04-08T18:17:17Z"], "18:17:16Z"),
+        (&["--size", "10x12"], "12x10"),
+        (&["--from", "sun"], "from side as usual, fitted, not centre of Sun"),
+        (&["--distance-radii", "7"], "7 radii"),
+        (&["--at", "3,4"], "from"),
+        (&["--fov", "21"], "21 deg"),
+        (&["--up", "celestial"], "celestial"),
+        (&["--exposure", "1"], "1 stops"),
+        (&["--tone-map", "clipped"], "clipped"),
+        (&["--effects", "-eclipse"], "-eclipse"),
+        (&["--effects", "phobos:-eclipse"], "phobos:-eclipse"),
+        (&["--layers", "+labels"], "+labels"),
+        (&["--pixels", "depth"], "depth"),
+        (&["--quality", "draft"], "draft"),
+        (&["--catalogs", text(&catalogs)], "catalogs"),
+        (&["--shaders", text(&shaders)], "shaders"),
+        (&["--renderer", "auto"], "auto"),
+    ];
+    for (words, about) in changed {
+        // The last of two options counts in no parser of ours: what is changed is left out of the base.
+        let base: Vec<&str> = BASE.chunks(2).filter(|pair| pair[0] != words[0]).flatten().copied().collect();
+        let out = match *words {
+            ["--renderer", _] => {
+                let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+                command.args(["render", "--cache", text(&CACHE)]).args(&base).args(["-o", text(&path)]).output().expect("starts")
+            }
+            _ => render(&[&base[..], words, &["-o", text(&path)]].concat()),
+        };
+        let line = said(&out);
+        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");
+        assert!(line.contains("p.png") && line.contains("--overwrite") && line.contains(about), "{words:?}: {line}");
+        assert!(line.chars().count() < 600 && !line.contains(".tmp"), "{line}");
+        assert_eq!(std::fs::read(&path).expect("there"), bytes, "{words:?}: a refused file is left as it is");
+    }
+    // Allowed to, it replaces: the bytes are those of a fresh file.
+    let fresh = folder.path().join("fresh.png");
+    for words in [&["--overwrite"][..], &[]] {
+        let at = if words.is_empty() { &fresh } else { &path };
+        let out = render(&[&["--target", "deimos", "--time", TIME, "--size", "12x10"][..], words, &["-o", text(at)]].concat());
+        assert!(out.status.success(), "{}", said(&out));
+    }
+    assert_eq!(std::fs::read(&path).expect("there"), std::fs::read(&fresh).expect("there"));
+    assert_eq!(files(folder.path()).len(), 2, "no other file is left");
+}
+
+#[test]
+fn a_run_goes_on_with_its_own_frames_and_with_no_others() {
+    for kind in ["png", "exr"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        let pattern = at(&format!("m-%03d.{kind}"));
+        let run = |target: &str, more: &[&str]| {
+            let words = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", text(&pattern)];
+            render(&[&words[..], more].concat())
+        };
+        // Two machines share the run; a third finds it done.
+        for shard in ["0/2", "1/2"] {
+            let out = run("mars", &["--shard", shard]);
+            assert!(out.status.success() && out.stderr.is_empty(), "{}", said(&out));
+        }
+        let whole = files(folder.path());
+        assert_eq!(whole.len(), 4);
+        let again = run("mars", &[]);
+        assert!(again.status.success() && said(&again).contains("kept 4 of 4"), "{}", said(&again));
+        // Another request meets them before it draws anything.
+        let other = run("venus", &[]);
+        assert_eq!(other.status.code(), Some(1));
+        assert!(said(&other).contains("target Mars, not Venus") && said(&other).trim().lines().count() == 1, "{}", said(&other));
+        let other = run("venus", &["--shard", "1/2"]);
+        assert!(other.status.code() == Some(1) && said(&other).contains("m-001"), "{}", said(&other));
+        assert_eq!(files(folder.path()), whole, "a refused run changes no file");
+        // What is missing, cut or turned is drawn anew, or refused: it is nobody's.
+        std::fs::remove_file(at(&format!("m-002.{kind}"))).expect("removed");
+        let out = run("mars", &[]);
+        assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{}", said(&out));
+        assert_eq!(files(folder.path()), whole);
+        let victim = at(&format!("m-001.{kind}"));
+        let good = std::fs::read(&victim).expect("there");
+        let (mut turned, middle) = (good.clone(), good.len() / 2);
+        turned[middle] ^= 4;
+        for (what, bytes) in [("cut", &good[..good.len() - 9]), ("turned", &turned), ("empty", &[]), ("foreign", b"a letter to a friend")] {
+            std::fs::write(&victim, bytes).expect("written");
+            let out = run("mars", &[]);
+            let line = said(&out);
+            assert!(out.status.code() == Some(1) && line.contains("m-001") && line.contains("--overwrite"), "{kind}, {what}: {line}");
+            assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("unknown")), "{kind}, {what}: {line}");
+            let out = run("mars", &["--overwrite"]);
+            assert!(out.status.success() && said(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", said(&out));
+            assert_eq!(files(folder.path()), whole, "{kind}, {what}");
+        }
+        // A longer run of the same request begins with the shorter one's frames.
+        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", text(&pattern)];
+        let out = render(&words);
+        assert!(out.status.success() && said(&out).contains("kept 4 of 5"), "{}", said(&out));
+        // Another step: the first frame alone is the same picture.
+        let words = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", text(&pattern)];
+        let out = render(&words);
+        assert!(out.status.code() == Some(1) && said(&out).contains("m-001") && said(&out).contains("time"), "{}", said(&out));
+    }
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_told_without_a_temporary_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("file");
+    std::fs::write(&file, "here").expect("written");
+    let taken = folder.path().join("folder.png");
+    std::fs::create_dir(&taken).expect("made");
+    let cases = [
+        (folder.path().join("nowhere/x.png"), "nowhere"),
+        (file.join("x.png"), "file"),
+        (PathBuf::from("/proc/x.png"), "/proc/x.png"),
+        (taken, "folder.png"),
+    ];
+    for (path, about) in cases {
+        for overwrite in [&[][..], &["--overwrite"]] {
+            let out = render(&[&BASE[..], overwrite, &["-o", text(&path)]].concat());
+            let line = said(&out);
+            assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(about), "{path:?}: {line}");
+            assert!(!line.contains(".tmp") && !line.contains("os error 2)") || line.contains("folder"), "{path:?}: {line}");
+        }
+    }
+    assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");
+}

@@ -1,0 +1,486 @@
+//! What the built program says: one bounded line that names the value and what may have been meant, whatever it is given; help in groups; the words of every verb.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-messages-{}", std::process::id())));
+
+/// No screen: a window cannot open, which is said and ends the program.
+fn orrery(words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
+    command.args(["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")]).args(words).output().expect("starts")
+}
+
+fn said(out: &Output) -> String {
+    String::from_utf8_lossy(&out.stderr).into_owned()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a plain name")
+}
+
+/// The program's verbs, as its help lists them.
+fn verbs() -> Vec<String> {
+    let out = orrery(&["--help"]);
+    let help = String::from_utf8_lossy(&out.stdout).into_owned();
+    let commands = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list of verbs");
+    let names = commands.lines().filter_map(|l| l.split_whitespace().next()).filter(|n| *n != "help").map(str::to_owned);
+    names.collect()
+}
+
+#[test]
+fn every_verb_has_an_example_and_its_options_in_groups() {
+    let verbs = verbs();
+    assert!(verbs.len() >= 12 && verbs.iter().any(|v| v == "man"), "{verbs:?}");
+    for verb in &verbs {
+        let out = orrery(&[verb, "--help"]);
+        let help = String::from_utf8_lossy(&out.stdout).into_owned();
+        assert!(out.status.success() && help.contains("Example") && help.contains(&format!("orrery {verb}")), "{verb}: {help}");
+        assert!(help.contains("\nCommon options:\n"), "{verb}: {help}");
+        // What stands in no group is help itself.
+        let ungrouped = help.split("\nOptions:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).unwrap_or_default();
+        let options: Vec<_> = ungrouped.lines().filter(|l| l.trim_start().starts_with('-')).collect();
+        let allowed = ["--help", "--version", "--json"];
+        assert!(options.iter().all(|o| allowed.iter().any(|a| o.contains(a))), "{verb}: {options:?}");
+    }
+}
+
+/// Values that no option takes, too long, or made to steer a terminal.
+fn hostile() -> [String; 3] {
+    ["☃".repeat(5000), "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{202e}☃".into(), format!("-{}", "☃".repeat(300))]
+}
+
+#[test]
+fn whatever_is_given_the_answer_is_short_and_steers_nothing() {
+    let view = ["target", "from", "distance-radii", "at", "camera-json", "time", "fov", "up", "size", "exposure", "tone-map", "effects"];
+    let mut cases: Vec<Vec<String>> = Vec::new();
+    let owned = |words: &[&str]| words.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>();
+    for value in hostile() {
+        for option in view.iter().chain(&["layers", "pixels"]) {
+            let target: &[&str] = if *option == "target" { &["explain"] } else { &["explain", "--target", "earth"] };
+            cases.push([owned(target), vec![format!("--{option}={value}")]].concat());
+        }
+        for before in [
+            &[][..],
+            &["view"],
+            &["render", "--target", "earth", "-o"],
+            &["render", "--target", "earth", "-o", "x.png", "--step"],
+            &["render", "--target", "earth", "-o", "x.png", "--shard"],
+            &["render", "--target", "earth", "-o", "x.png", "--frames"],
+            &["shader", "emit"],
+            &["shader", "diff", "blur"],
+            &["shader", "keys", "--for"],
+            &["ephemeris", "--center", "sun", "--time", "now", "--body"],
+            &["ephemeris", "--center", "sun", "--body", "io", "--time"],
+            &["ephemeris", "--center", "sun", "--body", "io", "--time", "now", "--source"],
+            &["probe"],
+            &["compare", "none.png"],
+            &["bench", "--scene"],
+            &["bench", "--size"],
+            &["completions"],
+            &["man"],
+            &["library"],
+            &["explain", "--target", "earth", "--kernel"],
+            &["explain", "--target", "earth", "--catalogs"],
+            &["explain", "--target", "earth", "--shaders"],
+            &["explain", "--target", "earth", "--quality"],
+        ] {
+            cases.push([owned(before), vec![value.clone()]].concat());
+        }
+    }
+    for words in cases {
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let (out, short) = (orrery(&words), words.iter().map(|w| w.chars().take(20).collect::<String>()).collect::<Vec<_>>());
+        let line = said(&out);
+        let code = out.status.code();
+        assert!(code == Some(1) || code == Some(2), "{short:?}: {code:?}, {line}");
+        // The window tells of a link that it cannot read, and then that there is no screen.
+        let lines = if words[0] == "view" { 2 } else { 1 };
+        assert!(code == Some(2) || line.trim().lines().count() <= lines, "{short:?}: {line}");
+        assert!(line.matches('☃').count() <= 200, "{short:?} is echoed {} times", line.matches('☃').count());
+        assert!(!line.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{short:?}: {line:?}");
+        assert!(!line.contains("panicked") && out.stdout.is_empty(), "{short:?}: {line}");
+    }
+}
+
+/// JSON lines are from outside too: each bad one gets one bounded line, and the run goes on.
+#[test]
+fn bad_lines_are_answered_shortly_and_in_order() {
+    use std::io::Write;
+    let long = "☃".repeat(5000);
+    let lines = [
+        format!(r#"{{"q":"{long}"}}"#),
+        format!(r#"{{"q":"disc-overlap","{long}":1}}"#),
+        format!(r#"{{"q":"disc-overlap","k":1,"d":1,"model":"{long}"}}"#),
+        format!(r#"{{"q":"disc-overlap","k":"{long}","d":1}}"#),
+        format!(r#"{{"q":"sunlight","body":"{long}","time":"2024-04-08","lat":0,"lon":0}}"#),
+        format!(r#"{{"q":"sunlight","body":"earth","time":"{long}","lat":0,"lon":0}}"#),
+        format!(r#"{{"q":"pixel","view":{{"position":{{"body":"{long}","km":[9e9,0,0]}},"look":{{"at":"sun"}}}},"x":0,"y":0}}"#),
+        long.clone(),
+        r#"{"q":"disc-overlap","k":1,"d":1}"#.into(),
+    ];
+    for (verb, good) in [("probe", true), ("ephemeris", false)] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_orrery"))
+            .args([verb, "--stdin", "--cache", text(&CACHE)])
+            .stdin(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::piped())
+            .spawn()
+            .expect("starts");
+        child.stdin.take().expect("a pipe").write_all(lines.join("\n").as_bytes()).expect("written");
+        let out = child.wait_with_output().expect("ends");
+        let answers: Vec<serde_json::Value> =
+            String::from_utf8_lossy(&out.stdout).lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+        assert_eq!(answers.len(), lines.len(), "{verb}");
+        for (answer, line) in answers.iter().zip(&lines) {
+            let error = answer["error"].as_str().unwrap_or_default();
+            assert!(error.matches('☃').count() <= 200 && error.chars().count() < 700, "{verb}: {error}");
+            assert_eq!(answer.get("ok").is_some(), good && line.len() < 100, "{verb}: {answer}");
+        }
+    }
+}
+
+#[test]
+fn near_names_are_suggested_everywhere() {
+    for (words, meant) in [
+        (&["explain", "--target", "marz"][..], "`Mars`"),
+        (&["explain", "--target", "mars", "--from", "erth"], "`Earth`"),
+        (&["explain", "--target", "Jupitr"], "`Jupiter`"),
+        (&["explain", "--target", "mars", "--effects", "+eclips"], "`eclipse`"),
+        (&["explain", "--target", "mars", "--effects", "+eclipse=limb-darkend"], "`limb-darkened`"),
+        (&["explain", "--target", "mars", "--effects", "mon:-eclipse"], "`Moon`"),
+        (&["explain", "--target", "mars", "--layers", "+orbit"], "`orbits`"),
+        (&["explain", "--target", "mars", "--pixels", "sunligt"], "`sunlight`"),
+        (&["explain", "--target", "mars", "--up", "zenit"], "`zenith`"),
+        (&["explain", "--target", "mars", "--tone-map", "filmc"], "`filmic`"),
+        (&["shader", "keys", "--for", "satrun"], "`Saturn`"),
+        (&["shader", "emit", "lambrt.sun1.sphere"], "`lambert`"),
+        (&["shader", "emit", "lambert.sun1.elipsoid"], "`ellipsoid`"),
+        (&["shader", "emit", "lable"], "`label`"),
+        (&["ephemeris", "--body", "tritn", "--center", "sun", "--time", "now"], "`Triton`"),
+        (&["probe", r#"{"q":"sunlght"}"#], "`sunlight`"),
+        (&["probe", r#"{"q":"disc-overlap","k":1,"d":1,"modell":"linear"}"#], "`model`"),
+        (&["probe", r#"{"q":"sunlight","body":"erth","time":"2024-04-08","lat":0,"lon":0}"#], "`Earth`"),
+        (&["bench", "--scene", "satur"], "`saturn`"),
+        (&["man", "rendr"], "`render`"),
+        (&["--target", "marz"], "`Mars`"),
+        (&["rendr"], "'render'"),
+        (&["render", "--targte", "mars"], "'--target'"),
+        (&["--targte", "mars"], "'--target'"),
+    ] {
+        // Without a window the words of a view are not read.
+        if words == ["--target", "marz"] && !cfg!(feature = "view") {
+            continue;
+        }
+        let out = orrery(words);
+        assert!(!out.status.success() && said(&out).contains(meant), "{words:?}: {}", said(&out));
+    }
+}
+
+/// The days that a message names are the first and last on which it works.
+#[test]
+fn the_range_that_a_message_names_is_the_range_that_works() {
+    let at = |body: &str, time: &str, source: &[&str]| {
+        orrery(&[&["ephemeris", "--body", body, "--center", "solar system barycenter", "--time", time, "--json"], source].concat())
+    };
+    let julian_day = |day: &str| orrery::time::Instant::parse(day).unwrap_or_else(|e| panic!("{e}")).jd_tdb();
+    let all: &[(&str, &[&str])] = &[
+        ("earth", &[]),
+        ("moon", &[]),
+        ("io", &[]),
+        ("phobos", &[]),
+        ("pluto", &[]),
+        ("ceres", &[]),
+        ("sun", &["--source", "mean"]),
+        ("earth", &["--source", "kernel"]),
+        ("titan", &["--source", "kernel"]),
+        ("pluto", &["--source", "series"]),
+    ];
+    for (body, source) in all {
+        let mut spans = BTreeSet::new();
+        for time in ["-9000-01-01", "9000-01-01T12:00:00Z"] {
+            let out = at(body, time, source);
+            let line = said(&out);
+            assert!(out.status.code() == Some(1) && line.contains(time.split('T').next().expect("a day")), "{body} {source:?}: {line}");
+            assert!(!line.contains("jd_tdb"), "{line}");
+            let words: Vec<&str> = line.split([' ', ',']).collect();
+            let after = |word: &str| words.iter().position(|w| *w == word).and_then(|at| words.get(at + 1)).expect("a range").to_string();
+            spans.insert((after("from"), after("to")));
+        }
+        let (first, last) = spans.first().cloned().expect("a span");
+        assert_eq!(spans.len(), 1, "{body}: one range");
+        // A message names days; the ends lie within them. What a chain of places needs lies within too.
+        for (day, outward) in [(&first, -1.0), (&last, 1.0)] {
+            let jd = |days: f64| format!("jd_tdb:{}", julian_day(day) + days);
+            let (inside, outside) = (at(body, &jd(-3.0 * outward), source), at(body, &jd(3.0 * outward), source));
+            assert!(inside.status.success(), "{body} {source:?} 3 days within {day}: {}", said(&inside));
+            assert!(!outside.status.success(), "{body} {source:?} 3 days beyond {day} works");
+        }
+    }
+}
+
+#[test]
+fn a_distance_beyond_all_sources_names_its_limit() {
+    for power in (1..=300).step_by(23).chain([11, 12, 13, 30]) {
+        for target in ["phobos", "sun"] {
+            let distance = format!("1e{power}");
+            let out = orrery(&["explain", "--target", target, "--distance-radii", &distance, "--time", "2024-04-08"]);
+            let line = said(&out);
+            // A thousand light years are 9.46e15 km; radii are 13 and 695 700 km.
+            let radius_km = if target == "phobos" { 13.0 } else { 695_700.0 };
+            let km = radius_km * 10_f64.powi(power);
+            match out.status.code() {
+                Some(0) => assert!(km < 9.47e15, "{target} {distance}"),
+                code => {
+                    assert!(code == Some(1) && km > 9.45e15 && line.contains("at most") && !line.contains("jd_tdb"), "{target}: {line}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wrong_camera_file_is_told_by_line_in_plain_words() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("camera.json");
+    for (camera, line_of, about) in [
+        ("[]", 1, "expected an object {\"position\""),
+        ("3", 1, "expected an object {\"position\""),
+        ("\n\n\"a\"", 3, "expected an object {\"position\""),
+        ("{}", 1, "position"),
+        ("{\"position\": [],\n \"look\": {\"at\": \"mars\"}}", 1, "expected an object {\"body\""),
+        ("{\"position\": {\"body\": \"mars\", \"radii\": [3,0,0]},\n\"look\": []}", 2, "expected an object {\"at\""),
+        ("{\"position\": {\"body\": \"mars\", \"radii\": [3,0]},\n\"look\": {\"at\": \"mars\"}}", 1, "a list of 3 values"),
+        ("{\"position\": {\"body\": \"mars\",\n\"radii\": [3,0,\"a\"]},\"look\": {\"at\": \"mars\"}}", 2, "expected a number"),
+        ("{\"position\": {\"body\": \"mars\",\n\n\"radius\": 3},\"look\": {\"at\": \"mars\"}}", 3, "radius"),
+        ("{\"position\":", 1, "EOF"),
+        ("", 1, "EOF"),
+    ] {
+        std::fs::write(&file, camera).expect("written");
+        let out = orrery(&["explain", "--camera-json", text(&file)]);
+        let line = said(&out);
+        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{camera:?}: {line}");
+        assert!(line.contains(&format!("camera.json:{line_of}:")) && line.contains(about), "{camera:?}: {line}");
+        assert!(!line.contains("struct ") && !line.contains("sequence") && !line.contains("f64"), "{camera:?}: {line}");
+    }
+}
+
+#[test]
+fn without_a_verb_the_words_are_those_of_the_window() {
+    for (words, code, about) in [
+        // No screen is there: the words were right.
+        (&["--target", "saturn", "--time", "2024-04-08"][..], 1, ""),
+        (&["--time", "2024-04-08"], 1, ""),
+        (&["orrery://view?target=599&time=2015-01-24T06:45:00Z"], 1, ""),
+        (&["--time", "someday"], 1, "someday"),
+        (&["--target", "nibiru"], 1, "nibiru"),
+        (&["paint"], 2, "paint"),
+        (&["--frames", "3"], 2, "--frames"),
+        (&["--target", "mars", "render"], 2, "--target"),
+    ] {
+        let out = orrery(words);
+        assert!(out.status.code() == Some(code) && said(&out).contains(about), "{words:?}: {:?} {}", out.status.code(), said(&out));
+    }
+    let help = orrery(&["--help"]);
+    assert!(String::from_utf8_lossy(&help.stdout).contains("orrery --target saturn"));
+}
+
+#[test]
+fn shells_and_manuals_know_every_verb_and_option() {
+    let verbs = verbs();
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let out = orrery(&["completions", shell]);
+        let script = String::from_utf8_lossy(&out.stdout).into_owned();
+        let missing: Vec<_> = verbs.iter().filter(|v| !script.contains(v.as_str())).collect();
+        assert!(out.status.success() && missing.is_empty() && script.contains("distance-radii"), "{shell}: {missing:?}");
+    }
+    let page = |words: &[&str]| String::from_utf8_lossy(&orrery(words).stdout).replace("\\-", "-");
+    let main = page(&["man"]);
+    assert!(main.contains(".TH") && verbs.iter().all(|v| main.contains(v.as_str())), "{main}");
+    for verb in &verbs {
+        let help = String::from_utf8_lossy(&orrery(&[verb, "--help"]).stdout).into_owned();
+        let of_verb = page(&["man", verb]);
+        let options =
+            help.lines().filter_map(|l| l.trim_start().strip_prefix("--")).map(|l| l.split([' ', '.']).next().unwrap_or(l).to_owned());
+        for option in options.filter(|o| !o.is_empty()) {
+            assert!(of_verb.contains(&format!("--{option}")), "man {verb} lacks --{option}");
+        }
+    }
+}
+
+#[test]
+fn fragments_are_exported_edited_and_laid_over_the_built_in_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shaders = folder.path().join("shaders");
+    let at = |name: &str| shaders.join(name);
+    let key = "lambert.sun1.sphere";
+    let built_in = orrery(&["shader", "emit", key]).stdout;
+    let out = orrery(&["shader", "export", text(&shaders)]);
+    assert!(out.status.success(), "{}", said(&out));
+    for (name, source) in orrery::shader::fragments::FRAGMENTS {
+        assert_eq!(std::fs::read_to_string(at(name)).expect("written"), **source, "{name}");
+    }
+    let emit = |more: &[&str]| orrery(&[&["shader", "emit", key, "--shaders", text(&shaders)], more].concat());
+    assert_eq!(emit(&[]).stdout, built_in, "what is unchanged changes nothing");
+    let edited = std::fs::read_to_string(at("lib/photometry/lambert.wgsl")).expect("there") + "\n// a line of my own\n";
+    std::fs::write(at("lib/photometry/lambert.wgsl"), &edited).expect("written");
+    assert!(String::from_utf8_lossy(&emit(&[]).stdout).contains("a line of my own"));
+    // An edited file is not lost by another export.
+    let out = orrery(&["shader", "export", text(&shaders)]);
+    assert!(out.status.code() == Some(1) && said(&out).contains("lambert.wgsl"), "{}", said(&out));
+    assert_eq!(std::fs::read_to_string(at("lib/photometry/lambert.wgsl")).expect("there"), edited);
+    // A new file counts where a fragment uses it, and is named where none does, by every verb.
+    std::fs::write(at("lib/mine.wgsl"), "// mine\n").expect("written");
+    let strange = emit(&[]);
+    assert!(strange.status.code() == Some(1) && said(&strange).contains("lib/mine.wgsl"), "{}", said(&strange));
+    std::fs::write(at("lib/photometry/lambert.wgsl"), format!("//: use lib/mine.wgsl\n{edited}")).expect("written");
+    assert!(emit(&[]).status.success(), "{}", said(&emit(&[])));
+    std::fs::rename(at("lib/mine.wgsl"), at("lib/photometry/lambrt.wgsl")).expect("renamed");
+    std::fs::write(at("lib/photometry/lambert.wgsl"), &edited).expect("written");
+    for words in [
+        &["explain", "--target", "moon", "--time", "2024-04-08"][..],
+        &["render", "--target", "moon", "--size", "8x8", "-o", "/nowhere/x.png"],
+        &["probe", r#"{"q":"disc-overlap","k":1,"d":1}"#],
+        &["shader", "diff", "blur", "glow"],
+        &["shader", "cost", key],
+        &["shader", "keys", "--for", "moon"],
+        &["bench", "--scene", "saturn", "--size", "8x8", "--frames", "1"],
+        &["library", "status"],
+        &["view"],
+        &["--target", "moon"],
+    ] {
+        if (words == ["view"] || words == ["--target", "moon"]) && !cfg!(feature = "view") {
+            continue;
+        }
+        let out = orrery(&[words, &["--shaders", text(&shaders)]].concat());
+        let line = said(&out);
+        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{words:?}: {line}");
+        assert!(line.contains("lambrt.wgsl") && line.contains("`lib/photometry/lambert.wgsl`"), "{words:?}: {line}");
+    }
+    let empty = folder.path().join("empty");
+    std::fs::create_dir(&empty).expect("made");
+    for (folder, about) in [(empty, "no *.wgsl"), (folder.path().join("none"), "none")] {
+        let out = orrery(&["shader", "emit", key, "--shaders", text(&folder)]);
+        assert!(out.status.code() == Some(1) && said(&out).contains(about), "{}", said(&out));
+    }
+}
+
+/// A fragment that darkens everything darkens the picture of every verb that draws.
+#[test]
+fn edited_fragments_are_drawn_with() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shaders = folder.path().join("shaders");
+    assert!(orrery(&["shader", "export", text(&shaders)]).status.success());
+    let display = shaders.join("lib/display.wgsl");
+    let source = std::fs::read_to_string(&display).expect("there");
+    assert!(source.contains("1.055 * exp2("));
+    std::fs::write(&display, source.replace("1.055 * exp2(", "0.500 * exp2(")).expect("written");
+    let draw = |name: &str, more: &[&str]| {
+        let path = folder.path().join(name);
+        let out = orrery(&[&["render", "--target", "venus", "--time", "2024-04-08", "--size", "16x16", "-o", text(&path)], more].concat());
+        assert!(out.status.success(), "{}", said(&out));
+        image::open(path).expect("a picture").into_rgb8().into_raw()
+    };
+    let brightest = |picture: Vec<u8>| picture.into_iter().max().unwrap_or(0);
+    let (plain, darker) = (brightest(draw("a.png", &[])), brightest(draw("b.png", &["--shaders", text(&shaders)])));
+    assert!(plain > 150 && darker < 140, "{plain} of 255 and {darker}");
+}
+
+/// Bodies that load must be able to be flown to: what no source has at any time is told with file, line and field.
+#[test]
+fn a_body_that_no_source_can_follow_is_refused_at_load() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("mine.toml");
+    let body = |id: i32, name: &str, parent: &str, motion: &str, rotation: &str| {
+        format!(
+            "[[body]]\nid = {id}\nname = \"{name}\"\nkind = \"asteroid\"\n{parent}radii_km = [10, 9, 8]\ngeometric_albedo = 0.1\n\
+             colour_linear_srgb = [1, 1, 1]\nphotometry = {{ model = \"lambert\" }}\nmotion = {motion}\nrotation = {rotation}\n"
+        )
+    };
+    let orbit = "{ theory = \"mean-elements\", pole_ra_deg = 270, pole_dec_deg = 66.5, epoch_jd_tt = 2451545, semi_major_axis_km = 4e8, \
+                 eccentricity = 0.1, inclination_deg = 5, node_deg = 1, argument_of_periapsis_deg = 2, mean_anomaly_deg = 3, \
+                 mean_motion_deg_day = 0.2, node_period_yr = 0, argument_period_yr = 0 }";
+    let (planetary, pck, synchronous) = ("{ theory = \"planetary\" }", "{ model = \"pck\" }", "{ model = \"synchronous\" }");
+    let fixed = "{ model = \"fixed\", pole_ra_deg = 0, pole_dec_deg = 90, w0_deg = 0, w_deg_day = 400 }";
+    let sun = "parent = \"Sun\"\n";
+    let good = body(2_009_999, "Testa", sun, orbit, fixed);
+    let cases = [
+        (good.clone(), None),
+        (body(2_009_999, "Testa", sun, orbit, synchronous), None),
+        (body(2_009_999, "Testa", sun, orbit, pck), Some((11, "Testa.rotation"))),
+        (body(2_009_999, "Testa", sun, planetary, fixed), Some((10, "Testa.motion"))),
+        (format!("{}{}", good, body(2_009_998, "Moonlet", "parent = \"Testa\"\n", orbit, pck)), Some((22, "Moonlet.rotation"))),
+        (
+            format!(
+                "{}{}",
+                body(2_009_999, "Testa", "parent = \"Testb\"\n", orbit, fixed),
+                body(2_009_998, "Testb", "parent = \"Testa\"\n", orbit, fixed)
+            ),
+            Some((5, "Testa.parent")),
+        ),
+        // A known body loses its rotation.
+        ("[[body]]\nid = 399\nrotation = { model = \"pck\" }\n".into(), None),
+        (
+            "\n[[body]]\nid = 808\nrotation = { model = \"pck\" }\n[[body]]\nid = 802\nrotation = { model = \"pck\" }\n".into(),
+            Some((7, "Nereid.rotation")),
+        ),
+    ];
+    for (catalog, wrong) in cases {
+        std::fs::write(&file, &catalog).expect("written");
+        let verbs: [&[&str]; 4] = [
+            &["explain", "--target", "earth", "--time", "2024-04-08"],
+            &["ephemeris", "--body", "moon", "--center", "earth", "--time", "2024-04-08"],
+            &["shader", "keys", "--for", "earth", "--time", "2024-04-08"],
+            &["probe", r#"{"q":"disc-overlap","k":1,"d":1}"#],
+        ];
+        for verb in verbs {
+            let out = orrery(&[verb, &["--catalogs", text(folder.path())]].concat());
+            let line = said(&out);
+            match wrong {
+                None => assert!(out.status.success(), "{catalog}: {line}"),
+                Some((at, field)) => {
+                    assert!(out.status.code() == Some(1) && line.contains(&format!("mine.toml:{at}: {field}")), "{catalog}: {line}");
+                    assert!(line.contains("write") || line.contains("leads round"), "{line}");
+                }
+            }
+        }
+        if wrong.is_none() && catalog.contains("Testa") {
+            let out = orrery(&["explain", "--target", "testa", "--time", "2024-04-08", "--catalogs", text(folder.path())]);
+            assert!(out.status.success(), "what loads can be seen: {}", said(&out));
+        }
+    }
+}
+
+/// The shipped catalog has no such fault.
+#[test]
+fn every_shipped_body_can_be_followed() {
+    let catalog = orrery::catalog::Catalog::embedded();
+    let ephemeris = orrery::ephemeris::Ephemeris::embedded(&catalog).expect("the shipped kernel");
+    assert_eq!(ephemeris.faults(&catalog), Vec::new());
+}
+
+/// Where no variable names the folder of running programs, the libraries of graphics drivers print a line of their own; the program's user sees none.
+#[test]
+fn no_line_of_a_driver_library_reaches_the_user() {
+    for folder in [None, Some(""), Some("relative"), Some("/nonexistent")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+        command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").args(["doctor", "--cache", text(&CACHE)]);
+        if let Some(folder) = folder {
+            command.env("XDG_RUNTIME_DIR", folder);
+        }
+        let out = command.output().expect("starts");
+        assert!(out.status.success() && !said(&out).contains("XDG_RUNTIME_DIR"), "{folder:?}: {}", said(&out));
+    }
+}
+
+#[test]
+fn doctor_lists_the_bodies() {
+    let out = orrery(&["doctor"]);
+    let listed = String::from_utf8_lossy(&out.stdout).into_owned();
+    for body in orrery::catalog::Catalog::embedded().bodies() {
+        assert!(listed.contains(&body.name), "{}: {listed}", body.name);
+    }
+    assert!(listed.contains("8 planets: Mercury"), "{listed}");
+}

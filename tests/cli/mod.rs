@@ -1,0 +1,6 @@
+//! The built program: verbs, messages, files.
+
+mod bench;
+mod frames;
+mod messages;
+mod verbs;

@@ -1,0 +1,313 @@
+//! The command line as a user meets it: statuses, JSON fields, one clear line for each wrong word, the same bytes twice.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+/// Nothing names a folder for running programs, as in a container: the libraries of drivers must stay silent all the same.
+fn orrery(words: &[&str]) -> Output {
+    let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
+    Command::new(env!("CARGO_BIN_EXE_orrery"))
+        .env_remove("XDG_RUNTIME_DIR")
+        .args(words)
+        .arg("--cache")
+        .arg(cache)
+        .output()
+        .expect("the program starts")
+}
+
+fn json(words: &[&str]) -> Value {
+    let out = orrery(words);
+    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{words:?}: {e}"))
+}
+
+const ECLIPSE: &str = "2024-04-08T18:17:16Z";
+
+#[test]
+fn every_verb_has_help_and_an_example() {
+    for verb in ["view", "render", "explain", "shader", "library", "ephemeris", "probe", "compare", "bench", "doctor"] {
+        let out = orrery(&[verb, "--help"]);
+        let text = String::from_utf8_lossy(&out.stdout).to_lowercase();
+        assert!(out.status.success() && text.contains("usage"), "{verb}");
+        assert!(text.contains("example"), "{verb} --help shows no example");
+    }
+}
+
+/// What nobody has measured is said where it is shown: by `explain` in words and as a field, and in the picture's own metadata; of a measured map nothing is.
+#[test]
+fn invented_maps_are_told() {
+    let near = ["--distance-radii", "4", "--time", ECLIPSE];
+    let folder = tempfile::tempdir().expect("a folder");
+    for (body, invented) in [("callisto", true), ("iapetus", true), ("triton", true), ("phobos", true), ("moon", false), ("europa", false)]
+    {
+        let words = [&["explain", "--target", body], &near[..]].concat();
+        let text = String::from_utf8(orrery(&words).stdout).expect("text");
+        let line = text.lines().find(|l| l.trim_start().starts_with("+ albedo")).unwrap_or_else(|| panic!("{body}: {text}"));
+        assert_eq!(line.contains("the map is invented: "), invented, "{line}");
+        let all = json(&[&words[..], &["--json"]].concat());
+        let told =
+            all["bodies"].as_array().expect("bodies").iter().find(|b| b["name"].as_str().is_some_and(|n| n.eq_ignore_ascii_case(body)));
+        let list = told.expect("the body")["invented"].as_array().expect("a list").len();
+        assert_eq!(list > 0, invented, "{body}");
+        let file = folder.path().join(format!("{body}.png"));
+        let out = orrery(&[&["render", "--target", body, "--size", "32x32", "-o", file.to_str().expect("a path")], &near[..]].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        let bytes = std::fs::read(&file).expect("a picture");
+        let words = format!("invented: {body}.jpg");
+        assert_eq!(bytes.windows(words.len()).any(|w| w == words.as_bytes()), invented, "{body}");
+    }
+    // Too small to show a map: nothing invented is shown.
+    let far = json(&["explain", "--target", "callisto", "--from", "earth", "--fov", "20", "--time", ECLIPSE, "--json"]);
+    let callisto = far["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == "Callisto").expect("Callisto");
+    assert_eq!(callisto["invented"].as_array().map(Vec::len), Some(0));
+}
+
+#[test]
+fn wrong_words_end_with_2_and_what_cannot_be_done_with_1_and_one_line() {
+    for words in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {
+        assert_eq!(orrery(words).status.code(), Some(2), "{words:?}");
+    }
+    for (words, about) in [
+        (&["render", "--target", "nibiru", "-o", "/dev/null/x.png"][..], "nibiru"),
+        (&["render", "--target", "earth", "--size", "0x9", "-o", "x.png"], "0"),
+        (&["render", "--target", "earth", "--time", "someday", "-o", "x.png"], "someday"),
+        (&["render", "--target", "earth", "--effects", "+fog", "-o", "x.png"], "fog"),
+        (&["shader", "keys", "--for", "nibiru"], "nibiru"),
+        (&["ephemeris", "--body", "moon", "--center", "earth", "--time", "soon"], "soon"),
+        (&["probe", "{}"], "\"q\""),
+        (&["explain", "--target", "earth", "--kernel", "/nowhere.bsp"], "/nowhere.bsp"),
+        (&["explain", "--target", "earth", "--catalogs", "/nowhere"], "/nowhere"),
+    ] {
+        let out = orrery(words);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(1), "{words:?}: {said}");
+        assert!(said.trim().lines().count() == 1 && said.contains(about), "{words:?}: {said}");
+        assert!(out.stdout.is_empty(), "{words:?} printed a result");
+    }
+}
+
+#[test]
+fn the_same_command_writes_the_same_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let draw = |target: &str, name: &str| {
+        let path = folder.path().join(name);
+        let words = ["render", "--target", target, "--time", ECLIPSE, "--size", "96x64", "-o"];
+        let out = orrery(&[&words[..], &[path.to_str().expect("a path")]].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        std::fs::read(path).expect("written")
+    };
+    // The Earth has everything; the other format needs a picture only.
+    for (target, kind) in [("earth", "png"), ("io", "exr")] {
+        assert_eq!(draw(target, &format!("a.{kind}")), draw(target, &format!("b.{kind}")), "{kind}");
+    }
+}
+
+/// Evaluation in f64 moves no pixel by more than the rounding of maps' coordinates at an edge allows, and most by nothing.
+#[test]
+fn the_reference_quality_draws_the_standard_picture() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let draw = |quality: &str| {
+        let path = folder.path().join(format!("{quality}.png"));
+        let words = ["render", "--target", "mars", "--time", ECLIPSE, "--size", "96x96", "--quality", quality, "-o"];
+        let out = orrery(&[&words[..], &[path.to_str().expect("a path")]].concat());
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        image::open(path).expect("a picture").into_rgb8().into_raw()
+    };
+    let (standard, reference) = (draw("standard"), draw("reference"));
+    let far = standard.iter().zip(&reference).filter(|(a, b)| a.abs_diff(**b) > 12).count();
+    let mean = standard.iter().zip(&reference).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / standard.len() as f64;
+    assert!(far < 20 && mean < 0.3, "{far} values differ by more than 12 of 255, {mean} in the mean");
+    assert!(standard.iter().any(|v| *v > 60), "the picture is not black");
+}
+
+#[test]
+fn json_answers_have_their_fields() {
+    let state = json(&["ephemeris", "--body", "moon", "--center", "earth", "--time", ECLIPSE, "--json"]);
+    assert!(state["pos_km"].as_array().is_some_and(|v| v.len() == 3) && state["error_km"].is_number(), "{state}");
+    let explained = json(&["explain", "--target", "earth", "--time", ECLIPSE, "--json"]);
+    let earth = explained["bodies"].as_array().and_then(|b| b.iter().find(|b| b["name"] == "Earth")).expect("the Earth");
+    assert!(earth["features"].as_array().is_some_and(|f| f.len() > 5) && earth["key"].is_string(), "{earth}");
+    let estimate = "albedo 0.434: an estimate, +-50 %: changes brightness by up to 0.75 mag";
+    assert!(earth["estimates"].as_array().is_some_and(|e| e.iter().any(|line| line == estimate)), "{earth}");
+    // Each effect with tiers names the one that was taken, and its error.
+    for (feature, tier) in [("atmosphere", "table"), ("eclipse", "limb-darkened")] {
+        let found = earth["features"].as_array().and_then(|f| f.iter().find(|f| f["feature"] == feature)).expect(feature);
+        assert!(found["tier"]["name"] == tier && found["tier"]["at_most"].as_f64().is_some_and(|e| e > 0.0), "{found}");
+    }
+    let draft = orrery(&["--quality", "draft", "explain", "--target", "earth", "--time", ECLIPSE]);
+    let draft = String::from_utf8_lossy(&draft.stdout);
+    assert!(
+        draft.contains("pixel-8: off by at most 50 %") && draft.contains("uniform-disc: off by at most 10 % of the Sun's light"),
+        "{draft}"
+    );
+    assert!(draft.contains(estimate), "{draft}");
+    let keys = json(&["shader", "keys", "--for", "earth", "--time", ECLIPSE, "--json"]);
+    assert!(keys.as_array().is_some_and(|k| k.iter().any(|k| *k == earth["key"])), "{keys}");
+    let cost = json(&["shader", "cost", "lambert.albedo.sun1.ellipsoid", "--json"]);
+    assert!(cost["ms_per_megapixel"].as_f64().is_some_and(|ms| ms > 0.0), "{cost}");
+    let fragment = &cost["tapes"][1];
+    assert!(fragment["texture_reads"] == 1 && fragment["slots"].as_u64() > Some(3), "{fragment}");
+    let status = json(&["library", "status", "--json"]);
+    assert!(status["entries"].is_number(), "{status}");
+}
+
+#[test]
+fn a_mesh_is_not_timed_and_says_so() {
+    let out = orrery(&["shader", "cost", "lambert.sun1.mesh"]);
+    assert!(String::from_utf8_lossy(&out.stdout).contains("not timed"));
+}
+
+#[test]
+fn compare_measures_tells_and_refuses() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
+    let save = |name: &str, width: u32, level: u8| {
+        image::RgbImage::from_fn(width, 10, |x, y| image::Rgb([if x + y == 0 { level } else { 40 }; 3])).save(path(name)).expect("saved");
+    };
+    save("a.png", 10, 40);
+    save("b.png", 10, 60);
+    save("wide.png", 11, 40);
+    let d = json(&["compare", &path("a.png"), &path("b.png"), "-o", &path("d.png"), "--json"]);
+    // One pixel of 100 differs, by 20.
+    assert!((d["mean"].as_f64().expect("mean") - 0.2).abs() < 1e-12 && d["max"] == 20 && d["p999"] == 20 && d["pixels"] == 100, "{d}");
+    assert!((d["psnr_db"].as_f64().expect("psnr") - 10.0 * (255.0_f64 * 255.0 / 4.0).log10()).abs() < 1e-9, "{d}");
+    let shown = image::open(path("d.png")).expect("a picture").into_rgb8();
+    assert!(shown.get_pixel(0, 0).0 == [255; 3] && shown.get_pixel(5, 5).0 == [0; 3]);
+    let status = |words: &[&str]| orrery(&[&["compare"], words].concat());
+    assert_eq!(status(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
+    for (words, about) in [
+        (&[&*path("a.png"), &*path("b.png"), "--tolerance", "19"][..], "20 levels"),
+        (&[&path("a.png"), &path("wide.png")], "10x10 and 11x10"),
+        (&[&path("a.png"), &path("none.png")], "none.png"),
+        (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
+    ] {
+        let out = status(words);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains(about), "{words:?}: {said}");
+    }
+}
+
+#[test]
+fn a_renderer_that_is_not_there_is_refused_with_one_line() {
+    let out_file = tempfile::tempdir().expect("a folder");
+    let png = out_file.path().join("x.png");
+    let png = png.to_str().expect("a path");
+    // No driver of any kind, as on a machine without one.
+    let none = [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent")];
+    let bare = |words: &[&str]| Command::new(env!("CARGO_BIN_EXE_orrery")).args(words).envs(none).output().expect("the program starts");
+    let render = ["render", "--target", "moon", "--size", "16x16", "-o", png];
+    for words in [
+        &[&render[..], &["--renderer", "gpu"]].concat()[..],
+        &["bench", "--scene", "whole-system", "--renderer", "gpu", "--size", "16x16", "--frames", "1"],
+    ] {
+        let out = bare(words);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(1) && said.trim().lines().count() == 1, "{words:?}: {said}");
+        assert!(said.contains("--renderer software"), "{words:?}: {said}");
+        assert!(!std::path::Path::new(png).exists(), "nothing is written");
+    }
+    // Left to itself the program draws in software and says so once.
+    let out = bare(&render);
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success() && std::path::Path::new(png).exists(), "{said}");
+    let expected = if cfg!(feature = "gpu") { 1 } else { 0 };
+    assert_eq!(said.trim().lines().filter(|l| l.contains("drawing in software")).count(), expected, "{said}");
+    std::fs::remove_file(png).expect("written just now");
+    let drawn = orrery(&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "software"]);
+    assert!(drawn.status.success() && std::path::Path::new(png).exists());
+}
+
+#[test]
+fn a_time_report_adds_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = folder.path().join("moon.png");
+    let start = std::time::Instant::now();
+    let words = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "32x32", "--renderer", "software", "--time-report", "-o"];
+    let report = json(&[&words[..], &[picture.to_str().expect("a plain name")]].concat());
+    let whole_ms = 1e3 * start.elapsed().as_secs_f64();
+    let stages = report["stages"].as_object().expect("stages");
+    let before_the_frame: f64 =
+        stages.iter().filter(|(name, _)| *name != "write_ms").map(|(_, ms)| ms.as_f64().expect("milliseconds")).sum();
+    let first_ms = report["first_frame_ms"].as_f64().expect("a frame was drawn");
+    assert!(before_the_frame > 0.0 && stages.contains_key("draw_ms"), "{report}");
+    assert!(before_the_frame <= first_ms && first_ms <= whole_ms, "stages {before_the_frame}, first {first_ms}, whole {whole_ms}");
+    assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
+}
+
+/// A comparison writes its picture once, again where nothing would change, and over another file only where told to.
+#[test]
+fn compare_replaces_another_file_only_when_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
+    for (name, level) in [("a.png", 40), ("b.png", 60)] {
+        image::RgbImage::from_pixel(4, 4, image::Rgb([level; 3])).save(path(name)).expect("saved");
+    }
+    let compare = |more: &[&str]| orrery(&[&["compare", &*path("a.png"), &*path("b.png"), "-o", &*path("d.png")], more].concat());
+    assert!(compare(&[]).status.success() && compare(&[]).status.success(), "the same bytes once more are no harm");
+    let difference = std::fs::read(path("d.png")).expect("a picture");
+    std::fs::write(path("d.png"), "mine").expect("a file");
+    let refused = compare(&[]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(1) && refused.stdout.is_empty(), "{said}");
+    assert!(said.trim().lines().count() == 1 && said.contains("d.png") && said.contains("--overwrite"), "{said}");
+    assert_eq!(std::fs::read(path("d.png")).expect("a file"), b"mine");
+    assert!(compare(&["--overwrite"]).status.success());
+    assert_eq!(std::fs::read(path("d.png")).expect("a picture"), difference);
+}
+
+/// Each verb that prints, its output (or its messages) read by nobody: it ends without a panic, a result's closed pipe is no failure.
+#[test]
+fn closed_streams_end_every_verb_quietly() {
+    use std::process::Stdio;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
+    image::RgbImage::new(4, 4).save(path("a.png")).expect("saved");
+    // A pipe of which the other end is closed before anything is written.
+    let closed = || {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        Stdio::from(writer)
+    };
+    let (a, b, cache) = (path("a.png"), path("b.png"), path("cache"));
+    let render = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "16x16", "--renderer", "software"];
+    let good: &[&[&str]] = &[
+        &["--help"],
+        &["doctor", "--renderer", "software"],
+        &["library", "status"],
+        &["library", "verify"],
+        &["library", "clear", "--json"],
+        &["shader", "keys", "--simple"],
+        &["shader", "emit", "lambert.sun1.sphere"],
+        &["ephemeris", "--body", "moon", "--center", "earth", "--time", ECLIPSE],
+        &["probe", "--questions"],
+        &["compare", &a, &a],
+        &["explain", "--target", "moon", "--time", ECLIPSE],
+        &["completions", "bash"],
+        &["man"],
+        &[&render[..], &["--time-report", "-o", &b]].concat(),
+        &[&render[..], &["--frames", "3", "-o", "-"]].concat(),
+    ];
+    let bad: &[&[&str]] = &[&["compare", &a, "none.png"], &["man", "nothing"], &["shader", "emit", "nothing"], &["--nothing"]];
+    let run = |words: &[&str], out: Stdio, err: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+        command.args(words).env("XDG_CACHE_HOME", &cache).stdin(Stdio::null()).stdout(out).stderr(err);
+        command.spawn().and_then(|child| child.wait_with_output()).expect("the program runs")
+    };
+    for words in good {
+        let done = run(words, closed(), Stdio::piped());
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success() && said.is_empty(), "{words:?}: {:?}, {said}", done.status);
+        // Messages that nobody reads change no result.
+        assert!(run(words, Stdio::null(), closed()).status.success(), "{words:?}");
+    }
+    for words in bad {
+        let code = run(words, closed(), closed()).status.code();
+        assert!(matches!(code, Some(1 | 2)), "{words:?}: {code:?}");
+    }
+    // A full device is a failure, and said.
+    if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
+        let done = run(&["man"], full.into(), Stdio::piped());
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains("standard output"), "{said}");
+    }
+}

@@ -1,0 +1,6 @@
+//! Sunlight that bodies block: reference tables, exact ends, overlapping discs, totality.
+
+mod overlapping_limbs;
+mod reference_tables;
+mod totality;
+mod umbra;

@@ -1,0 +1,488 @@
+//! Eclipses as the emitted modules see them, against tables made outside this program (tests/data/README.md) and against geometry.
+
+use crate::support::session::SESSION;
+use glam::{DVec3, Vec4};
+use orrery::catalog::{NaifId, Photometry};
+use orrery::image::{Reading, SharedTexture};
+use orrery::probe::Prober;
+use orrery::probe::sunlight::{Sky, left_by};
+use orrery::render::plan::{Fineness, ModuleName, PlanError, Supplies, plan};
+use orrery::render::software::{Options, Precision, SoftwareRenderer};
+use orrery::scene::Scene;
+use orrery::scene::draw::{Eclipse, EclipseAmounts, EclipseModel, Needs};
+use orrery::scene::eclipse::{Receiver, Wanted};
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, Quality, ViewRequest};
+use orrery::scene::tiers;
+use orrery::scene::viewpoint::ground_point_km;
+use orrery::session::{Session, Sources};
+use orrery::shader::Layout;
+use orrery::time::Instant;
+use orrery::units::SPEED_OF_LIGHT_KM_S;
+use serde_json::{Value, json};
+use std::sync::LazyLock;
+
+fn open(name: &str, catalogs: Option<std::path::PathBuf>) -> Session {
+    let cache = std::env::temp_dir().join(format!("orrery-eclipse-{name}-{}", std::process::id()));
+    Session::open(&Sources { cache: Some(cache), catalogs, ..Sources::default() }, |_| {}).expect("opens")
+}
+
+static SINGLE: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F32));
+static DOUBLE: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F64));
+
+fn renderer(precision: Precision) -> SoftwareRenderer {
+    SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")
+}
+
+fn single() -> Prober<'static> {
+    Prober { session: &SESSION, renderer: &SINGLE }
+}
+fn double() -> Prober<'static> {
+    Prober { session: &SESSION, renderer: &DOUBLE }
+}
+
+fn table(text: &str) -> Value {
+    serde_json::from_str(text).expect("JSON")
+}
+fn number(v: &Value, name: &str) -> f64 {
+    v[name].as_f64().unwrap_or_else(|| panic!("{name} in {v}"))
+}
+fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
+    v[name].as_array().unwrap_or_else(|| panic!("{name}"))
+}
+
+/// The answer of a question whose fields are one object.
+fn ask(prober: &Prober<'_>, question: &Value, answer: &str) -> f64 {
+    number(&prober.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}")), answer)
+}
+
+fn instant(text: &str) -> Instant {
+    Instant::parse(text).expect(text)
+}
+
+#[test]
+fn discs_and_ellipses_hide_what_integrals_of_forty_digits_say() {
+    let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
+    // The worst of circles and ellipses in f32 and f64; measured 3e-7, 1.3e-4, 1.8e-7, 1.3e-4 with the limb darkened.
+    let stated = tiers::of_eclipse(EclipseModel::LimbDarkened).expect("a tier").at_most;
+    for (prober, circles, ellipses) in [(single(), 1e-5, stated), (double(), 1e-6, stated)] {
+        for model in ["limb-darkened", "uniform-disc"] {
+            let blocked = if model == "uniform-disc" { "blocked_uniform" } else { "blocked_ld" };
+            for row in list(&table, "circles") {
+                let q = json!({"q": "disc-overlap", "k": row["k"], "d": row["d"], "u1": 0.4, "u2": 0.26, "model": model});
+                let error = ask(&prober, &q, "blocked") - number(row, blocked);
+                assert!(error.abs() < circles, "{q}: off by {error:e}");
+            }
+            for row in list(&table, "ellipses") {
+                let mut q = json!({"q": "disc-overlap", "u1": 0.4, "u2": 0.26, "model": model});
+                for field in ["semi_major", "semi_minor", "centre_distance", "offset_angle_from_major_axis_deg"] {
+                    q[field] = row[field].clone();
+                }
+                let error = ask(&prober, &q, "blocked") - number(row, blocked);
+                assert!(error.abs() < ellipses, "{q}: off by {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_ramp_meets_the_contacts_and_is_wrong_between() {
+    let prober = single();
+    let blocked = |k: f64, d: f64, model: &str| ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "model": model}), "blocked");
+    for k in [0.3, 1.0, 4.0] {
+        assert_eq!(blocked(k, 1.0 + k, "linear"), 0.0);
+        let all = f64::min(k * k, 1.0);
+        assert!((blocked(k, (1.0 - k).abs(), "linear") - all).abs() < 1e-6);
+        assert!((blocked(k, 0.5 * (1.0 + k + (1.0 - k).abs()), "linear") - 0.5 * all).abs() < 1e-6);
+    }
+    let error = blocked(1.0, 0.5, "linear") - blocked(1.0, 0.5, "uniform-disc");
+    assert!((0.02..0.12).contains(&error), "{error}");
+}
+
+/// The simpler models against the darkened limb, in blue, where it is darkest: off by no more than `explain` says, and by nearly as much somewhere.
+#[test]
+fn simpler_discs_are_off_by_what_is_stated() {
+    let prober = single();
+    let blocked = |k: f64, d: f64, model: &str| {
+        ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "u1": 0.625, "u2": 0.18, "model": model}), "blocked")
+    };
+    for model in [EclipseModel::Linear, EclipseModel::UniformDisc] {
+        let tier = tiers::of_eclipse(model).expect("a tier");
+        let mut worst = 0.0f64;
+        for k in [0.1, 0.5, 0.7, 0.76, 0.8, 0.9, 1.0, 1.02, 1.05, 1.1, 1.5, 4.0, 20.0] {
+            for step in 0..40 {
+                let d = (1.0 + k) * (1.0 - f64::from(step) / 40.0 * f64::min(2.0 / (1.0 + k), 1.0));
+                worst = worst.max((blocked(k, d, tier.name) - blocked(k, d, "limb-darkened")).abs());
+            }
+        }
+        println!("{}: {worst:.4}", tier.name);
+        assert!(worst < tier.at_most && worst > 0.8 * tier.at_most, "{}: {worst} for {}", tier.name, tier.at_most);
+    }
+}
+
+#[test]
+fn solar_eclipses_on_the_ground_are_those_of_de440() {
+    let table = table(include_str!("../data/eclipses_public.json"));
+    let mut partial = 0;
+    for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
+        for point in list(eclipse, "sample_points") {
+            for (sample, at) in list(eclipse, "sample_times").iter().zip(list(point, "at")) {
+                let time = format!("{}Z", sample["utc"].as_str().expect("a time"));
+                for (model, hidden) in [("limb-darkened", "obscured_flux_limb_darkened"), ("uniform-disc", "obscured_fraction")] {
+                    let q = json!({"q": "sunlight", "body": "earth", "time": time, "lat": point["lat_deg"], "lon": point["lon_east_deg"],
+                        "model": model});
+                    let hidden = number(at, hidden);
+                    let error = ask(&single(), &q, "fraction") - (1.0 - hidden);
+                    // Measured 2.1e-5. A shadow a second late would be 3e-4 off; so would one without the aberration of the Earth.
+                    assert!(error.abs() < 5e-5, "{q}: off by {error:e}");
+                    partial += usize::from((0.01..0.99).contains(&hidden));
+                }
+            }
+        }
+    }
+    assert!(partial > 100, "{partial} samples in the penumbra");
+}
+
+/// Light at the Earth's centre, the ground out of the way.
+fn at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, law: &Photometry) -> f64 {
+    let body = prober.catalog().body(body).expect("a body");
+    let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
+    let sky = Sky::over(prober, &receiver, Wanted::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    sky.left(&sky.casters, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
+}
+
+const EVEN: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 3] };
+
+#[test]
+fn the_light_itself_finds_the_greatest_solar_eclipse_within_a_second() {
+    let table = table(include_str!("../data/eclipses_public.json"));
+    let mut found = 0;
+    for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
+        let greatest = &eclipse["greatest_eclipse"];
+        // The light at the centre is least when the axis is nearest to it; farther than half a radius the penumbra misses it.
+        if number(greatest, "gamma").abs() > 0.52 {
+            continue;
+        }
+        let t0 = Instant::from_tdb_seconds_past_j2000(number(greatest, "tdb_s_past_j2000"));
+        let step_s = 120.0;
+        let [a, b, c] = [-step_s, 0.0, step_s].map(|s| at_the_centre(&double(), NaifId::EARTH, t0.plus_seconds(s), &EVEN));
+        assert!(a > b && c > b && b < 0.99, "{a} {b} {c}");
+        let least_s = 0.5 * step_s * (a - c) / (a - 2.0 * b + c);
+        assert!(least_s.abs() < 1.0, "{}: {least_s} s", eclipse["id"]);
+        found += 1;
+    }
+    assert_eq!(found, 3, "1999, 2020 and 2024");
+}
+
+#[test]
+fn the_moon_crosses_the_earths_shadow_as_de440_says() {
+    // The table's Earth is a sphere.
+    let folder = std::env::temp_dir().join(format!("orrery-eclipse-catalog-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::write(folder.join("round.toml"), "[[body]]\nid = 399\nname = \"Earth\"\nradii_km = [6378.137, 6378.137, 6378.137]\n")
+        .expect("written");
+    let session = open("round", Some(folder));
+    let prober = Prober { session: &session, renderer: &SINGLE };
+    let table = table(include_str!("../data/eclipses_public.json"));
+    for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "lunar") {
+        for track in list(eclipse, "track") {
+            // The table's times are those of light that reaches the Earth.
+            let seen = Instant::from_tdb_seconds_past_j2000(number(track, "tdb_s_past_j2000"));
+            let state = prober.ephemeris().state(NaifId::MOON, NaifId::EARTH, seen, None).expect("the Moon").state;
+            let time = seen.plus_seconds(-state.pos_km.length() / SPEED_OF_LIGHT_KM_S);
+            let error = at_the_centre(&prober, NaifId::MOON, time, &EVEN) - (1.0 - number(track, "sun_blocked_fraction_at_moon_centre"));
+            // A second is 2.5e-4.
+            assert!(error.abs() < 2.5e-4, "{} {}: off by {error:e}", eclipse["id"], track["dt_s_from_greatest"]);
+        }
+    }
+}
+
+/// Points of the ground over a square of the given half width around a place, and their distance north and east of it, km.
+fn square(body_radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, half_km: f64, steps: i32) -> Vec<(f64, f64, DVec3)> {
+    let km_per_deg = body_radii_km.x.to_radians();
+    let mut all = Vec::new();
+    for i in -steps..=steps {
+        for j in -steps..=steps {
+            let [north, east] = [i, j].map(|k| f64::from(k) * half_km / f64::from(steps));
+            let lat = latitude_deg + north / km_per_deg;
+            let lon = longitude_deg + east / km_per_deg / lat.to_radians().cos();
+            all.push((north, east, ground_point_km(body_radii_km, lat, lon, 0.0).0 / body_radii_km.x));
+        }
+    }
+    all
+}
+
+#[test]
+fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
+    // F. Espenak, eclipse bulletin: greatest 12:46:28.6 UT at 3 deg 29.4 min N, 11 deg 40.2 min W; path 57.5 km wide.
+    let prober = single();
+    let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
+    let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
+    let sky = Sky::over(&prober, &receiver, Wanted::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    let ground = square(earth.radii_km, 3.49, -11.67, 60.0, 30);
+    let points: Vec<_> = ground.iter().map(|p| p.2).collect();
+    let light = sky.left(&sky.casters, &points, None).expect("answers");
+    let dark: Vec<_> = ground.iter().zip(&light).filter(|(_, rgb)| rgb[1] < 1e-6).map(|(p, _)| (p.0, p.1)).collect();
+    let width_km = (0..36)
+        .map(|k| {
+            let (sin, cos) = (f64::from(k) * 5.0).to_radians().sin_cos();
+            let across = || dark.iter().map(|(n, e)| n * cos + e * sin);
+            across().fold(f64::MIN, f64::max) - across().fold(f64::MAX, f64::min)
+        })
+        .fold(f64::MAX, f64::min);
+    assert!((width_km - 57.5).abs() < 6.0, "{width_km} km over steps of 2 km");
+}
+
+#[test]
+fn shadows_move_on_from_one_second_to_the_next() {
+    // (body, time, greatest change a second): the Moon's shadow runs up to 10 km/s near the edge of the Earth over 3400 km of penumbra, the
+    // Moon 1 km/s through the Earth's.
+    for (body, time, at_most) in [(NaifId::EARTH, "2006-03-29T12:17:51Z", 3e-3), (NaifId::MOON, "2022-05-16T06:22:36Z", 6e-4)] {
+        let prober = single();
+        let body = SESSION.catalog().body(body).expect("a body");
+        let points: Vec<_> = (0..40)
+            .flat_map(|i| (0..80).map(move |j| (f64::from(i) * 4.5 - 88.0, f64::from(j) * 4.5)))
+            .map(|(lat, lon)| ground_point_km(body.radii_km, lat, lon, 0.0).0 / body.radii_km.x)
+            .collect();
+        let light = |second: f64| {
+            let receiver = Receiver::at(SESSION.ephemeris(), body, instant(time).plus_seconds(second)).expect("placed");
+            let sky = Sky::over(&prober, &receiver, Wanted::Best).expect("a sky");
+            sky.left(&sky.casters, &points, None).expect("answers")
+        };
+        let seconds: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
+        for (before, after) in seconds.iter().zip(&seconds[1..]) {
+            let worst = before.iter().zip(after).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f64::max);
+            assert!(worst < at_most, "{}: {worst:e}", body.name);
+            assert!(worst > 0.0, "{}: nothing moves", body.name);
+        }
+    }
+}
+
+/// Mean light over the Moon's face as the Earth sees it, per channel over that of the full Moon.
+fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
+    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
+    let receiver = Receiver::at(SESSION.ephemeris(), moon, instant(time)).expect("placed");
+    let sky = Sky::over(prober, &receiver, Wanted::Best).expect("a sky");
+    // The Moon's surface is nearly as bright at the limb as in the middle: points even over the disc, which faces +x.
+    let points: Vec<_> = (0..400)
+        .map(|k| {
+            let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * 2.399_963).sin_cos());
+            DVec3::new((1.0 - r * r).sqrt(), r * cos, r * sin)
+        })
+        .collect();
+    let light = sky.left(&sky.casters, &points, None).expect("answers");
+    [0, 1, 2].map(|c| light.iter().map(|rgb| rgb[c]).sum::<f64>() / light.len() as f64)
+}
+
+#[test]
+fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
+    // (greatest eclipse, umbral magnitude U). H. de Carvalho Vital's fit to eclipses without volcanic ash, r2 = 0.998: the Moon's visual
+    // magnitude at mid-eclipse is -(U (2.08 U - 10.34) + 11.7); the full Moon's is -12.7. Clouds of the day move it by half a magnitude.
+    for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
+        let rgb = light_on_the_face(&single(), time);
+        let luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+        let magnitude = -12.7 - 2.5 * luminance.log10();
+        let observed = -(umbral_magnitude * (2.08 * umbral_magnitude - 10.34) + 11.7);
+        println!("{time}: magnitude {magnitude:.2}, observed {observed:.2}, colour {:.1} {:.1}", rgb[0] / rgb[1], rgb[1] / rgb[2]);
+        assert!((magnitude - observed).abs() < 1.0, "{time}: magnitude {magnitude}, observers give {observed}");
+        assert!(umbral_magnitude < 1.0 || rgb[0] > 2.0 * rgb[1] && rgb[1] > rgb[2], "{time}: {rgb:?}");
+    }
+    // Without the air nothing is left in the middle of the umbra.
+    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
+    let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
+    let prober = single();
+    let sky = Sky::over(&prober, &receiver, Wanted::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    assert!(sky.left(&sky.casters, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
+}
+
+/// A Sun of the given angular radius far away on +z and round casters given by (x, y, z, radius), the receiver's radii.
+fn amounts(sun_distance: f64, tan_sun: f64, casters: &[[f64; 4]], model: EclipseModel) -> (Eclipse, EclipseAmounts) {
+    let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
+    let (u1, u2) = if model == EclipseModel::UniformDisc { (0.0, 0.0) } else { (0.4, 0.26) };
+    let flux = std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0);
+    let limb = [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|f| v(f / flux, f / flux, f / flux, 0.0));
+    let amounts = EclipseAmounts {
+        axis: v(0.0, 0.0, 1.0, 1.0 / sun_distance),
+        across: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
+        limb,
+        places: casters.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
+        shapes: casters.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),
+        ..EclipseAmounts::default()
+    };
+    (Eclipse { casters: casters.len() as u8, model }, amounts)
+}
+
+/// Part of the light left by discs (x, y, radius in solar radii), by a fine grid over the Sun's disc.
+fn grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
+    let n = 1200;
+    let (mut all, mut left) = (0.0, 0.0);
+    for i in 0..n {
+        for j in 0..n {
+            let [x, y] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n) * 2.0 - 1.0);
+            let r2 = x * x + y * y;
+            if r2 < 1.0 {
+                let mu = (1.0 - r2).sqrt();
+                let light = 1.0 - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2);
+                all += light;
+                left += if discs.iter().any(|d| (x - d[0]).hypot(y - d[1]) < d[2]) { 0.0 } else { light };
+            }
+        }
+    }
+    left / all
+}
+
+#[test]
+fn overlapping_casters_hide_the_union_of_their_discs() {
+    // Casters at one distance of 100 radii before a Sun whose angular radius there is one radius: lengths are solar radii.
+    let sky = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
+    let cases: [&[[f64; 3]]; 6] = [
+        &[[0.3, 0.0, 0.5], [0.3, 0.0, 0.5]],
+        &[[0.3, 0.1, 0.5], [-0.2, 0.2, 0.4]],
+        &[[1.2, 0.3, 0.9], [0.8, -0.7, 0.6]],
+        &[[0.3, 0.1, 0.5], [-0.2, 0.2, 0.4], [0.0, -0.6, 0.3]],
+        &[[0.3, 0.1, 0.5], [-0.2, 0.2, 0.4], [0.0, -0.6, 0.3], [0.2, -0.2, 0.45]],
+        &[[30.4, 0.0, 30.0], [0.5, 0.4, 0.3]],
+    ];
+    for discs in cases {
+        let mut product = 1.0;
+        for disc in discs {
+            product *= grid(std::slice::from_ref(disc), 0.4, 0.26);
+        }
+        let exact = grid(discs, 0.4, 0.26);
+        let (eclipse, a) = amounts(1e7, 0.01, &sky(discs), EclipseModel::LimbDarkened);
+        let left = left_by(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
+        assert!((left - exact).abs() < 1e-3, "{discs:?}: {left}, the grid says {exact}");
+        assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass, too");
+        // The ramp is a rough model, but it is no product either: two like discs hide no more than one.
+        let (eclipse, a) = amounts(1e7, 0.01, &sky(discs), EclipseModel::Linear);
+        let ramp = left_by(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
+        assert!((ramp - exact).abs() < 0.15, "{discs:?}: ramp {ramp}, the grid says {exact}");
+    }
+}
+
+#[test]
+fn nothing_behind_the_lit_point_darkens_it() {
+    for model in [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
+        let (eclipse, a) = amounts(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
+        let ground = [DVec3::Z, DVec3::X, DVec3::ZERO, -DVec3::Z];
+        for rgb in left_by(&single(), eclipse, a, &ground).expect("answers") {
+            assert_eq!(rgb, [1.0; 3], "{model:?}");
+        }
+        // The same caster before the point takes all of its light.
+        let (eclipse, a) = amounts(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
+        assert!(left_by(&single(), eclipse, a, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
+    }
+}
+
+#[test]
+fn single_precision_holds_out_to_neptune() {
+    // (Sun's distance and size, caster's distance and size) in the receiver's radii: Earth and Moon, Io on Jupiter, Jupiter on Io, Titan on
+    // Saturn, Saturn on Titan, Neptune on Triton, Neptune on Proteus.
+    let cases = [
+        (23_455.0, 109.1, 60.3, 0.2725),
+        (10_890.0, 9.73, 5.9, 0.0255),
+        (427_400.0, 381.9, 231.5, 39.25),
+        (23_720.0, 11.54, 20.3, 0.0427),
+        (555_300.0, 270.2, 474.5, 23.4),
+        (3_323_000.0, 514.0, 262.2, 18.3),
+        (21_400_000.0, 3313.0, 560.0, 117.9),
+    ];
+    let mut worst = (0.0, 0.0);
+    for (sun_distance, sun_radius, along, radius) in cases {
+        let tan_sun = sun_radius / sun_distance;
+        for k in 0..400 {
+            // From the shadow's axis to beyond the penumbra of a caster that stands two of its radii aside.
+            let miss = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * along);
+            let (eclipse, a) = amounts(sun_distance, tan_sun, &[[miss, 0.1 * miss, along, radius]], EclipseModel::LimbDarkened);
+            let points = [DVec3::new(0.6, -0.3, 0.7), DVec3::new(-0.2, 0.1, 0.97)];
+            let [a, b] = [single(), double()].map(|p| left_by(&p, eclipse, a.clone(), &points).expect("answers"));
+            for (x, y) in a.iter().zip(&b) {
+                let error = (x[1] - y[1]).abs();
+                if error > worst.0 {
+                    worst = (error, sun_distance);
+                }
+            }
+        }
+    }
+    println!("worst {:e} at {} radii from the Sun", worst.0, worst.1);
+    assert!(worst.0 < 5e-4, "{worst:?}");
+}
+
+fn view(target: NaifId, time: &str, effects: &str, quality: Quality) -> ViewRequest {
+    ViewRequest {
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        quality,
+        width: 160,
+        height: 160,
+        exposure: ExposureRequest::Stops(2.0),
+        ..ViewRequest::of(target, instant(time))
+    }
+}
+
+fn needs_of(request: &ViewRequest) -> Needs {
+    let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), request).expect("a scene");
+    let target = request.target.expect("a target");
+    scene.draws.iter().find(|d| d.body == target).expect("drawn").needs
+}
+
+#[test]
+fn scene_asks_for_an_eclipse_where_one_is() {
+    let eclipse = |target, time, effects: &str, quality| needs_of(&view(target, time, effects, quality)).eclipse;
+    let of = |casters, model| Eclipse { casters, model };
+    let (earth, moon, jupiter) = (NaifId::EARTH, NaifId::MOON, NaifId(599));
+    let best = Quality::Standard;
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "", best), of(1, EclipseModel::LimbDarkened));
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "", Quality::Draft), of(1, EclipseModel::UniformDisc));
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "+eclipse=linear", best), of(1, EclipseModel::Linear));
+    assert_eq!(
+        eclipse(earth, "2024-04-08T18:17:00Z", "+eclipse=refracted", best),
+        of(1, EclipseModel::LimbDarkened),
+        "the Moon has no air"
+    );
+    assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "-eclipse", best), Eclipse::default());
+    assert_eq!(eclipse(earth, "2024-04-22T18:17:00Z", "", best), Eclipse::default());
+    assert_eq!(eclipse(moon, "2022-11-08T10:59:00Z", "", best), of(1, EclipseModel::Refracted));
+    assert_eq!(eclipse(moon, "2022-11-01T10:59:00Z", "", best), Eclipse::default());
+    // The rare triple that the Earth saw from 06:27 to 06:52 UT, here by light that needs 36 minutes.
+    let request = ViewRequest { position: Position::Centre(earth), ..view(jupiter, "2015-01-24T06:40:00Z", "", best) };
+    let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
+    let decisions = &scene.body(jupiter).expect("Jupiter").decisions;
+    let reason = &decisions.iter().find(|d| d.feature == "eclipse").expect("decided").reason;
+    assert!(["Io", "Europa", "Callisto"].iter().all(|moon| reason.contains(moon)), "{reason}");
+    assert!(!reason.contains("Ganymede"), "{reason}");
+}
+
+/// Layouts of the session's modules; no maps.
+struct Layouts;
+impl Supplies for Layouts {
+    fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError> {
+        SESSION.library().get(module).map(|m| m.layout.clone()).map_err(|e| PlanError::Module(e.to_string()))
+    }
+    fn map(&self, file: &str, _: Reading) -> Result<SharedTexture, PlanError> {
+        self.overlay(file)
+    }
+    fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
+        Err(PlanError::Map { file: file.into(), why: "this test draws without maps".into() })
+    }
+    fn letters(&self, size_px: f64) -> std::sync::Arc<orrery::image::Letters> {
+        SESSION.letters(size_px)
+    }
+}
+
+#[test]
+fn what_takes_nothing_changes_no_bit() {
+    let draw = |effects: &str| {
+        let request = view(NaifId::EARTH, "2024-04-08T18:17:00Z", effects, Quality::Draft);
+        let mut plain = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
+        // The Moon stands aside.
+        for draw in &mut plain.draws {
+            draw.amounts.eclipse.places.iter_mut().for_each(|p| p.x += 50.0);
+        }
+        let plan = plan(&plain, &Layouts, Fineness { samples: 1, anisotropy: 1 }).expect("a plan");
+        SINGLE.render(&plan, SESSION.library(), true).expect("a picture").0
+    };
+    const BARE: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";
+    let [with, without] = ["+eclipse=limb-darkened", "-eclipse"].map(|e| draw(&format!("{e}{BARE}")));
+    assert!(with.hdr.iter().any(|p| p[0] > 0.0));
+    assert_eq!(with.hdr, without.hdr);
+}

@@ -1,0 +1,238 @@
+//! Exact ends of eclipses: inside an umbra the light is 0 in every channel, outside each penumbra it is 1, in f32 and f64, and it falls on the way in. For
+//! every model, round and long casters, one to four of them, a globe's shadow on its ring and the ring's on the globe.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3, Vec4};
+use orrery::probe::Prober;
+use orrery::probe::sunlight::left_by;
+use orrery::render::software::{Options, Precision, SoftwareRenderer};
+use orrery::scene::draw::{Eclipse, EclipseAmounts, EclipseModel};
+use serde_json::{Value, json};
+use std::sync::LazyLock;
+
+static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
+    [Precision::F32, Precision::F64]
+        .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
+});
+
+fn probers() -> [(Prober<'static>, &'static str); 2] {
+    [(Prober { session: &SESSION, renderer: &RENDERERS[0] }, "f32"), (Prober { session: &SESSION, renderer: &RENDERERS[1] }, "f64")]
+}
+
+const MODELS: [EclipseModel; 3] = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
+
+/// A caster's outline in solar radii: centre, direction of the long axis, semi-axes.
+#[derive(Clone, Copy, Debug)]
+struct Outline {
+    centre: DVec2,
+    axis: DVec2,
+    semi: DVec2,
+}
+
+impl Outline {
+    fn moved(self, by: DVec2) -> Self {
+        Self { centre: self.centre + by, ..self }
+    }
+
+    /// Least and greatest level of the outline's form over the Sun's limb: inside where it is below 1.
+    fn levels(&self) -> (f64, f64) {
+        let level = |angle: f64| {
+            let p = DVec2::from_angle(angle) - self.centre;
+            let (x, y) = (p.dot(self.axis), p.dot(self.axis.perp()));
+            (x / self.semi.x).powi(2) + (y / self.semi.y).powi(2)
+        };
+        (0..2000).map(|k| level(f64::from(k) * std::f64::consts::TAU / 2000.0)).fold((f64::MAX, 0.0), |(a, b), v| (a.min(v), b.max(v)))
+    }
+}
+
+/// Channels with laws of their own, as the Sun's: red darkens least.
+const LAWS: [[f64; 2]; 3] = [[0.34, 0.25], [0.40, 0.26], [0.625, 0.18]];
+
+/// Casters at a depth of 100 radii before a Sun that is one radius there: lengths are solar radii. The Sun is far away, the receiver is a point.
+fn amounts(casters: &[Outline], model: EclipseModel) -> (Eclipse, EclipseAmounts) {
+    let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
+    let law = |k: usize| if model == EclipseModel::LimbDarkened { LAWS[k] } else { [0.0; 2] };
+    let factors = [0, 1, 2].map(|k| {
+        let [u1, u2] = law(k);
+        let flux = std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0);
+        [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
+    });
+    let amounts = EclipseAmounts {
+        axis: v(0.0, 0.0, 1.0, 1e-7),
+        across: [v(1.0, 0.0, 0.0, 100.0), v(0.0, 1.0, 0.0, 1e-5)],
+        limb: [0, 1, 2].map(|term| v(factors[0][term], factors[1][term], factors[2][term], 0.0)),
+        places: casters.iter().map(|c| v(c.centre.x, c.centre.y, 100.0, 0.0)).collect(),
+        shapes: casters.iter().map(|c| v(c.axis.x, c.axis.y, c.semi.x, c.semi.y)).collect(),
+        ..EclipseAmounts::default()
+    };
+    (Eclipse { casters: casters.len() as u8, model }, amounts)
+}
+
+/// Numbers in 0..1, others for each seed.
+fn numbers(seed: f64) -> impl FnMut() -> f64 {
+    let mut k = seed;
+    move || {
+        k += 1.0;
+        ((k * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0)
+    }
+}
+
+/// The receiver moves straight across the shadow: from far outside to the middle, so that of one caster ever more is hidden until the Sun's centre is passed.
+#[test]
+fn ends_are_exact_and_between_them_light_falls() {
+    let mut next = numbers(3.0);
+    // (dark, full, between) receivers that were asked for.
+    let mut counted = [0; 3];
+    let (mut worst_round, mut worst_long) = (0.0_f64, 0.0_f64);
+    for case in 0..36 {
+        let round = case % 3 != 0;
+        let long = [0.05, 0.3, 0.99, 1.0, 1.02, 1.05, 1.3, 2.0, 3.5, 6.0, 25.0, 400.0][case % 12] * (0.97 + 0.06 * next());
+        let short = if round { long } else { long * (0.6 + 0.39 * next()) };
+        let shape = Outline { centre: DVec2::ZERO, axis: DVec2::from_angle(6.0 * next()), semi: DVec2::new(long, short) };
+        let direction = DVec2::from_angle(6.0 * next());
+        let aside = direction.perp() * (0.3 * next() * (long - 1.0).clamp(0.0, 1.0));
+        // From 1.3 solar radii outside of the bounding circle to the middle; close together where the light ends.
+        let steps = 240;
+        let along: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();
+        // The receiver moves, the casters stand: what the receiver sees moves the other way.
+        let points: Vec<_> = along.iter().map(|a| (-(direction * *a + aside)).extend(0.0)).collect();
+        // The ramp takes a long caster by its tangent, whose contacts are not those of the outline.
+        for model in MODELS.into_iter().filter(|m| round || *m != EclipseModel::Linear) {
+            for count in [1, 2, 4] {
+                // The others stand aside, where they hide nothing of it.
+                let others = (1..count).map(|k| shape.moved(DVec2::new(3e4 * f64::from(k), 1e4)));
+                let casters: Vec<_> = std::iter::once(shape).chain(others).collect();
+                let (eclipse, a) = amounts(&casters, model);
+                for (prober, precision) in probers() {
+                    let light = left_by(&prober, eclipse, a.clone(), &points).expect("answers");
+                    let said = |k: usize| format!("{model:?} {precision} {count} casters {shape:?} at {}: {:?}", along[k], light[k]);
+                    for (k, rgb) in light.iter().enumerate() {
+                        let seen = shape.moved(direction * along[k] + aside);
+                        let (least, most) = seen.levels();
+                        let margin = 2e-3;
+                        if most < 1.0 - margin && seen.semi.y > 1.0 {
+                            assert_eq!(*rgb, [0.0; 3], "{}", said(k));
+                            counted[0] += 1;
+                        } else if least > 1.0 + margin && seen.centre.length() > 1.0 {
+                            assert_eq!(*rgb, [1.0; 3], "{}", said(k));
+                            counted[1] += 1;
+                        } else {
+                            counted[2] += 1;
+                        }
+                    }
+                    for k in 1..light.len() {
+                        // A small caster that has passed the Sun's centre line may let light in again: only until it is as near as it comes.
+                        let rise = (0..3).map(|c| light[k][c] - light[k - 1][c]).fold(0.0, f64::max);
+                        let worst = if round { &mut worst_round } else { &mut worst_long };
+                        *worst = worst.max(rise);
+                        // Round casters: rounding, and 2e-7 where the sum over what is hidden goes over to the sum over what is left. Long ones: chords between 32
+                        // nodes are within 1.3e-4 of the light (tests/data).
+                        let slack = if round { 4e-7 } else { 3e-4 };
+                        assert!(rise <= slack, "rises by {rise:e} from {:?}: {}", light[k - 1], said(k));
+                    }
+                }
+            }
+        }
+    }
+    println!("{counted:?}; light rises by {worst_round:e} and {worst_long:e} at most");
+    assert!(counted.iter().all(|n| *n > 5000), "{counted:?}");
+}
+
+/// Casters that hide all of the Sun together, none of them alone, and those of which one hides all.
+#[test]
+fn casters_that_hide_all_together_leave_nothing() {
+    let disc = |x: f64, y: f64, radius: f64| Outline { centre: DVec2::new(x, y), axis: DVec2::X, semi: DVec2::splat(radius) };
+    let cases: [(&[Outline], bool); 6] = [
+        (&[disc(5.0, 0.0, 5.1), disc(-5.0, 0.0, 5.1)], true),
+        (&[disc(5.0, 0.0, 5.1), disc(-5.0, 0.0, 4.8)], false),
+        (&[disc(0.1, 0.0, 1.3), disc(0.5, 0.4, 0.3)], true),
+        (&[disc(0.0, 9.0, 9.2), disc(7.0, -6.0, 9.4), disc(-7.0, -6.0, 9.4)], true),
+        (&[disc(0.0, 9.0, 9.2), disc(9.0, -6.0, 8.9), disc(-9.0, -6.0, 8.9)], false),
+        (&[disc(3.0, 0.0, 4.2), disc(0.2, 0.1, 0.2), disc(0.5, 0.3, 0.3), disc(-0.4, 0.3, 0.25)], true),
+    ];
+    for (casters, all) in cases {
+        for model in [EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
+            let (eclipse, a) = amounts(casters, model);
+            for (prober, precision) in probers() {
+                let rgb = left_by(&prober, eclipse, a.clone(), &[DVec3::ZERO]).expect("answers")[0];
+                assert_eq!(rgb == [0.0; 3], all, "{model:?} {precision} {casters:?}: {rgb:?}");
+                assert!(all || rgb.iter().all(|v| *v > 0.01), "{model:?} {precision} {casters:?}: {rgb:?}");
+            }
+        }
+    }
+}
+
+fn answer(prober: &Prober<'_>, question: &Value) -> Value {
+    prober.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}"))
+}
+
+/// Moons through their planets' shadows, minute by minute: a channel is dark with the others, and `probe` says so to the last digit.
+#[test]
+fn moons_go_dark_in_every_channel() {
+    let crossings = [("ganymede", "2017-05-17T03:00:00Z", 20), ("io", "2024-12-07T12:00:00Z", 45), ("moon", "2022-11-08T08:00:00Z", 15)];
+    for (body, from, step_minutes) in crossings {
+        let start = orrery::time::Instant::parse(from).expect("a time");
+        let (mut dark, mut full) = (0, 0);
+        for (prober, precision) in probers() {
+            for k in 0..60 {
+                let time = start.plus_seconds(f64::from(60 * step_minutes * k)).to_utc_iso();
+                for (lat, lon) in [(0.0, 0.0), (-35.0, 80.0), (10.0, 200.0)] {
+                    let q = json!({"q": "sunlight", "body": body, "time": time, "lat": lat, "lon": lon, "model": "limb-darkened"});
+                    let a = answer(&prober, &q);
+                    let rgb: Vec<f64> = (0..3).map(|c| a["rgb"][c].as_f64().expect("a number")).collect();
+                    let fraction = a["fraction"].as_f64().expect("a number");
+                    let zero = rgb.iter().filter(|v| **v == 0.0).count();
+                    assert!(zero == 0 || zero == 3 && fraction == 0.0, "{precision} {q}: {a}");
+                    // What is nearly nothing is a crescent, not a rounding error.
+                    assert!(rgb.iter().all(|v| *v == 0.0 || *v > 1e-9), "{precision} {q}: {a}");
+                    dark += usize::from(zero == 3);
+                    full += usize::from(rgb == [1.0; 3] && fraction == 1.0);
+                }
+            }
+        }
+        assert!(dark > 5 && full > 50, "{body}: {dark} dark, {full} full");
+    }
+}
+
+/// Along a ring through its planet's shadow, and on the globe past the ring's.
+#[test]
+fn rings_and_globes_shade_each_other_with_exact_ends() {
+    let mut counted = [0; 2];
+    for (prober, precision) in probers() {
+        for (height_deg, radius) in [(0.5_f64, 1.3), (4.0, 1.9), (20.0, 1.5), (26.0, 2.2)] {
+            for (model, sun_deg) in [("sphere", 0.03), ("uniform-disc", 0.03), ("limb-darkened", 0.03), ("limb-darkened", 0.3)] {
+                let (sine, cosine) = height_deg.to_radians().sin_cos();
+                let blocked: Vec<f64> = (0..=300)
+                    .map(|k| {
+                        // From noon to midnight, in small steps about the edge of the shadow.
+                        let angle = std::f64::consts::PI * (f64::from(k) / 300.0);
+                        let q = json!({"q": "ring-shadow", "flattening": 0.098, "point": [radius * angle.cos(), radius * angle.sin(), 0.0],
+                            "sun": [cosine, 0.0, sine], "sun_angular_radius_deg": sun_deg, "model": model});
+                        answer(&prober, &q)["blocked"].as_f64().expect("a number")
+                    })
+                    .collect();
+                assert_eq!(blocked[0], 0.0, "{precision} {model}: noon");
+                // A ring far out under a high Sun leaves the shadow again over the pole; until its darkest place it goes in.
+                let most = blocked.iter().copied().fold(0.0, f64::max);
+                let deepest = blocked.iter().position(|b| *b == most).expect("one");
+                for pair in blocked[..=deepest].windows(2) {
+                    assert!(pair[1] >= pair[0] - 3e-7, "{precision} {model} {height_deg} degrees: {pair:?}");
+                }
+                counted[0] += blocked.iter().filter(|b| **b == 0.0).count();
+                counted[1] += blocked.iter().filter(|b| **b == 1.0).count();
+                // Of the edge itself one of these places may see the very last.
+                let stray = blocked.iter().filter(|b| **b != 0.0 && **b < 1e-6 || **b != 1.0 && **b > 1.0 - 1e-6).count();
+                assert!(stray <= 1, "{precision} {model} {height_deg} degrees: {stray}");
+            }
+        }
+        // Outside of the ring's shadow the globe has all of the light.
+        let profile = json!([{"r_in": 1.5, "r_out": 2.0, "tau_normal": 1.0}]);
+        for k in 0..40 {
+            let point = [1.0 + 0.004 * f64::from(k), 0.0, -0.1];
+            let q = json!({"q": "ring-transmission", "profile": profile, "point": point, "sun": [1.0, 0.0, 0.4], "sun_angular_radius_deg": 0.05,
+                "model": "penumbra"});
+            assert_eq!(answer(&prober, &q)["transmission"].as_f64(), Some(1.0), "{precision} {q}");
+        }
+    }
+    assert!(counted.iter().all(|n| *n > 500), "{counted:?}");
+}

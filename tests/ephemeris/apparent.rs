@@ -1,0 +1,123 @@
+//! Apparent places against skyfield on DE440, sub-points against CSPICE.
+
+use glam::DVec3;
+use orrery::catalog::{Catalog, NaifId};
+use orrery::ephemeris::Ephemeris;
+use orrery::ephemeris::apparent::{RaDec, apparent_place, sub_points};
+use orrery::time::Instant;
+use orrery::units::RAD_PER_ARCSEC;
+use serde_json::Value;
+
+/// The kernel's own error is a part of what is measured.
+const APPARENT_ARCSEC: f64 = 0.02;
+/// The reference takes barycentres for planets: 320 km of Saturn at 8 au are 1.5e-5 degrees.
+const SUB_POINT_DEG: f64 = 0.002;
+
+fn ephemeris() -> Ephemeris {
+    Ephemeris::embedded(&Catalog::embedded()).expect("the shipped tables are whole")
+}
+
+fn direction(place: RaDec) -> DVec3 {
+    let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (place.ra_deg.to_radians().sin_cos(), place.dec_deg.to_radians().sin_cos());
+    DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)
+}
+
+fn arcsec(a: RaDec, b: RaDec) -> f64 {
+    2.0 * (0.5 * (direction(a) - direction(b)).length()).asin() / RAD_PER_ARCSEC
+}
+
+fn number(v: &Value, field: &str) -> f64 {
+    v[field].as_f64().unwrap_or_else(|| panic!("{field} is not a number"))
+}
+
+#[test]
+fn apparent_places_are_skyfields() {
+    let ephemeris = ephemeris();
+    let table: Value = serde_json::from_str(include_str!("../data/ephemeris_public.json")).expect("the reference is JSON");
+    let (mut seen, mut worst_gcrs, mut worst_date, mut worst_km) = (0, 0.0_f64, 0.0_f64, 0.0_f64);
+    for epoch in table["apparent_places"].as_array().expect("epochs") {
+        let jd_tt = number(epoch, "jd_tt");
+        if !(2_415_020.5..2_488_069.5).contains(&jd_tt) {
+            continue;
+        }
+        let t = Instant::from_jd_tt(jd_tt);
+        for (name, reference) in epoch["bodies"].as_object().expect("bodies") {
+            let id = match name.as_str() {
+                "moon" => 301,
+                "sun" => 10,
+                "mercury" => 199,
+                "venus" => 299,
+                "mars" => 4,
+                "jupiter" => 5,
+                "saturn" => 6,
+                "uranus" => 7,
+                "neptune" => 8,
+                "pluto" => 9,
+                other => panic!("{other} is not known here"),
+            };
+            let place = apparent_place(&ephemeris, NaifId(id), t).expect("a place");
+            let of = |kind: &str| RaDec {
+                ra_deg: number(reference, &format!("apparent_{kind}_ra_deg")),
+                dec_deg: number(reference, &format!("apparent_{kind}_dec_deg")),
+            };
+            let (gcrs, date) = (arcsec(place.gcrs, of("gcrs")), arcsec(place.true_of_date, of("date")));
+            let off_km = (place.distance_km - number(reference, "lighttime_distance_km")).abs();
+            (worst_gcrs, worst_date, worst_km, seen) = (worst_gcrs.max(gcrs), worst_date.max(date), worst_km.max(off_km), seen + 1);
+            assert!(gcrs < APPARENT_ARCSEC && date < APPARENT_ARCSEC, "{jd_tt} {name}: {gcrs} and {date} arcsec");
+            assert!(off_km < 10.0, "{jd_tt} {name}: {off_km} km");
+            assert!((place.light_time_s - number(reference, "light_time_s")).abs() < 1e-4);
+            // Two axes apart by precession, and the geometric place, are told from the apparent one.
+            assert!(arcsec(place.gcrs, of("date")) > APPARENT_ARCSEC);
+            let geometric = ephemeris.state(NaifId(id), NaifId::EARTH, t, None).expect("a place").state.pos_km;
+            assert!(arcsec(RaDec::of(geometric), of("gcrs")) > APPARENT_ARCSEC, "{name}");
+        }
+    }
+    println!("{seen} places: {worst_gcrs} arcsec GCRS, {worst_date} arcsec of date, {worst_km} km");
+    assert!(seen >= 20, "only {seen} places in the kernel's span");
+}
+
+#[test]
+fn sub_points_are_cspices() {
+    let (catalog, ephemeris) = (Catalog::embedded(), ephemeris());
+    let table: Value = serde_json::from_str(include_str!("../data/rotation_public.json")).expect("the reference is JSON");
+    let (mut seen, mut worst) = (0, 0.0_f64);
+    for date in table["sub_points_dates"].as_array().expect("dates") {
+        let t = Instant::from_jd_tdb(number(date, "jd_tdb"));
+        for (name, reference) in date["bodies"].as_object().expect("bodies") {
+            let body = catalog.find_place(name).and_then(|id| catalog.body(id)).expect("a body");
+            let points = sub_points(&ephemeris, body, NaifId::EARTH, t).expect("points");
+            let seen_by_light = &reference["light_time"];
+            let sun = points.sub_solar.expect("a planet has one");
+            for (p, lon, lat) in [
+                (points.sub_observer, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
+                (sun, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
+            ] {
+                let off_deg = arcsec(
+                    RaDec { ra_deg: p.lon_east_deg, dec_deg: p.lat_centric_deg },
+                    RaDec { ra_deg: number(seen_by_light, lon), dec_deg: number(seen_by_light, lat) },
+                ) / 3600.0;
+                (worst, seen) = (worst.max(off_deg), seen + 1);
+                assert!(off_deg < SUB_POINT_DEG, "{name} {lon}: {off_deg} degrees");
+            }
+            let phase_deg = points.phase_angle_deg.expect("a planet has one");
+            assert!((phase_deg - number(seen_by_light, "phase_angle_deg")).abs() < SUB_POINT_DEG, "{name}: phase {phase_deg}");
+            assert!((points.light_time_s - number(seen_by_light, "light_time_s")).abs() < 0.01);
+            // Without light time the planet has turned on; the Moon, 1.3 s away, hardly.
+            if points.light_time_s > 60.0 {
+                assert!(
+                    (points.sub_observer.lon_east_deg - number(&reference["geometric"], "sub_earth_lon_east_deg")).abs() > SUB_POINT_DEG
+                );
+            }
+        }
+    }
+    println!("{seen} sub-points: {worst} degrees");
+    assert!(seen >= 20);
+}
+
+#[test]
+fn nobody_is_seen_from_its_own_centre() {
+    let (catalog, ephemeris) = (Catalog::embedded(), ephemeris());
+    let t = Instant::from_jd_tdb(2_451_545.0);
+    assert!(apparent_place(&ephemeris, NaifId::EARTH, t).is_err());
+    assert!(sub_points(&ephemeris, catalog.body(NaifId::EARTH).expect("the Earth"), NaifId::EARTH, t).is_err());
+}

@@ -1,0 +1,144 @@
+//! The sky of a place against the reference tables and almanacs.
+
+use orrery::catalog::{Catalog, EclipseRadii, NaifId};
+use orrery::ephemeris::horizon::{Place, Sky};
+use orrery::ephemeris::{Ephemeris, angle_rad};
+use orrery::time::Instant;
+use serde_json::Value;
+
+fn number(v: &Value, field: &str) -> f64 {
+    v[field].as_f64().unwrap_or_else(|| panic!("{field} in {v}"))
+}
+
+/// Altitudes within 0.0065 degrees (aberration is left out) and separations within 0.0005 degrees of DE440 at every sample of the public solar eclipses.
+#[test]
+fn altitudes_and_separations_are_those_of_the_reference() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+    let table: Value = serde_json::from_str(include_str!("../data/eclipses_public.json")).expect("the table");
+    let mut compared = 0;
+    let (mut worst_altitude, mut worst_separation) = (0.0_f64, 0.0_f64);
+    for eclipse in table["eclipses"].as_array().expect("eclipses").iter().filter(|e| e["kind"] == "solar") {
+        let times = eclipse["sample_times"].as_array().expect("times");
+        for point in eclipse["sample_points"].as_array().expect("points") {
+            let place = Place {
+                body: NaifId::EARTH,
+                latitude_deg: number(point, "lat_deg"),
+                longitude_deg: number(point, "lon_east_deg"),
+                height_km: number(point, "height_m") / 1e3,
+            };
+            let sky = Sky { catalog: &catalog, ephemeris: &ephemeris, place };
+            for (at, time) in point["at"].as_array().expect("samples").iter().zip(times) {
+                let t = Instant::from_tdb_seconds_past_j2000(number(time, "tdb_s_past_j2000"));
+                let (sun, moon) = (sky.look(NaifId::SUN, t).expect("the Sun"), sky.look(NaifId::MOON, t).expect("the Moon"));
+                worst_altitude = worst_altitude.max((sun.altitude_deg - number(at, "sun_altitude_deg")).abs());
+                let separation_deg = angle_rad(sun.direction, moon.direction).to_degrees();
+                worst_separation = worst_separation.max((separation_deg - number(at, "separation_deg")).abs());
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared >= 100, "{compared} samples");
+    // Aberration, which the airless altitude leaves out, is 0.0057 degrees at the most.
+    assert!(worst_altitude < 0.0065, "{worst_altitude} degrees");
+    assert!(worst_separation < 0.0005, "{worst_separation} degrees");
+    assert!(worst_separation > 0.0, "two tables cannot agree to the last bit");
+}
+
+fn seconds_apart(found: Instant, published: &str) -> f64 {
+    found.tdb_seconds_past_j2000() - Instant::parse(published).expect(published).tdb_seconds_past_j2000()
+}
+
+/// Sunrise and sunset in Greenwich at the summer solstice of 2024: 03:43 and 20:21 UT (HM Nautical Almanac Office, to the minute).
+#[test]
+fn the_sun_rises_and_sets_as_in_the_almanac() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+    let place = Place { body: NaifId::EARTH, latitude_deg: 51.4769, longitude_deg: 0.0, height_km: 0.0 };
+    let sky = Sky { catalog: &catalog, ephemeris: &ephemeris, place };
+    let day = sky.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
+    assert!(seconds_apart(day.rise.expect("a sunrise"), "2024-06-20T03:43:00Z").abs() < 60.0);
+    assert!(seconds_apart(day.set.expect("a sunset"), "2024-06-20T20:21:00Z").abs() < 75.0);
+    let (noon, altitude_deg) = day.transit.expect("noon");
+    // 90 - latitude + obliquity; the equation of time is -1 min 50 s.
+    assert!((altitude_deg - (90.0 - 51.4769 + 23.437)).abs() < 0.02, "{altitude_deg}");
+    assert!(seconds_apart(noon, "2024-06-20T12:01:50Z").abs() < 40.0);
+    assert!(!day.up_at_start);
+    // Beyond the polar circle it does not set.
+    let north = Sky { place: Place { latitude_deg: 78.0, ..place }, ..sky };
+    let polar = north.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
+    assert_eq!((polar.rise, polar.set, polar.up_at_start), (None, None, true));
+}
+
+/// Dallas, 2024-04-08: NASA's table says 12:23, 13:40, 13:42, 13:44, 15:02 CDT (to the minute, cut off).
+#[test]
+fn local_contacts_of_the_eclipse_of_2024_in_dallas() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+    let place = Place { body: NaifId::EARTH, latitude_deg: 32.7767, longitude_deg: -96.797, height_km: 0.13 };
+    let sky = Sky { catalog: &catalog, ephemeris: &ephemeris, place };
+    let start = Instant::parse("2024-04-08T06:00:00Z").expect("a morning");
+    let passage = sky.passage(NaifId::SUN, NaifId::MOON, start, 86_400.0).expect("places").expect("an eclipse");
+    let (second, third) = passage.inner.expect("totality");
+    for (found, minute) in [
+        (passage.begins, "2024-04-08T17:23:30Z"),
+        (second, "2024-04-08T18:40:30Z"),
+        (passage.greatest, "2024-04-08T18:42:30Z"),
+        (third, "2024-04-08T18:44:30Z"),
+        (passage.ends, "2024-04-08T20:02:30Z"),
+    ] {
+        assert!(seconds_apart(found, minute).abs() < 40.0, "{} against {minute}", found.to_utc_iso());
+    }
+    assert!(passage.magnitude > 1.0 && passage.altitude_deg > 60.0, "{passage:?}");
+    // The month before there is none.
+    let march = Instant::parse("2024-03-10T00:00:00Z").expect("a day");
+    assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, march, 86_400.0).expect("places"), None);
+}
+
+/// Greatest eclipse: time (UT), latitude, east longitude, magnitude, central duration in seconds, by NASA's Five Millennium Canon (F. Espenak and J. Meeus; its
+/// pages of Besselian elements, read in the copy of the package astronomy-bundle-php): k = 0.272281 for the umbra. Places are rounded to 0.1 degrees, durations to 1 s.
+const CANON: [(&str, f64, f64, f64, f64); 7] = [
+    ("1991-07-11T19:06:03Z", 22.0, -105.2, 1.0800, 413.0),
+    ("2009-07-22T02:35:18Z", 24.2, 144.1, 1.0799, 399.0),
+    ("2010-01-15T07:06:32Z", 1.6, 69.3, 0.9190, 668.0),
+    ("2017-08-21T18:25:30Z", 37.0, -87.7, 1.0306, 160.0),
+    ("2020-12-14T16:13:27Z", -40.3, -67.9, 1.0254, 130.0),
+    ("2023-10-14T17:59:27Z", 11.4, -83.1, 0.9520, 317.0),
+    ("2024-04-08T18:17:15Z", 25.3, -104.1, 1.0566, 268.0),
+];
+
+/// Magnitude and the longest central duration around a place: the canon's places are rounded, and the duration peaks on the central line.
+fn longest(catalog: &Catalog, ephemeris: &Ephemeris, start: Instant, latitude_deg: f64, longitude_deg: f64) -> (f64, f64) {
+    let offsets = [-0.08, -0.04, 0.0, 0.04, 0.08];
+    let places = offsets.iter().flat_map(|up| offsets.map(|across| (latitude_deg + up, longitude_deg + across)));
+    let found = places.map(|(latitude_deg, longitude_deg)| {
+        let place = Place { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
+        let passage =
+            Sky { catalog, ephemeris, place }.passage(NaifId::SUN, NaifId::MOON, start, 1200.0).expect("places").expect("an eclipse");
+        let (second, third) = passage.inner.expect("a central eclipse");
+        (passage.magnitude, third.tdb_seconds_past_j2000() - second.tdb_seconds_past_j2000())
+    });
+    found.max_by(|a, b| a.1.total_cmp(&b.1)).expect("places")
+}
+
+#[test]
+fn almanac_radii_give_the_canons_magnitudes_and_durations() {
+    let iau = Catalog::embedded();
+    let almanac = Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac);
+    let ephemeris = Ephemeris::embedded(&iau).expect("the shipped ephemeris");
+    let mut off = Vec::new();
+    for (greatest, latitude_deg, longitude_deg, magnitude, duration_s) in CANON {
+        let start = Instant::parse(greatest).expect(greatest).plus_seconds(-600.0);
+        let ours = longest(&almanac, &ephemeris, start, latitude_deg, longitude_deg);
+        let by_iau = longest(&iau, &ephemeris, start, latitude_deg, longitude_deg);
+        println!("{greatest}: almanac {ours:?}, iau {by_iau:?}, canon {magnitude}, {duration_s} s");
+        if (ours.0 - magnitude).abs() > 2e-4 || (ours.1 - duration_s).abs() > 1.5 {
+            off.push(format!("{greatest}: {ours:?}, the canon has {magnitude}, {duration_s} s"));
+        }
+        // The IAU's Moon is larger: totality is longer by seconds, an annular phase shorter.
+        let longer_s = (by_iau.1 - ours.1) * (magnitude - 1.0).signum();
+        assert!((2.5..12.0).contains(&longer_s), "{greatest}: {longer_s} s");
+        assert!((6e-4..12e-4).contains(&(by_iau.0 - ours.0)), "{greatest}");
+    }
+    assert!(off.is_empty(), "{}", off.join("\n"));
+}

@@ -1,0 +1,133 @@
+//! Orientation and sub-points against CSPICE and ERFA (tests/data/rotation_public.json), and light time with them.
+
+use glam::{DMat3, DVec3};
+use orrery::catalog::{Catalog, NaifId};
+use orrery::ephemeris::{Ephemeris, orientation};
+use orrery::time::Instant;
+use serde_json::Value;
+
+/// The IAU models are closed formulas: only rounding may differ. Degrees of rotation between two matrices.
+const IAU_DEG: f64 = 1e-7;
+/// The Earth with the reference's own Delta T: polar motion is left out on both sides.
+const EARTH_DEG: f64 = 1e-6;
+/// Sub-points as seen with light time: the shipped kernel's error, and planets' centres against the reference's barycentres (200 km of
+/// 4 au for Jupiter's own light time) come to less than this.
+const SUB_POINT_DEG: f64 = 0.002;
+
+fn reference() -> Value {
+    serde_json::from_str(include_str!("../data/rotation_public.json")).expect("the table is JSON")
+}
+
+fn number(v: &Value) -> f64 {
+    v.as_f64().expect("a number")
+}
+
+fn matrix(v: &Value) -> DMat3 {
+    let rows: Vec<DVec3> = v.as_array().expect("rows").iter().map(|r| DVec3::new(number(&r[0]), number(&r[1]), number(&r[2]))).collect();
+    DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
+}
+
+/// Angle of the rotation that turns one into the other, degrees; from the antisymmetric part, which keeps small angles.
+fn turn_deg(a: &DMat3, b: &DMat3) -> f64 {
+    let d = *a * b.transpose();
+    let axis = DVec3::new(d.y_axis.z - d.z_axis.y, d.z_axis.x - d.x_axis.z, d.x_axis.y - d.y_axis.x);
+    (axis.length() / 2.0).atan2((d.x_axis.x + d.y_axis.y + d.z_axis.z - 1.0) / 2.0).to_degrees()
+}
+
+fn id_of(name: &str) -> NaifId {
+    Catalog::embedded().find_place(name).unwrap_or_else(|| panic!("the catalog has {name}"))
+}
+
+#[test]
+fn poles_and_prime_meridians_are_those_of_wgccre() {
+    let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).expect("the shipped PCK reads");
+    let (mut count, mut off) = (0, Vec::new());
+    for epoch in reference()["epochs"].as_array().expect("epochs") {
+        let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
+        for (name, body) in epoch["bodies"].as_object().expect("bodies") {
+            let at = pck.pole_and_meridian(id_of(name), t.tdb_seconds_past_j2000()).expect("the PCK has it");
+            let deg = turn_deg(&at.body_from_icrf(), &matrix(&body["icrf_to_body"]));
+            count += 1;
+            if deg > IAU_DEG {
+                off.push(format!("{name} at {}: {deg:.3e} degrees", t.jd_tdb()));
+            }
+        }
+    }
+    assert!(count >= 60, "{count}");
+    assert!(off.is_empty(), "{off:#?}");
+}
+
+#[test]
+fn the_earth_turns_as_erfa_says() {
+    let mut count = 0;
+    for epoch in reference()["epochs"].as_array().expect("epochs") {
+        let Some(earth) = epoch.get("earth_erfa") else { continue };
+        let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
+        let bpn = orientation::true_of_date_from_gcrs(t);
+        assert!(turn_deg(&bpn, &matrix(&earth["bpn_gcrs_to_true_of_date"])) < EARTH_DEG, "{}", t.jd_tdb());
+        // Our own Delta T differs from the assumed one: that is a turn about the pole, 15 arcsec a second of time.
+        let turned = orientation::earth_itrs_from_gcrs(t);
+        let delta_t_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0;
+        let late_s = delta_t_s - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
+        let back = DMat3::from_rotation_z(-(late_s * 360.985_647 / 86_400.0).to_radians());
+        let deg = turn_deg(&(back * turned), &matrix(&earth["gcrs_to_itrs_no_polar_motion"]));
+        // A Julian date in one f64 resolves 40 microseconds, 1.7e-7 degrees a date.
+        assert!(deg < EARTH_DEG, "{}: {deg:.3e} degrees, Delta T {delta_t_s}", t.jd_tdb());
+        count += 1;
+    }
+    assert!(count >= 3, "{count}");
+}
+
+/// Planetocentric east longitude and latitude of a direction, degrees.
+fn lon_lat(v: DVec3) -> (f64, f64) {
+    (v.y.atan2(v.x).to_degrees().rem_euclid(360.0), v.z.atan2(v.truncate().length()).to_degrees())
+}
+
+/// Arc between two points of a sphere, degrees.
+fn arc_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
+    let unit = |(lon, lat): (f64, f64)| {
+        let (lon, lat) = (lon.to_radians(), lat.to_radians());
+        DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
+    };
+    let (a, b) = (unit(a), unit(b));
+    a.cross(b).length().atan2(a.dot(b)).to_degrees()
+}
+
+#[test]
+fn sub_points_are_those_seen_with_light_time() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped data reads");
+    let (mut count, mut off) = (0, Vec::new());
+    for date in reference()["sub_points_dates"].as_array().expect("dates") {
+        let t = Instant::from_jd_tdb(number(&date["jd_tdb"]));
+        let place = |id, t| ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("a state").state.pos_km;
+        let earth = place(NaifId::EARTH, t);
+        for (name, body) in date["bodies"].as_object().expect("bodies") {
+            let id = id_of(name);
+            let seen = &body["light_time"];
+            let (pos, emitted) = ephemeris.light_time_position(id, earth, t).expect("light time");
+            let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).expect("reads");
+            let turned = pck.pole_and_meridian(id, emitted.tdb_seconds_past_j2000()).expect("the PCK has it").body_from_icrf();
+            let (sun, _) = ephemeris.light_time_position(NaifId::SUN, pos, emitted).expect("light time");
+            for (what, direction, lon, lat) in [
+                ("sub-earth", earth - pos, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
+                ("sub-solar", sun - pos, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
+            ] {
+                let deg = arc_deg(lon_lat(turned * direction), (number(&seen[lon]), number(&seen[lat])));
+                count += 1;
+                if deg > SUB_POINT_DEG {
+                    off.push(format!("{name} {what} at {}: {deg:.2e} degrees", t.jd_tdb()));
+                }
+            }
+        }
+    }
+    assert!(count >= 40, "{count}");
+    assert!(off.is_empty(), "{off:#?}");
+}
+
+#[test]
+fn the_measures_see_a_small_turn() {
+    let turned = DMat3::from_rotation_y(1e-6_f64.to_radians());
+    assert!((turn_deg(&turned, &DMat3::IDENTITY) - 1e-6).abs() < 1e-12);
+    assert!((arc_deg((359.9995, 0.0), (0.0005, 0.0)) - 0.001).abs() < 1e-9);
+}

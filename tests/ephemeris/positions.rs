@@ -1,0 +1,318 @@
+//! Positions against JPL DE440 (tests/data/ephemeris_public.json; km, km/s, ICRF, TDB).
+
+use glam::DVec3;
+use orrery::catalog::{Catalog, NaifId};
+use orrery::ephemeris::{Ephemeris, Source};
+use orrery::time::Instant;
+use serde_json::Value;
+
+const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
+
+const PLACES: &[(&str, i32)] = &[
+    ("mercury", 199),
+    ("venus", 299),
+    ("earth", 399),
+    ("moon", 301),
+    ("earth_moon_barycenter", 3),
+    ("mars_barycenter", 4),
+    ("jupiter_barycenter", 5),
+    ("saturn_barycenter", 6),
+    ("uranus_barycenter", 7),
+    ("neptune_barycenter", 8),
+    ("pluto_barycenter", 9),
+];
+
+struct Epoch {
+    t: Instant,
+    jd: f64,
+    heliocentric: Vec<(&'static str, NaifId, DVec3, DVec3)>,
+    moon_geocentric: DVec3,
+    sun_barycentric: DVec3,
+}
+
+fn vector(v: &Value) -> DVec3 {
+    let a = |i: usize| v[i].as_f64().expect("a number");
+    DVec3::new(a(0), a(1), a(2))
+}
+
+fn epochs() -> Vec<Epoch> {
+    let text = include_str!("../data/ephemeris_public.json");
+    let table: Value = serde_json::from_str(text).expect("the reference is JSON");
+    let read = |e: &Value| {
+        let jd = e["jd_tdb"].as_f64().expect("jd_tdb");
+        let helio = |&(name, id): &(&'static str, i32)| {
+            let state = &e["heliocentric"][name];
+            (name, NaifId(id), vector(&state["pos_km"]), vector(&state["vel_km_s"]))
+        };
+        Epoch {
+            t: Instant::from_jd_tdb(jd),
+            jd,
+            heliocentric: PLACES.iter().map(helio).collect(),
+            moon_geocentric: vector(&e["moon_geocentric"]["pos_km"]),
+            sun_barycentric: vector(&e["barycentric"]["sun"]["pos_km"]),
+        }
+    };
+    table["epochs"].as_array().expect("epochs").iter().map(read).collect()
+}
+
+/// Angle between two directions in arcseconds, from the chord.
+fn arcsec(a: DVec3, b: DVec3) -> f64 {
+    2.0 * (0.5 * (a.normalize() - b.normalize()).length()).asin() / RAD_PER_ARCSEC
+}
+
+fn ephemeris() -> Ephemeris {
+    Ephemeris::embedded(&Catalog::embedded()).expect("the shipped kernel is whole")
+}
+
+#[test]
+fn kernel_keeps_its_figures_at_every_reference_epoch() {
+    let ephemeris = ephemeris();
+    let mut seen = 0;
+    for epoch in epochs().iter().filter(|e| (2_415_020.5..=2_488_069.5).contains(&e.jd)) {
+        seen += 1;
+        let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Kernel)).expect("Moon").state;
+        assert!(
+            (moon.pos_km - epoch.moon_geocentric).length() < 0.1,
+            "{}: Moon {}",
+            epoch.jd,
+            (moon.pos_km - epoch.moon_geocentric).length()
+        );
+        let sun = ephemeris.state(NaifId::SUN, NaifId(0), epoch.t, None).expect("Sun");
+        assert!((sun.state.pos_km - epoch.sun_barycentric).length() < sun.error_km);
+        for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
+            let answer = ephemeris.state(id, NaifId::SUN, epoch.t, None).expect(name);
+            let (off, angle) = ((answer.state.pos_km - pos_km).length(), arcsec(answer.state.pos_km, pos_km));
+            assert_eq!(answer.source, Source::Kernel);
+            assert!(angle < 0.02, "{} {name}: {angle} arcsec", epoch.jd);
+            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+            let speed_error = (answer.state.vel_km_s - vel_km_s).length();
+            assert!(speed_error < 1e-4, "{} {name}: velocity off by {speed_error} km/s", epoch.jd);
+        }
+    }
+    assert!(seen >= 10, "only {seen} reference epochs in the kernel's span");
+}
+
+#[test]
+fn the_comparison_notices_an_error() {
+    let ephemeris = ephemeris();
+    let all = epochs();
+    let epoch = all.iter().find(|e| (2_415_020.5..=2_488_069.5).contains(&e.jd)).expect("an epoch in the span");
+    // One second late moves the Moon by a kilometre, and a minute moves Neptune by 0.01 arcsec and Mercury by 10.
+    let late = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t.plus_seconds(1.0), None).expect("Moon").state;
+    assert!((late.pos_km - epoch.moon_geocentric).length() > 0.1);
+    let (_, id, pos_km, _) = epoch.heliocentric[0];
+    let late = ephemeris.state(id, NaifId::SUN, epoch.t.plus_seconds(60.0), None).expect("Mercury").state;
+    assert!(arcsec(late.pos_km, pos_km) > 0.02);
+}
+
+#[test]
+fn a_pair_is_the_difference_of_its_parts() {
+    let ephemeris = ephemeris();
+    let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    for (a, b) in [(301, 10), (399, 301), (5, 199), (0, 10), (3, 3), (599, 301)] {
+        let pair = ephemeris.state(NaifId(a), NaifId(b), t, None).expect("a pair").state;
+        let back = ephemeris.state(NaifId(b), NaifId(a), t, None).expect("a pair").state;
+        let to_zero = |id| ephemeris.state(NaifId(id), NaifId(0), t, None).expect("a place").state.pos_km;
+        assert!((pair.pos_km + back.pos_km).length() < 1e-6);
+        assert!((pair.pos_km - (to_zero(a) - to_zero(b))).length() < 1e-6);
+    }
+}
+
+#[test]
+fn velocities_are_slopes_of_positions() {
+    let ephemeris = ephemeris();
+    let t = Instant::parse("1969-07-20T20:17:40Z").expect("a time");
+    for id in [10, 199, 299, 399, 301, 4, 5, 9, 401] {
+        let Ok(now) = ephemeris.state(NaifId(id), NaifId(0), t, None) else { continue };
+        let at = |s: f64| ephemeris.state(NaifId(id), NaifId(0), t.plus_seconds(s), None).expect("a place").state.pos_km;
+        let slope = (at(16.0) - at(-16.0)) / 32.0;
+        assert!((slope - now.state.vel_km_s).length() < 2e-4, "{id}: {slope} {}", now.state.vel_km_s);
+    }
+}
+
+#[test]
+fn light_arrives_after_its_time() {
+    let ephemeris = ephemeris();
+    let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    let earth = ephemeris.state(NaifId::EARTH, NaifId(0), t, None).expect("Earth").state.pos_km;
+    for id in [10, 301, 5, 9] {
+        let (pos_km, emitted) = ephemeris.light_time_position(NaifId(id), earth, t).expect("a place");
+        let travelled_km = (t.tdb_seconds_past_j2000() - emitted.tdb_seconds_past_j2000()) * 299_792.458;
+        assert!((travelled_km - (pos_km - earth).length()).abs() < 1.0, "{id}");
+        let there = ephemeris.state(NaifId(id), NaifId(0), emitted, None).expect("a place").state.pos_km;
+        assert!((there - pos_km).length() < 1e-3, "{id}");
+    }
+}
+
+#[test]
+fn series_stay_within_30_arcsec_from_1600_to_2500() {
+    let ephemeris = ephemeris();
+    for epoch in epochs() {
+        let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Series)).expect("Moon");
+        let off = (moon.state.pos_km - epoch.moon_geocentric).length();
+        assert!(arcsec(moon.state.pos_km, epoch.moon_geocentric) < 30.0 && off < moon.error_km, "{}: Moon {off} km", epoch.jd);
+        for &(name, id, pos_km, vel_km_s) in &epoch.heliocentric {
+            let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Series)).expect(name);
+            let off = (answer.state.pos_km - pos_km).length();
+            assert_eq!(answer.source, Source::Series);
+            assert!(arcsec(answer.state.pos_km, pos_km) < 30.0, "{} {name}: {off} km", epoch.jd);
+            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+            assert!((answer.state.vel_km_s - vel_km_s).length() < 3e-3, "{} {name}: {}", epoch.jd, answer.state.vel_km_s);
+        }
+    }
+}
+
+#[test]
+fn mean_elements_keep_their_stated_error() {
+    let ephemeris = ephemeris();
+    for epoch in epochs() {
+        let moon = ephemeris.state(NaifId::MOON, NaifId::EARTH, epoch.t, Some(Source::Mean)).expect("Moon");
+        assert!((moon.state.pos_km - epoch.moon_geocentric).length() < moon.error_km, "{}: Moon", epoch.jd);
+        for &(name, id, pos_km, _) in &epoch.heliocentric {
+            let answer = ephemeris.state(id, NaifId::SUN, epoch.t, Some(Source::Mean)).expect(name);
+            let off = (answer.state.pos_km - pos_km).length();
+            assert!(off < answer.error_km, "{} {name}: {off} km, stated {}", epoch.jd, answer.error_km);
+        }
+    }
+    // Far from the years that were measured, VSOP87 is the judge.
+    for year in [-2999, -2500, -2000, -1000, 0, 1000, 2999] {
+        let sign = if year < 0 { "-" } else { "" };
+        let t = Instant::parse(&format!("{sign}{:04}-06-01T00:00:00Z", i32::abs(year))).expect("a time");
+        for id in 1..=8 {
+            let state = |source| ephemeris.state(NaifId(id), NaifId::SUN, t, Some(source)).expect("a planet");
+            let (mean, series) = (state(Source::Mean), state(Source::Series));
+            let off = (mean.state.pos_km - series.state.pos_km).length();
+            assert!(off < mean.error_km + series.error_km, "{year} {id}: {off} km, stated {}", mean.error_km);
+        }
+    }
+}
+
+/// Every place and source of an epoch: what was asked, how far it is from the reference, and what is stated.
+fn deviations(ephemeris: &Ephemeris, epoch: &Epoch) -> Vec<(String, f64, f64)> {
+    let mut all = Vec::new();
+    for source in [Source::Mean, Source::Series, Source::Kernel] {
+        let mut check = |name: &str, body: NaifId, center: NaifId, reference: DVec3| {
+            if let Ok(answer) = ephemeris.state(body, center, epoch.t, Some(source)) {
+                let off_km = (answer.state.pos_km - reference).length();
+                all.push((format!("{} {name} by {source:?}", epoch.jd), off_km, answer.error_km));
+            }
+        };
+        check("sun", NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, epoch.sun_barycentric);
+        check("moon", NaifId::MOON, NaifId::EARTH, epoch.moon_geocentric);
+        for &(name, id, pos_km, _) in &epoch.heliocentric {
+            check(name, id, NaifId::SUN, pos_km);
+            check(name, id, NaifId::SOLAR_SYSTEM_BARYCENTER, pos_km + epoch.sun_barycentric);
+        }
+    }
+    all
+}
+
+#[test]
+fn every_source_keeps_its_stated_error_at_every_reference_epoch() {
+    let ephemeris = ephemeris();
+    let all: Vec<_> = epochs().iter().flat_map(|epoch| deviations(&ephemeris, epoch)).collect();
+    // Two sources everywhere, and the kernel in its span.
+    assert!(all.len() > 30 * 24 * 2 + 10 * 24, "{}", all.len());
+    let broken = |share: f64| all.iter().filter(|(_, off_km, error_km)| *off_km >= share * error_km).collect::<Vec<_>>();
+    assert!(broken(1.0).is_empty(), "{:?}", broken(1.0));
+    // The figures are not idle: with a third of each, some would be broken by every source.
+    for source in ["Mean", "Series", "Kernel"] {
+        assert!(broken(1.0 / 3.0).iter().any(|(asked, ..)| asked.ends_with(source)), "{source}");
+    }
+}
+
+#[test]
+fn dates_without_a_theory_are_refused_and_give_no_nan() {
+    let (ephemeris, catalog) = (ephemeris(), Catalog::embedded());
+    for jd in [-1_930_000.0, 5_373_484.5, 1e9, -1e9, 1e300, -1e300, f64::INFINITY, f64::NAN] {
+        let t = Instant::from_jd_tdb(jd);
+        let body_ids = catalog.bodies().iter().map(|b| b.id).chain((0..10).map(NaifId));
+        for id in body_ids {
+            for source in [None, Some(Source::Mean), Some(Source::Series), Some(Source::Kernel)] {
+                let center = catalog.body(id).and_then(|b| b.parent).unwrap_or(NaifId::SUN);
+                match ephemeris.state(id, center, t, source) {
+                    Ok(a) => assert!(a.state.pos_km.is_finite() && a.state.vel_km_s.is_finite() && !a.error_km.is_nan(), "{id:?} {jd}"),
+                    Err(e) => assert!(!e.to_string().contains('\n')),
+                }
+            }
+            if let Ok(turned) = ephemeris.body_from_icrf(id, t) {
+                assert!((turned.determinant() - 1.0).abs() < 1e-9, "{id:?} {jd}");
+            }
+        }
+        assert!(ephemeris.state(NaifId::EARTH, NaifId::SUN, t, None).is_err());
+        assert!(jd.abs() < 1e8 || ephemeris.state(NaifId(501), NaifId(599), t, None).is_err());
+        assert!(!t.to_utc_iso().is_empty());
+    }
+    // A date with theories passes the same checks.
+    assert!(ephemeris.state(NaifId::EARTH, NaifId::SUN, Instant::from_jd_tdb(2_000_000.0), None).is_ok());
+}
+
+#[test]
+fn the_best_source_that_covers_the_date_answers() {
+    let ephemeris = ephemeris();
+    for (time, body, source) in [
+        ("2024-04-08T18:17:16Z", 399, Source::Kernel),
+        ("1900-01-01T00:00:00Z", 301, Source::Kernel),
+        ("2099-12-31T23:59:59Z", 301, Source::Kernel),
+        ("1750-01-01T00:00:00Z", 301, Source::Series),
+        ("-2999-01-02T00:00:00Z", 4, Source::Series),
+        ("2400-01-01T00:00:00Z", 9, Source::Series),
+        ("-0500-01-01T00:00:00Z", 9, Source::Mean),
+    ] {
+        let answer = ephemeris.state(NaifId(body), NaifId::SUN, Instant::parse(time).expect(time), None).expect(time);
+        assert_eq!(answer.source, source, "{time} {body}");
+    }
+    let old = Instant::parse("1750-01-01T00:00:00Z").expect("a time");
+    for (body, source, name) in [(399, Some(Source::Kernel), "Earth"), (123_456, None, "body 123456")] {
+        let error = ephemeris.state(NaifId(body), NaifId::SUN, old, source).expect_err("no theory").to_string();
+        assert!(error.contains(name) && !error.contains('\n'), "{error}");
+    }
+    assert!(ephemeris.state(NaifId(399), NaifId(0), Instant::from_jd_tdb(3_000_000.0), None).is_err());
+}
+
+#[test]
+fn a_moons_path_is_straight_while_light_crosses_its_system() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("opens");
+    let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    let mut most = [0.0_f64; 2];
+    for moon in catalog.bodies().iter().filter(|b| b.kind == orrery::catalog::Kind::Moon) {
+        let parent = moon.parent.expect("a planet");
+        let state = |t: Instant| ephemeris.state(moon.id, parent, t, None).expect("a place").state;
+        let bent_km = |late_s: f64| (state(t).pos_km - state(t).vel_km_s * late_s - state(t.plus_seconds(-late_s)).pos_km).length();
+        let of = [bent_km(1.0), bent_km(10.0)];
+        assert!(moon.name != "Io" || of[1] < 0.04, "Io: {of:?} km");
+        most = [most[0].max(of[0]), most[1].max(of[1])];
+    }
+    // What light_time_position and the casters' places leave out; and it is not nothing.
+    assert!(most[0] < 6e-3 && most[1] < 0.4, "{most:?} km");
+    assert!(most[1] > 0.2, "{most:?} km");
+}
+
+/// Seconds past J2000 over the whole span of the series: near J2000 a Julian date in a double is good to 4e-5 s, in which Mercury goes 2 metres.
+fn series_dates() -> impl Iterator<Item = f64> {
+    (0..40).map(|k| (-4990.0 + 150.13 * f64::from(k) + 0.0137 * f64::from(k * k)) * 365.25 * 86_400.0)
+}
+
+#[test]
+fn the_polynomials_follow_the_planets_series() {
+    use orrery::ephemeris::series::Series;
+    let series = Series::embedded().expect("embedded");
+    let (mut worst_km, mut worst_km_s) = (0.0_f64, 0.0_f64);
+    for place in [1, 2, 3, 4, 5, 6, 7, 8, 10] {
+        let summed = |tdb_s: f64| Series::summed_km(place, tdb_s).expect("has a series");
+        for tdb_s in series_dates() {
+            let state = series.state(place, tdb_s).expect("has a series");
+            let h = 0.2 * 86_400.0;
+            // Exact up to the fifth derivative.
+            let near = (summed(tdb_s + h) - summed(tdb_s - h)) * 8.0 - (summed(tdb_s + 2.0 * h) - summed(tdb_s - 2.0 * h));
+            let (km, km_s) = ((state.pos_km - summed(tdb_s)).length(), (state.vel_km_s - near / (12.0 * h)).length());
+            assert!(km < 5e-3 && km_s < 2e-6, "{place} at {tdb_s}: {km} km, {km_s} km/s");
+            (worst_km, worst_km_s) = (worst_km.max(km), worst_km_s.max(km_s));
+        }
+    }
+    println!("at the worst {worst_km:.2e} km, {worst_km_s:.2e} km/s");
+    // The comparison must be able to fail: a second later Mercury is elsewhere.
+    let moved = series.state(1, 1.0).expect("Mercury").pos_km - Series::summed_km(1, 0.0).expect("Mercury");
+    assert!(moved.length() > 30.0);
+}

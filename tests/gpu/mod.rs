@@ -1,0 +1,3 @@
+//! The GPU renderer against the software renderer.
+
+mod renderer;

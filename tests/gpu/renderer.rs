@@ -1,0 +1,325 @@
+//! The GPU renderer against the software renderer, plan by plan, on whatever adapter there is: a driver on the processor will do.
+//!
+//! Where no driver is installed each test says that it was skipped, or fails (tests/support/gpu.rs). Bounds, in levels of 255, and why they are not 0:
+//!
+//! | what | mean | 99.9 % | greatest | why |
+//! |---|---|---|---|---|
+//! | golden views | 0.3 | 3 | 14 | a sampler has 8 bits of weight on hardware and rounds otherwise; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
+//! | covering keys | 0.3 | 3 | - | the same: measured 0.11, 1 |
+//!
+//! Both filter elongated footprints by the module's own taps (shaders/lib/filtered.wgsl), so that default quality is compared.
+
+use crate::support::gpu::{gpu, or_skipped};
+use crate::support::session::SESSION;
+use crate::support::views::views;
+use orrery::image::{Difference, Picture};
+use orrery::render::frame::Frame;
+use orrery::render::gpu::{GpuError, GpuRenderer};
+use orrery::render::plan::{Fineness, Plan, TextureSource};
+use orrery::render::software::{Options, SoftwareRenderer, lowering};
+use orrery::scene::draw::PixelView;
+use orrery::scene::request::{Layers, ViewRequest};
+use orrery::session::{Readiness, RendererWish, Session, ShowWish, ShownBy, Sources, WITH_LIMB, sample_plan, standard_scenes};
+use orrery::shader::Library;
+use orrery::shader::key::covering;
+use std::sync::{Arc, Mutex};
+
+const MEAN_LEVELS: f64 = 0.3;
+const P999_LEVELS: u8 = 3;
+const GREATEST_LEVELS: u8 = 14;
+
+/// The default quality.
+const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
+
+fn session(renderer: RendererWish) -> (Session, Arc<Mutex<Vec<String>>>, tempfile::TempDir) {
+    let cache = tempfile::tempdir().expect("a folder");
+    let sources = Sources { cache: Some(cache.path().to_owned()), renderer, ..Sources::default() };
+    let said: Arc<Mutex<Vec<String>>> = Arc::default();
+    let heard = Arc::clone(&said);
+    let session = Session::open(&sources, move |line| heard.lock().expect("not poisoned").push(line.to_owned())).expect("opens");
+    (session, said, cache)
+}
+
+fn picture(frame: Frame) -> Picture {
+    Picture { width: frame.width, height: frame.height, rgba: frame.display }
+}
+
+fn far(d: &Difference) -> bool {
+    d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS || d.max > GREATEST_LEVELS
+}
+
+/// The golden views, and two with everything that can be drawn: a planet with its moons, and the system, farther off than depth reaches on GL.
+fn compared_views() -> Vec<(&'static str, ViewRequest)> {
+    let layers = Layers { orbits: true, labels: true, outline: true, bloom: true };
+    let moons = views().into_iter().find(|(name, _)| *name == "jupiter-moons").expect("in the table").1;
+    let system =
+        standard_scenes(moons.width, moons.height).into_iter().find(|s| s.name == "whole-system").expect("a standard scene").request;
+    let all_layers = [("jupiter-moons with all layers", moons), ("whole-system with all layers", system)];
+    views().into_iter().chain(all_layers.map(|(name, request)| (name, ViewRequest { layers, ..request }))).collect()
+}
+
+#[test]
+fn golden_views_are_the_software_renderers() {
+    let Some(gpu) = gpu() else { return };
+    views_are_the_software_renderers(&gpu);
+}
+
+#[test]
+fn golden_views_are_the_software_renderers_on_gl() {
+    let Some(gpu) = or_skipped(GpuRenderer::open_gl()) else { return };
+    println!("on {}", gpu.facts());
+    assert_eq!(gpu.facts().backend, "gl");
+    views_are_the_software_renderers(&gpu);
+}
+
+fn views_are_the_software_renderers(gpu: &GpuRenderer) {
+    let session = &*SESSION;
+    let mut failures = Vec::new();
+    for (name, request) in compared_views() {
+        let (_, plan) = session.plan(&request, FINENESS).expect("a plan");
+        let (drawn, _) = gpu.render(&plan, session.library(), false).expect("drawn");
+        let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
+        let (drawn, soft) = (picture(drawn), picture(soft));
+        let d = soft.difference(&drawn).expect("one size");
+        println!("{name}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+        if far(&d) {
+            failures.push(format!("{name}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
+        }
+        // The comparison must be able to fail: half a stop more light is another picture.
+        if name == "moon" {
+            let mut brighter = plan.clone();
+            let tone_map = brighter.passes.last_mut().and_then(|p| p.draws.last_mut()).expect("a tone map");
+            let exposure = f32::from_le_bytes(tone_map.uniforms[..4].try_into().expect("four bytes"));
+            tone_map.uniforms[..4].copy_from_slice(&(1.4 * exposure).to_le_bytes());
+            let (other, _) = gpu.render(&brighter, session.library(), false).expect("drawn");
+            assert!(far(&soft.difference(&picture(other)).expect("one size")), "half a stop is not seen");
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn every_pair_of_key_values_is_the_software_renderers() {
+    let Some(gpu) = gpu() else { return };
+    let library = Library::in_memory(lowering());
+    let software = SoftwareRenderer::new(Options::default()).expect("starts");
+    // Every fifth key of the set in which all pairs occur, in .ci/run; every twentieth else: a driver compiles each for a second or more.
+    let step = if std::env::var_os("ORRERY_PROVE_ANEW").is_some() { 5 } else { 20 };
+    let keys: Vec<_> = covering(2).into_iter().filter(|k| k.needs().view != PixelView::Cost).step_by(step).collect();
+    assert!(keys.len() * step > 50);
+    let (mut failures, mut not_drawn) = (Vec::new(), None);
+    for key in &keys {
+        let plan = sample_plan(&library, key, 40, WITH_LIMB).expect("a plan");
+        let (drawn, _) = match gpu.render(&plan, &library, true) {
+            // The adapter lacks what every linear picture needs.
+            Err(GpuError::NotDrawn(why)) => {
+                not_drawn = Some(why);
+                break;
+            }
+            drawn => drawn.expect("drawn"),
+        };
+        let (soft, _) = software.render(&plan, &library, true).expect("drawn");
+        let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
+        let shown = |f: &Frame| Picture { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
+        let d = shown(&soft).difference(&shown(&drawn)).expect("one size");
+        println!("{key}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
+        if d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS {
+            failures.push(format!("{key}: mean {:.3}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max));
+        }
+    }
+    assert!(failures.is_empty(), "{} of {}:\n{}", failures.len(), keys.len(), failures.join("\n"));
+    or_skipped(not_drawn.map_or(Ok(()), Err));
+}
+
+#[test]
+fn a_lost_device_ends_in_software_with_the_same_view() {
+    if gpu().is_none() {
+        return;
+    }
+    let (session, said, _cache) = session(RendererWish::Gpu);
+    let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
+    let draw = || session.draw(&request, FINENESS, false).expect("drawn");
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "nothing is open yet");
+    let before = draw();
+    assert_eq!(before.by.renderer, "gpu");
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "a window would wait for what its frames need");
+    // That is made beside a window's picture. Shown by llvmpipe a window waits for each picture, so that it is only if wished.
+    session.draw_promptly(&request, FINENESS, false).expect("drawn");
+    let mut looks = 0;
+    while session.shown_by(None, ShowWish::Device) == ShownBy::AsBefore {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        looks += 1;
+        assert!(looks < 10_000, "the device never became ready for windows");
+    }
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AnotherDevice);
+    assert_eq!(session.shown_by(None, ShowWish::Auto), ShownBy::AsBefore);
+    assert_eq!(session.shown_by(None, ShowWish::Processor), ShownBy::AsBefore);
+    session.destroy_gpu();
+    let after = draw();
+    assert_eq!(after.by.renderer, "software");
+    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "no device draws");
+    let d = picture(before.frame).difference(&picture(after.frame)).expect("one size");
+    assert!(!far(&d), "another view: mean {}, 99.9 % {}", d.mean, d.p999);
+    draw();
+    let said = said.lock().expect("not poisoned");
+    assert!(said.len() == 1 && said[0].contains("lost") && said[0].contains("drawing in software"), "{said:?}");
+}
+
+#[test]
+fn a_window_waits_for_no_compiler() {
+    if gpu().is_none() {
+        return;
+    }
+    let (session, said, _cache) = session(RendererWish::Gpu);
+    let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
+    let draw = || session.draw_promptly(&request, FINENESS, false).expect("drawn");
+    let first = draw();
+    assert_eq!(first.by.renderer, "software", "the device was not open yet");
+    let mut frames = 0;
+    let later = loop {
+        let drawn = draw();
+        frames += 1;
+        if drawn.by.renderer == "gpu" {
+            break drawn;
+        }
+        assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
+    };
+    assert!(!far(&picture(first.frame).difference(&picture(later.frame)).expect("one size")));
+    assert!(said.lock().expect("not poisoned").is_empty());
+}
+
+#[test]
+fn a_window_waits_for_no_picture_drawn_aside() {
+    if gpu().is_none() {
+        return;
+    }
+    let (session, said, _cache) = session(RendererWish::Gpu);
+    let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
+    let prompt = || session.draw_promptly(&request, FINENESS, false).expect("drawn").by.renderer;
+    let mut frames = 0;
+    while prompt() != "gpu" {
+        frames += 1;
+        assert!(frames < 10_000, "the GPU never became ready: {:?}", said.lock());
+    }
+    // Several bodies of which the device knows no pipeline: its driver compiles as long as it takes.
+    let aside = ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
+    session.plan(&aside, FINENESS).expect("planned");
+    let (by, meanwhile) = std::thread::scope(|scope| {
+        let drawing = scope.spawn(|| session.draw_aside(&aside, FINENESS, false).expect("drawn").by.renderer);
+        let mut meanwhile = 0;
+        while !drawing.is_finished() {
+            prompt();
+            meanwhile += 1;
+        }
+        (drawing.join().expect("no panic"), meanwhile)
+    });
+    assert_eq!(by, "gpu");
+    // Who waits gets one or two: before the other began and after its end.
+    assert!(meanwhile > 2, "{meanwhile} pictures while another was drawn aside");
+    assert!(said.lock().expect("not poisoned").is_empty());
+}
+
+#[test]
+fn a_picture_at_rest_is_told_when_the_gpu_is_ready_and_another_renderer_is_taken_at_once() {
+    if gpu().is_none() {
+        return;
+    }
+    let (session, said, _cache) = session(RendererWish::Software);
+    let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
+    let by = |s: &Session| s.draw_promptly(&request, FINENESS, false).expect("drawn").by.renderer;
+    assert_eq!((by(&session), session.readiness()), ("software", Readiness::Settled));
+    session.choose_renderer(RendererWish::Gpu);
+    assert_eq!(by(&session), "software", "nobody waits for a compiler");
+    while session.readiness() == Readiness::Preparing {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert_eq!((session.readiness(), by(&session)), (Readiness::JustReady, "gpu"));
+    assert_eq!(session.readiness(), Readiness::Settled);
+    session.choose_renderer(RendererWish::Software);
+    assert_eq!(by(&session), "software");
+    // A session that is dropped while a driver compiles for it waits for the driver.
+    session.choose_renderer(RendererWish::Gpu);
+    assert_eq!(by(&session), "software");
+    drop(session);
+    assert!(said.lock().expect("not poisoned").is_empty());
+}
+
+#[test]
+fn nothing_is_sent_twice_and_nothing_grows() {
+    let Some(gpu) = gpu() else { return };
+    let session = &*SESSION;
+    let (_, request) = views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table");
+    let plans: Vec<Plan> = (0..12)
+        .map(|k| {
+            let mut request = ViewRequest { width: 16, height: 16, ..request.clone() };
+            request.time = request.time.plus_seconds(600.0 * f64::from(k));
+            let effects = if k % 2 == 0 { "" } else { "-ring-shadow" };
+            request.effects = orrery::scene::effects::EffectOverrides::parse(effects).expect("effects");
+            session.plan(&request, FINENESS).expect("a plan").1
+        })
+        .collect();
+    let round =
+        || -> Vec<u64> { plans.iter().map(|plan| gpu.render(plan, session.library(), false).expect("drawn").1.sent_bytes).collect() };
+    let first = round();
+    let held = gpu.held();
+    assert!(first[0] > 0, "the first frame sends its maps");
+    assert!(plans[0].passes[0].draws.iter().any(|d| d.textures.iter().any(|t| matches!(t.source, TextureSource::Image(_)))));
+    // The scenes differ in time and effects, and nothing of them is new any more.
+    for turn in 0..4 {
+        let again = round();
+        assert_eq!(again.iter().sum::<u64>(), 0, "turn {turn} sends again: {again:?}");
+        assert_eq!(gpu.held(), held, "bytes of textures and number of pipelines, turn {turn}");
+    }
+}
+
+#[test]
+fn what_the_gpu_cannot_draw_is_refused_and_the_next_frame_is_drawn() {
+    let Some(gpu) = gpu() else { return };
+    let session = &*SESSION;
+    let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
+    let (_, plan) = session.plan(&request, FINENESS).expect("a plan");
+    let mut wide = plan.clone();
+    wide.passes.iter_mut().for_each(|p| p.width = 1 << 20);
+    let refused = gpu.render(&wide, session.library(), false).expect_err("no adapter is that wide");
+    assert!(matches!(refused, GpuError::Size { width, .. } if width == 1 << 20) && !refused.is_final(), "{refused}");
+    let mut bare = plan.clone();
+    bare.passes[0].draws.iter_mut().for_each(|d| d.textures.clear());
+    let refused = gpu.render(&bare, session.library(), false).expect_err("a map is missing");
+    assert!(matches!(&refused, GpuError::Draw { what, .. } if what.contains("not supplied")), "{refused}");
+    gpu.render(&plan, session.library(), false).expect("the device is none the worse");
+}
+
+/// Resident memory of this process, bytes; `None` where the system does not tell.
+fn resident_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    Some(4096 * text.split_whitespace().nth(1)?.parse::<u64>().ok()?)
+}
+
+/// Takes minutes: `cargo test --test main ten_thousand -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes"]
+fn ten_thousand_frames_grow_no_memory() {
+    let Some(gpu) = gpu() else { return };
+    let session = &*SESSION;
+    let (_, saturn) = views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table");
+    let effects = ["", "-ring-shadow", "-rings", "-body-shadow", "-albedo"];
+    let mut early = None;
+    for k in 0..10_000_u32 {
+        let mut request = ViewRequest { width: 32, height: 32, ..saturn.clone() };
+        request.time = request.time.plus_seconds(60.0 * f64::from(k));
+        let effects = effects[k as usize % effects.len()];
+        request.effects = orrery::scene::effects::EffectOverrides::parse(effects).expect("effects");
+        let (_, plan) = session.plan(&request, FINENESS).expect("a plan");
+        gpu.render(&plan, session.library(), false).expect("drawn");
+        if k % 1000 == 999 {
+            let now = (gpu.held(), resident_bytes());
+            println!("{k}: {} bytes of textures, {} pipelines, {:?} bytes resident", now.0.0, now.0.1, now.1);
+            let (held, resident) = *early.get_or_insert(now);
+            assert_eq!(gpu.held().0, held.0, "textures grow");
+            assert!(gpu.held().1 <= held.1 + 4, "pipelines grow");
+            if let (Some(before), Some(now)) = (resident, now.1) {
+                assert!(now < before + 32_000_000, "{before} bytes after 1,000 frames, {now} after {k}");
+            }
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! The maps that ship.
+
+mod poles;
+mod shipped_maps;

@@ -1,0 +1,154 @@
+//! Maps at the poles: every map of the catalog, as it is drawn, has no star of streaks, no cone and no dot there.
+//!
+//! The measure of streaks: over a band of latitude, the energy of differences along the rows over that across them, both in equal angles. Where a function is
+//! smooth at a pole, terms r^p cos(m phi) with p >= m make it 1 at most; a map whose grain is even in texels has 1/cos² of the latitude.
+
+use crate::support::session::SESSION;
+use orrery::catalog::{Body, Catalog, Map, NaifId};
+use orrery::image::{MapStore, Poles, Reading, TexelFormat, Texture};
+use orrery::render::plan::{Fineness, Supplies, map_reading};
+use orrery::scene::draw::{PixelView, Shape};
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
+use orrery::time::Instant;
+use std::f64::consts::{PI, TAU};
+
+/// The maps of a body with the bindings they are read by.
+fn maps(b: &Body) -> Vec<(u32, &Map)> {
+    let of = [(1, &b.maps.albedo), (2, &b.maps.normal), (3, &b.maps.specular), (4, &b.maps.night)];
+    let of = of.into_iter().filter_map(|(binding, map)| Some((binding, map.as_ref()?)));
+    of.chain(b.clouds.as_ref().map(|c| (7, &c.map))).collect()
+}
+
+/// Rows of one hemisphere from the pole on, in levels of 255; slopes as vectors in one frame over the pole.
+fn rows(map: &Texture, north: bool, slopes: bool) -> Vec<Vec<[f64; 3]>> {
+    let level = &map.levels[0];
+    let (w, h) = (level.width as usize, level.height as usize);
+    let row = |k: usize| {
+        let y = if north { k } else { h - 1 - k };
+        let texel = |x: usize| {
+            let t = &level.bytes[(y * w + x) * 4..][..3];
+            let t = [0, 1, 2].map(|c| f64::from(t[c]));
+            if !slopes {
+                return t;
+            }
+            let (sin, cos) = ((x as f64 + 0.5) / w as f64 * TAU).sin_cos();
+            let (e, n) = (t[0] - 127.5, (t[1] - 127.5) * if north { -1.0 } else { 1.0 });
+            [n * cos - e * sin, e * cos + n * sin, t[2]]
+        };
+        (0..w).map(texel).collect()
+    };
+    (0..h / 4).map(row).collect()
+}
+
+/// Energy along over energy across, of the rows between two latitudes; differences of a level, which are rounding, count as none.
+fn along_over_across(rows: &[Vec<[f64; 3]>], from_deg: f64, to_deg: f64) -> f64 {
+    let height = rows.len() * 4;
+    let lat = |k: usize| (0.5 - (k as f64 + 0.5) / height as f64) * PI;
+    let seen = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| ((a[c] - b[c]).abs() - 1.0).max(0.0).powi(2)).sum::<f64>();
+    let (mut along, mut across) = (0.0, 0.0);
+    for (k, row) in rows.iter().enumerate().filter(|(k, _)| (from_deg..to_deg).contains(&lat(*k).to_degrees())) {
+        let Some(next) = rows.get(k + 1) else { continue };
+        let (w, cos) = (row.len(), lat(k).cos());
+        let step = TAU / w as f64 * cos * height as f64 / PI;
+        along += cos * (0..w).map(|x| seen(&row[x], &row[(x + 1) % w])).sum::<f64>() / w as f64 / (step * step);
+        across += cos * (0..w).map(|x| seen(&row[x], &next[x])).sum::<f64>() / w as f64;
+    }
+    // A level of difference everywhere is not seen.
+    along / (across + 0.5)
+}
+
+/// Grain of the maps here comes to 2 at the most; Janus, painted with rays that are long on the sphere, to 3.4.
+const MOST: f64 = 3.6;
+const BANDS: [(f64, f64); 4] = [(60.0, 72.0), (72.0, 80.0), (80.0, 85.0), (85.0, 90.0)];
+
+#[test]
+fn no_map_has_streaks_about_its_poles() {
+    let raw = MapStore::new(None);
+    let mut streaked = 0;
+    for body in Catalog::embedded().bodies() {
+        for (binding, map) in maps(body) {
+            let reading = map_reading(binding, Shape::Ellipsoid);
+            let drawn = SESSION.map(&map.file, reading).expect("a map");
+            let of_file = raw.get(&map.file, reading.format).expect("a map");
+            let mut worst: f64 = 0.0;
+            for north in [true, false] {
+                let of = |t: &Texture| rows(t, north, reading.poles == Poles::Slopes);
+                let (drawn, of_file) = (of(&drawn), of(&of_file));
+                for (from, to) in BANDS {
+                    let ratio = along_over_across(&drawn, from, to);
+                    assert!(ratio < MOST, "{} between {from} and {to} degrees (north: {north}): {ratio:.2}", map.file);
+                    worst = worst.max(along_over_across(&of_file, from, to));
+                }
+            }
+            streaked += i32::from(worst > MOST);
+        }
+    }
+    assert!(streaked > 20, "the files themselves have streaks that this measure sees: {streaked}");
+}
+
+/// No cone: slopes towards or away from the pole have no mean on small circles, beyond what slopes there spread and rows at 80 degrees have.
+#[test]
+fn no_relief_leans_to_its_pole_from_all_sides() {
+    for body in Catalog::embedded().bodies() {
+        let Some(map) = &body.maps.normal else { continue };
+        for poles in [Poles::Slopes, Poles::None] {
+            let texture = SESSION.map(&map.file, Reading { format: TexelFormat::Rgba8Unorm, poles }).expect("a map");
+            let level = &texture.levels[0];
+            let (w, h) = (level.width as usize, level.height as usize);
+            // Mean and spread of the slope to the north of the rows between two latitudes, levels.
+            let slope = |from_deg: f64, to_deg: f64, north: bool| {
+                let row = |deg: f64| ((if north { 90.0 - deg } else { 90.0 + deg }) / 180.0 * h as f64) as usize;
+                let (a, b) = (row(from_deg).min(row(to_deg)), row(from_deg).max(row(to_deg)).min(h));
+                let values: Vec<f64> = (a * w..b * w).map(|i| f64::from(level.bytes[i * 4 + 1]) - 127.5).collect();
+                let mean = values.iter().sum::<f64>() / values.len() as f64;
+                (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt())
+            };
+            for north in [true, false] {
+                let (mean, _) = slope(87.0, 90.0, north);
+                let (_, spread) = slope(75.0, 85.0, north);
+                assert!(mean.abs() < 0.5 * spread + 2.0, "{} (north: {north}): {mean:.1} levels against {spread:.1}", map.file);
+            }
+        }
+    }
+}
+
+/// A pixel on the pole itself is as its neighbours are: it is read from no coarser level.
+#[test]
+fn no_dot_marks_a_pole() {
+    let time = Instant::parse("2025-01-10T00:00:00Z").expect("a time");
+    let mut told = 0;
+    for body in Catalog::embedded().bodies().iter().filter(|b| b.maps.albedo.is_some() && b.id != NaifId::SUN) {
+        for north in [1.0, -1.0] {
+            // So near that a texel spans several pixels: between them ground is smooth.
+            let height_km = 0.05 * body.radii_km.z;
+            let request = ViewRequest {
+                width: 41,
+                height: 41,
+                position: Position::Ground { body: body.id, latitude_deg: 90.0 * north, longitude_deg: 0.0, height_km },
+                fov_deg: Some(20.0),
+                pixel_view: PixelView::Albedo,
+                exposure: ExposureRequest::Stops(0.0),
+                effects: EffectOverrides::parse("-normal,-clouds,-rings,-atmosphere").expect("effects"),
+                ..ViewRequest::of(body.id, time)
+            };
+            let hdr = SESSION.draw(&request, Fineness { samples: 1, anisotropy: 8 }, true).expect("draws").frame.hdr;
+            let at = |x: i32, y: i32| hdr[(y * 41 + x) as usize][1];
+            let ring = |reach: i32| {
+                let places = (0..12).map(|k| f64::from(k) * TAU / 12.0);
+                places
+                    .map(|a| at(20 + (f64::from(reach) * a.cos()).round() as i32, 20 + (f64::from(reach) * a.sin()).round() as i32))
+                    .collect::<Vec<_>>()
+            };
+            let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
+            let spread = |v: &[f32]| v.iter().map(|x| (x - mean(v)).abs()).fold(0.0, f32::max);
+            let (near, far) = (ring(2), ring(6));
+            let off = (at(20, 20) - mean(&near)).abs();
+            // As smooth ground goes on: a part of what it changes over the next pixels, or a hundredth.
+            let allowed = 0.02 * mean(&near) + spread(&near) + (mean(&far) - mean(&near)).abs();
+            assert!(off <= allowed, "{} at {}: {off} beside {}, allowed {allowed}", body.name, 90.0 * north, mean(&near));
+            told += i32::from(spread(&far) > 0.0);
+        }
+    }
+    assert!(told > 30, "{told} poles have any marks");
+}

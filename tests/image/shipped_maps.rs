@@ -1,0 +1,295 @@
+//! The maps that ship: within the budget, each where the catalog says, oriented by known places, coloured as published.
+
+use orrery::catalog::{Catalog, NaifId};
+use orrery::image::{ImageError, MapOrigin, MapStore, Poles, Reading, TexelFormat, Texture};
+
+/// Mean of a square of `half` degrees around a place, longitude 0 at the map's centre and east to the right; bytes by `decode`.
+fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
+    let level = &map.levels[0];
+    let (w, h) = (f64::from(level.width), f64::from(level.height));
+    let lon = (lon + 180.0).rem_euclid(360.0) - 180.0;
+    let (x, y) = ((0.5 + lon / 360.0) * w, (0.5 - lat / 180.0) * h);
+    let reach = (half / 180.0 * h).max(0.5);
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for row in (y - reach) as i64..=(y + reach) as i64 {
+        for column in (x - reach) as i64..=(x + reach) as i64 {
+            let row = row.clamp(0, i64::from(level.height) - 1);
+            let at = (row * i64::from(level.width) + column.rem_euclid(i64::from(level.width))) as usize * 4;
+            for (total, byte) in sum.iter_mut().zip(&level.bytes[at..]) {
+                *total += decode(*byte);
+            }
+            count += 1.0;
+        }
+    }
+    sum.map(|s| s / count)
+}
+
+/// Mean linear colour of a colour map.
+fn mean_colour(map: &Texture, lat: f64, lon: f64, half: f64) -> [f64; 3] {
+    mean_of(map, lat, lon, half, |b| {
+        let v = f64::from(b) / 255.0;
+        if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    })
+}
+
+fn brightness(map: &Texture, lat: f64, lon: f64, half: f64) -> f64 {
+    mean_colour(map, lat, lon, half).iter().sum::<f64>() / 3.0
+}
+
+/// Mean lean of a normal map: east and north.
+fn slope(map: &Texture, lat: f64, lon: f64, half: f64) -> [f64; 2] {
+    let [east, north, _] = mean_of(map, lat, lon, half, |b| f64::from(b) / 127.5 - 1.0);
+    [east, north]
+}
+
+fn map(name: &str) -> std::sync::Arc<Texture> {
+    MapStore::new(None).get(name, TexelFormat::Rgba8Srgb).unwrap()
+}
+
+fn linear_map(name: &str) -> std::sync::Arc<Texture> {
+    MapStore::new(None).get(name, TexelFormat::Rgba8Unorm).unwrap()
+}
+
+#[test]
+fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
+    let store = MapStore::new(None);
+    for b in Catalog::embedded().bodies() {
+        for m in [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten() {
+            assert_eq!(store.origin(&m.file), MapOrigin::Embedded, "{}: {}", b.name, m.file);
+        }
+    }
+    let total: usize = MapStore::embedded().map(|(_, bytes)| bytes).sum();
+    assert!(total <= 12_000_000, "{total} bytes");
+}
+
+/// The catalog's gain brings each map's mean over the sphere to colour times albedo.
+#[test]
+fn gains_bring_each_map_to_its_published_colour() {
+    let store = MapStore::new(None);
+    for b in Catalog::embedded().bodies() {
+        let Some(m) = &b.maps.albedo else { continue };
+        let mean = store.get(&m.file, TexelFormat::Rgba8Srgb).unwrap().mean_over_sphere();
+        let target = b.map_target();
+        for c in 0..3 {
+            let ratio = mean[c] * m.gain[c] / target[c];
+            assert!((ratio - 1.0).abs() < 0.01, "{} channel {c}: {ratio}", m.file);
+        }
+    }
+    let mercury = Catalog::embedded().body(NaifId(199)).unwrap().clone();
+    let raw = map("mercury.jpg").mean_over_sphere();
+    assert!((raw[0] / mercury.map_target()[0] - 1.0).abs() > 0.1, "the raw map is stylised: without its gain this test must fail");
+}
+
+/// Mean of eight squares on a circle of `r` degrees about a place.
+fn around(m: &Texture, lat: f64, lon: f64, r: f64, value: impl Fn(&Texture, f64, f64) -> f64) -> f64 {
+    let ring = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
+    ring.map(|a| value(m, lat + r * a.sin(), lon + r * a.cos() / lat.to_radians().cos())).sum::<f64>() / 8.0
+}
+
+/// Red over green, or blue over red, of a square of three degrees.
+fn ratio(m: &Texture, lat: f64, lon: f64, over: [usize; 2]) -> f64 {
+    let c = mean_colour(m, lat, lon, 1.5);
+    c[over[0]] / c[over[1]]
+}
+
+/// `holds` at the place, and nowhere that a mirrored or half-turned map would show the same.
+fn only_here(lat: f64, lon: f64, what: &str, holds: impl Fn(f64, f64) -> bool) {
+    assert!(holds(lat, lon), "{what} is missing at {lat} N, {lon} E");
+    for (y, x) in [(lat, -lon), (-lat, lon), (lat, lon + 180.0)] {
+        assert!(!holds(y, x), "{what} shows at {y} N, {x} E too");
+    }
+}
+
+#[test]
+fn the_moon_shows_tycho_and_mare_crisium() {
+    let moon = map("moon.jpg");
+    let bright = |m: &Texture, y, x| brightness(m, y, x, 1.5);
+    only_here(-43.3, 348.6, "Tycho", |y, x| brightness(&moon, y, x, 1.5) > 1.15 * around(&moon, y, x, 10.0, bright));
+    only_here(17.0, 59.1, "Mare Crisium", |y, x| brightness(&moon, y, x, 2.0) < 0.42 * around(&moon, y, x, 13.0, bright));
+}
+
+#[test]
+fn mars_shows_olympus_mons_valles_marineris_and_syrtis_major() {
+    let mars = map("mars.jpg");
+    let bright = |m: &Texture, y, x| brightness(m, y, x, 1.0);
+    // Dust on the summit, a darker ring of lava and aureole at 350 to 550 km.
+    only_here(18.65, 226.2, "Olympus Mons", |y, x| brightness(&mars, y, x, 1.2) > 1.25 * around(&mars, y, x, 7.0, bright));
+    // A trough 1000 km long from west to east: the north wall leans south, the south wall north.
+    let normal = linear_map("mars_normal.jpg");
+    only_here(-13.0, 300.0, "Valles Marineris", |y, x| {
+        let wall = |side: f64| (-4..=4).map(|k| slope(&normal, y + 1.5 * side, x + f64::from(k), 0.4)[1]).sum::<f64>() / 9.0;
+        wall(1.0) - wall(-1.0) < -0.06
+    });
+    // Dark basalt, grey-brown and not blue; bright dust. Bell et al. 1990: 0.10 to 0.15 in red, 0.04 to 0.06 in blue.
+    let gain = Catalog::embedded().body(NaifId(499)).unwrap().maps.albedo.as_ref().unwrap().gain;
+    let reflectance = |y, x| {
+        let c = mean_colour(&mars, y, x, 2.0);
+        [c[0] * gain[0], c[1] * gain[1], c[2] * gain[2]]
+    };
+    let (dark, bright) = (reflectance(8.0, 69.0), reflectance(20.0, 25.0));
+    assert!((0.095..0.15).contains(&dark[0]) && (0.04..0.06).contains(&dark[2]), "Syrtis Major {dark:?}");
+    assert!(bright[0] > 2.0 * dark[0] && bright[0] > 2.0 * bright[2], "Arabia {bright:?}");
+}
+
+/// The spot drifts; this map holds it at 48 W of System III.
+#[test]
+fn jupiter_shows_the_great_red_spot_white_zones_and_brown_belts() {
+    let jupiter = map("jupiter.jpg");
+    let red = |m: &Texture, y, x| ratio(m, y, x, [0, 2]);
+    only_here(-21.0, 312.0, "the Great Red Spot", |y, x| red(&jupiter, y, x) > 1.5 * around(&jupiter, y, x, 20.0, red));
+    let gain = Catalog::embedded().body(NaifId(599)).unwrap().maps.albedo.as_ref().unwrap().gain;
+    let zonal = |y: f64| -> [f64; 3] {
+        std::array::from_fn(|c| (0..72).map(|k| mean_colour(&jupiter, y, f64::from(k) * 5.0, 1.5)[c] * gain[c]).sum::<f64>() / 72.0)
+    };
+    let (zone, belt) = (zonal(3.0), zonal(13.0));
+    // Cream: blue a little under green, red with green. Brown-orange: red over green over blue.
+    assert!((0.8..0.97).contains(&(zone[2] / zone[1])) && (zone[0] / zone[1] - 1.0).abs() < 0.06, "zone {zone:?}");
+    assert!(belt[0] > 1.1 * belt[1] && belt[1] > 1.3 * belt[2] && belt[1] < 0.75 * zone[1], "belt {belt:?}");
+}
+
+#[test]
+fn saturn_is_pale_gold_from_pole_to_pole() {
+    let saturn = map("saturn.jpg");
+    let gain = Catalog::embedded().body(NaifId(699)).unwrap().maps.albedo.as_ref().unwrap().gain;
+    for lat in [-80.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0] {
+        let c = mean_colour(&saturn, lat, 0.0, 2.0);
+        let (r, b) = (c[0] * gain[0] / (c[1] * gain[1]), c[2] * gain[2] / (c[1] * gain[1]));
+        assert!((1.12..1.28).contains(&r) && (0.62..0.8).contains(&b), "{lat}: red {r}, blue {b} of green");
+    }
+}
+
+/// Pele's ring, 600 km from its vent (18.7 S, 255.3 W), is red.
+#[test]
+fn io_shows_pele() {
+    let io = map("io.jpg");
+    let red = |m: &Texture, y, x| ratio(m, y, x, [0, 1]);
+    only_here(-18.7, 104.7, "Pele", |y, x| around(&io, y, x, 13.0, red) > 1.08 * around(&io, y, x, 35.0, red));
+}
+
+#[test]
+fn europa_callisto_iapetus_pluto_and_ceres_show_their_marks() {
+    let bright = |m: &Texture, y, x| brightness(m, y, x, 1.5);
+    let europa = map("europa.jpg");
+    assert!(brightness(&europa, -25.2, 88.6, 2.0) > 1.05 * around(&europa, -25.2, 88.6, 15.0, bright), "Pwyll");
+    let callisto = map("callisto.jpg");
+    only_here(14.7, 304.0, "Valhalla", |y, x| brightness(&callisto, y, x, 3.0) > 1.3 * around(&callisto, y, x, 25.0, bright));
+    // Cassini Regio covers the leading side about 90 W; poles and trailing side are bright.
+    let iapetus = map("iapetus.jpg");
+    let pole = brightness(&iapetus, 85.0, -90.0, 3.0);
+    let dark = |x: f64| brightness(&iapetus, 0.0, x, 10.0) * 5.0 < brightness(&iapetus, 0.0, -x, 10.0).min(pole);
+    assert!(dark(-90.0) && !dark(90.0));
+    let pluto = map("pluto.jpg");
+    let sputnik = |y: f64, x: f64| brightness(&pluto, y, x, 6.0) > 1.35 * around(&pluto, y, x, 35.0, bright);
+    assert!(sputnik(25.0, 175.0) && !sputnik(-25.0, 175.0) && !sputnik(25.0, -5.0), "Sputnik Planitia");
+    let ceres = map("ceres.jpg");
+    only_here(19.8, 239.3, "Occator", |y, x| brightness(&ceres, y, x, 0.5) > 3.0 * around(&ceres, y, x, 8.0, bright));
+}
+
+#[test]
+fn the_earth_has_its_continents() {
+    let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
+    let wet = |lat, lon| brightness(&water, lat, lon, 2.0) > 0.5;
+    // The Congo and Brazil against the Atlantic between them; the mirrored map has sea where the Congo is.
+    assert!(!wet(0.0, 22.0) && !wet(-10.0, -50.0) && wet(-10.0, -25.0) && wet(0.0, 0.0));
+    assert!(wet(0.0, -22.0) && wet(10.0, -22.0) && wet(0.0, -158.0));
+    assert!(
+        brightness(&earth, 23.0, 10.0, 3.0) > 5.0 * brightness(&earth, 23.0, -40.0, 3.0),
+        "the Sahara against the Atlantic to its west"
+    );
+}
+
+/// Water is dark whatever codes its depth or its silt has in the source: none reflects a tenth of the light.
+#[test]
+fn no_lake_or_shallow_sea_glows() {
+    let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
+    let gain = Catalog::embedded().body(NaifId::EARTH).unwrap().maps.albedo.as_ref().unwrap().gain;
+    // Lake Victoria, the north of the Caspian, the Persian Gulf, the Sea of Azov, the mouth of the Amazon.
+    for (lat, lon) in [(-1.0, 33.0), (45.5, 49.5), (27.0, 51.5), (46.0, 36.5), (2.0, -49.5)] {
+        let c = mean_colour(&earth, lat, lon, 0.3);
+        let brightest = (0..3).map(|k| c[k] * gain[k]).fold(0.0, f64::max);
+        assert!(brightest < 0.1, "{lat}, {lon}: {brightest}");
+    }
+    let mut most: f64 = 0.0;
+    for lat in -60..=60 {
+        for lon in (-180..180).filter(|lon| brightness(&water, f64::from(lat), f64::from(*lon), 0.3) > 0.9) {
+            let c = mean_colour(&earth, f64::from(lat), f64::from(lon), 0.1);
+            // Ice on the sea is white: as red as it is blue.
+            if c[2] > 1.3 * c[0] {
+                most = most.max(c[1] * gain[1]);
+            }
+        }
+    }
+    assert!(most < 0.1, "{most}");
+}
+
+/// Each map has a row in the list of sources; those that are made here say in the catalog that they are invented, and so do those that a source partly invents.
+#[test]
+fn every_map_has_its_source_and_invented_ones_say_so() {
+    let readme = include_str!("../../textures/README.md");
+    let row_of = |file: &str| {
+        let stem = file.trim_end_matches(".jpg");
+        let names = |row: &str| row.split('|').nth(1).is_some_and(|c| c.split([',', ' ']).any(|n| n == file || n == stem));
+        readme.lines().filter(|l| l.starts_with('|')).find(|row| names(row))
+    };
+    let mut marked = 0;
+    for b in Catalog::embedded().bodies() {
+        let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten();
+        for m in maps.chain(b.clouds.as_ref().map(|c| &c.map)) {
+            let row = row_of(&m.file).unwrap_or_else(|| panic!("{} has no row in textures/README.md", m.file));
+            let made_here = row.contains("made here");
+            let partly = ["ariel", "miranda", "oberon", "titania", "umbriel"].iter().any(|n| m.file.starts_with(n));
+            assert_eq!(made_here || partly, m.invented.is_some(), "{}: {row}", m.file);
+            assert!(m.invented.as_ref().is_none_or(|how| how.len() > 20), "{}: of what, and how", m.file);
+            marked += i32::from(made_here);
+        }
+    }
+    assert_eq!(marked, 4, "Callisto, Iapetus, Triton, Phobos");
+    assert!(row_of("vulcan.jpg").is_none());
+}
+
+/// Craters are bowls inside raised rims, whichever way their walls face: both channels of the normal map have the right sign and place.
+#[test]
+fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
+    let normal = linear_map("moon_normal.jpg");
+    // Copernicus, Tycho, Langrenus, Plato: places and half diameters in degrees by the IAU gazetteer.
+    let craters = [(9.62, 339.92, 1.58), (-43.3, 348.6, 1.4), (-8.9, 61.1, 2.1), (51.6, 350.7, 1.65)];
+    // Outward lean beyond the rim less that within, by the east-west or the north-south part alone.
+    let relief = |axis: usize, flip_lat: f64, flip_lon: f64| {
+        let lean = |lat: f64, lon: f64, d: f64| {
+            let ring = (0..32).map(|k| f64::from(k) * std::f64::consts::PI / 16.0);
+            ring.map(|a| {
+                let s = slope(&normal, lat + d * a.sin(), lon + d * a.cos() / lat.to_radians().cos(), 0.25)[axis];
+                s * [a.cos(), a.sin()][axis]
+            })
+            .sum::<f64>()
+                / 32.0
+        };
+        craters.iter().map(|&(y, x, r)| lean(flip_lat * y, flip_lon * x, 1.25 * r) - lean(flip_lat * y, flip_lon * x, 0.8 * r)).sum::<f64>()
+            / 4.0
+    };
+    for axis in [0, 1] {
+        let (right, mirrored, upside_down) = (relief(axis, 1.0, 1.0), relief(axis, 1.0, -1.0), relief(axis, -1.0, 1.0));
+        assert!(right > 0.1, "axis {axis}: {right}; a channel of the other sign gives its negative");
+        assert!(mirrored < 0.05 && upside_down < 0.05, "axis {axis}: {mirrored} and {upside_down} where no crater is");
+    }
+}
+
+#[test]
+fn a_folder_comes_first_and_a_missing_map_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = Vec::new();
+    orrery::image::write_png(&mut bytes, 2, 1, &[[9, 8, 7, 255]; 2], &[]).unwrap();
+    std::fs::write(folder.path().join("mars.jpg"), &bytes).unwrap();
+    std::fs::write(folder.path().join("moon.jpg"), b"no picture").unwrap();
+    let store = MapStore::new(Some(folder.path().to_owned()));
+    assert_eq!(store.get("mars.jpg", TexelFormat::Rgba8Srgb).unwrap().levels[0].bytes[..4], [9, 8, 7, 255]);
+    assert!(matches!(store.get("moon.jpg", TexelFormat::Rgba8Srgb), Err(ImageError::Unreadable { .. })));
+    let missing = store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).unwrap_err().to_string();
+    assert!(missing.contains("vulcan.jpg") && missing.contains("--textures") && !missing.contains('\n'), "{missing}");
+    std::fs::write(folder.path().join("own.jpg"), &bytes).unwrap();
+    let colour = Reading { format: TexelFormat::Rgba8Srgb, poles: Poles::None };
+    store.bring(&[("own.jpg", colour), ("vulcan.jpg", colour)]);
+    std::fs::remove_file(folder.path().join("own.jpg")).unwrap();
+    assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was brought before its file went");
+    assert!(store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).is_err());
+}

@@ -1,0 +1,97 @@
+//! No circles of imports between the files of a room, and no file that is too long to read at once.
+
+use super::source_tree::{SourceTree, code_of};
+use super::{files_below, only_tolerated};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Where scene narrows by design: the camera subtracts in f64, then narrows.
+const MAY_NARROW: &[&str] = &["scene/camera"];
+
+/// The files that lead back to themselves.
+fn in_circles(imports: &BTreeMap<&str, Vec<&str>>) -> Vec<String> {
+    let reaches_itself = |start: &str| {
+        let mut seen = BTreeSet::new();
+        let mut open = imports[start].clone();
+        while let Some(file) = open.pop() {
+            if file == start {
+                return true;
+            }
+            if seen.insert(file) {
+                open.extend(&imports[file]);
+            }
+        }
+        false
+    };
+    imports.keys().filter(|file| reaches_itself(file)).map(|file| (*file).to_owned()).collect()
+}
+
+#[test]
+fn no_files_of_a_room_import_each_other_in_a_circle() {
+    let tree = SourceTree::of_project();
+    let rooms: BTreeSet<String> = tree.files.iter().map(|f| f.room()).collect();
+    let mut found = Vec::new();
+    for room in &rooms {
+        let imports = tree.imports_within(room);
+        let circle = in_circles(&imports);
+        for file in &circle {
+            let tied: Vec<_> = imports[file.as_str()].iter().filter(|to| circle.iter().any(|c| c == *to)).collect();
+            println!("{file} -> {tied:?}");
+        }
+        found.extend(circle);
+    }
+    only_tolerated("circle", &found);
+}
+
+#[test]
+fn a_circle_is_found() {
+    let circle = SourceTree::new(&[
+        ("a/b.rs", "use super::c::C;"),
+        ("a/c.rs", "use crate::a::d::D;"),
+        ("a/d.rs", "use super::b::B;"),
+        ("a/e.rs", "use super::b::B;"),
+    ]);
+    assert_eq!(in_circles(&circle.imports_within("a")), ["a/b.rs", "a/c.rs", "a/d.rs"]);
+    let line = SourceTree::new(&[
+        ("a/b.rs", "use super::c::C;"),
+        ("a/c.rs", "use crate::a::d::D;"),
+        ("a/d.rs", "#[cfg(test)]\nmod tests { use super::super::b::B; }"),
+    ]);
+    assert!(in_circles(&line.imports_within("a")).is_empty());
+}
+
+/// Path and number of lines where there are more than `most`.
+fn too_long(lines: &[(String, usize)], most: usize) -> Vec<String> {
+    lines.iter().filter(|(_, n)| *n > most).map(|(path, _)| path.clone()).collect()
+}
+
+#[test]
+fn no_file_is_too_long() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut found = Vec::new();
+    for (dir, most) in [("src", 500), ("tests", 500), ("examples", 500), ("benches", 500), ("shaders", 250)] {
+        let mut files = Vec::new();
+        files_below(&root.join(dir), &["rs", "wgsl", "wesl"], &mut files);
+        assert!(!files.is_empty(), "{dir}");
+        let lines_of = |path: &Path| std::fs::read_to_string(path).expect("UTF-8").lines().count();
+        let name_of = |path: &Path| path.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/");
+        found.extend(too_long(&files.iter().map(|path| (name_of(path), lines_of(path))).collect::<Vec<_>>(), most));
+    }
+    only_tolerated("long", &found);
+    assert_eq!(too_long(&[("a".into(), 501), ("b".into(), 500)], 500), ["a"]);
+}
+
+/// Whether code narrows f64 to f32, by a cast or by glam's vectors and matrices.
+fn narrows(code: &str) -> bool {
+    [" as f32", ".as_vec2()", ".as_vec3()", ".as_vec4()", ".as_mat3()", ".as_mat4()", ".as_quat()"].iter().any(|cast| code.contains(cast))
+}
+
+#[test]
+fn only_the_camera_of_scene_narrows_to_f32() {
+    let tree = SourceTree::of_project();
+    let scene = tree.files.iter().filter(|f| f.room() == "scene" && !MAY_NARROW.iter().any(|m| f.module().starts_with(m)));
+    let found: Vec<String> = scene.filter(|f| narrows(&code_of(&f.text))).map(|f| f.path.clone()).collect();
+    only_tolerated("narrows", &found);
+    assert!(narrows("let x = y as f32;") && narrows("p.as_vec3()"));
+    assert!(!narrows(&code_of("// y as f32\nlet x = f32::from(y);\n#[cfg(test)]\nmod tests { fn f() { y as f32; } }")));
+}

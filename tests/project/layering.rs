@@ -1,0 +1,147 @@
+//! The module table of ARCHITECTURE.md, held by reading every path of modules in src/: `crate::`, `orrery::`, `super::super::`, children.
+
+use super::only_tolerated;
+use super::source_tree::{NamedPath, SourceFile, SourceTree, code_of};
+
+/// (module path prefix, crate modules it may name, external crates it may not name).
+const TABLE: &[(&str, &[&str], &[&str])] = &[
+    ("units", &[], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("wording", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("catalog", &["units", "time", "catalog", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("memo", &["memo"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    (
+        "scene",
+        &["units", "time", "catalog", "ephemeris", "mesh", "memo", "scene", "wording"],
+        &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
+    ),
+    ("image", &["units", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("shader/key", &["scene::draw", "shader::key", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("shader", &["scene::draw", "shader", "wording"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
+    ("render/plan", &["scene", "shader", "image", "render::plan"], &["wgpu", "winit", "softbuffer", "std::fs"]),
+    ("render/frame", &["image", "render::frame"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    (
+        "session",
+        &["units", "time", "catalog", "ephemeris", "mesh", "memo", "scene", "shader", "render", "image", "session", "wording"],
+        &["naga", "wgpu", "winit", "softbuffer"],
+    ),
+    (
+        "probe",
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe", "wording"],
+        &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
+    ),
+    (
+        "view",
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render::plan", "image", "session", "probe", "view"],
+        &["naga", "wgpu"],
+    ),
+    (
+        "render/gpu",
+        &["shader", "image", "render::plan", "render::frame", "render::gpu"],
+        &["naga", "winit", "softbuffer", "std::fs", "rayon"],
+    ),
+    (
+        "render/software",
+        &["units", "shader", "image", "render::plan", "render::frame", "render::software"],
+        &["wgpu", "winit", "softbuffer", "std::fs"],
+    ),
+    ("render", &["render"], &["naga", "wgpu", "winit", "egui", "softbuffer", "std::fs"]),
+    (
+        "cli",
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe", "view", "cli", "wording"],
+        &["naga", "wgpu", "winit", "egui", "softbuffer"],
+    ),
+    ("lib", &[], &["naga", "wgpu", "winit", "egui", "softbuffer", "std::fs"]),
+    ("main", &["cli"], &["naga", "wgpu", "winit", "egui", "softbuffer"]),
+];
+
+/// The longest prefix of the table that holds this file, if any.
+fn row_of(module: &str) -> Option<&'static (&'static str, &'static [&'static str], &'static [&'static str])> {
+    TABLE
+        .iter()
+        .filter(|(prefix, _, _)| module == *prefix || module.starts_with(&format!("{prefix}/")))
+        .max_by_key(|(prefix, _, _)| prefix.len())
+}
+
+fn breaches(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
+    let module = file.module();
+    let Some((prefix, allowed, forbidden)) = row_of(&module) else { return vec![format!("src/{module} stands in no row of the table")] };
+    let mut found = Vec::new();
+    for path in &file.paths {
+        let path = path.segments.join("::");
+        // Macros and items of the crate's root have no module of their own.
+        if tree.is_module(path.split("::").next().unwrap_or(""))
+            && !allowed.iter().any(|a| path == *a || path.starts_with(&format!("{a}::")))
+        {
+            found.push(format!("src/{module}: `crate::{path}` is not among what {prefix} may use ({})", allowed.join(", ")));
+        }
+    }
+    let code = code_of(&file.text);
+    found.extend(
+        forbidden.iter().filter(|n| code.contains(&format!("{n}::"))).map(|n| format!("src/{module}: `{n}` is barred from {prefix}")),
+    );
+    found
+}
+
+/// What a file gives out that another room defines: whoever takes it from here passes by the table. lib.rs is the crate's face and may.
+fn re_exports(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
+    let foreign = |path: &&NamedPath| tree.file_of(&path.segments).is_some_and(|n| tree.files[n].room() != file.room());
+    let public = file.paths.iter().filter(|p| p.is_public_use && file.module() != "lib").filter(foreign);
+    public.map(|p| format!("{}: {}", file.path, p.segments.join("::"))).collect()
+}
+
+#[test]
+fn every_module_keeps_to_the_table() {
+    let tree = SourceTree::of_project();
+    let all: Vec<String> = tree.files.iter().flat_map(|file| breaches(&tree, file)).collect();
+    assert!(all.is_empty(), "{}", all.join("\n"));
+}
+
+#[test]
+fn no_room_gives_out_what_another_defines() {
+    let tree = SourceTree::of_project();
+    let found: Vec<String> = tree.files.iter().flat_map(|file| re_exports(&tree, file)).collect();
+    only_tolerated("re-export", &found);
+}
+
+#[test]
+fn a_breach_is_found() {
+    let rooms = [
+        "catalog/mod.rs",
+        "ephemeris/mod.rs",
+        "render/plan/mod.rs",
+        "scene/mod.rs",
+        "shader/mod.rs",
+        "session/mod.rs",
+        "cli/mod.rs",
+        "view/mod.rs",
+    ];
+    let count = |path: &str, text: &str| {
+        let sources: Vec<_> = rooms.into_iter().map(|room| (room, "")).chain([(path, text)]).collect();
+        let tree = SourceTree::new(&sources);
+        breaches(&tree, &tree.files[rooms.len()]).len()
+    };
+    assert_eq!(count("catalog/body.rs", "use crate::scene::Scene;"), 1);
+    assert_eq!(count("catalog/body.rs", "use super::super::scene::Scene;"), 1);
+    assert_eq!(count("ephemeris/kernel.rs", "use crate::{catalog::NaifId, render::plan};"), 1);
+    assert_eq!(count("scene/build.rs", "use crate::{\n    catalog::{Body, NaifId},\n    render::{plan, frame},\n};"), 2);
+    assert_eq!(count("scene/build.rs", "let m = naga::Module::default();"), 1);
+    assert_eq!(count("shader/key/text.rs", "use crate::shader::emit::emit;"), 1);
+    assert_eq!(count("cli/render.rs", "let w = winit::EventLoop::new();"), 1);
+    assert_eq!(count("view/app.rs", "use crate::cli::run;"), 1);
+    assert_eq!(count("main.rs", "fn main() { orrery::cli::run(); orrery::session::f(); }"), 1);
+    assert_eq!(count("new_room.rs", ""), 1);
+    assert_eq!(count("scene/build.rs", "use crate::ephemeris::Ephemeris; // crate::render is not named"), 0);
+}
+
+#[test]
+fn a_re_export_of_another_room_is_found() {
+    let found = |text: &str| {
+        let tree = SourceTree::new(&[("render/software/mod.rs", ""), ("session/sample.rs", ""), ("session/mod.rs", text)]);
+        re_exports(&tree, &tree.files[2])
+    };
+    assert_eq!(found("pub use crate::render::software::TapeCost;"), ["session/mod.rs: render::software::TapeCost"]);
+    assert!(found("pub use sample::Sample;\nuse crate::render::software::TapeCost;").is_empty());
+}

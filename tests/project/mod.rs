@@ -1,0 +1,73 @@
+//! The source tree itself: which module may use which, no circles, no long files, packages that a registry takes.
+
+use std::path::{Path, PathBuf};
+
+mod circles;
+mod layering;
+mod packages;
+mod source_tree;
+
+/// The files of a folder and its folders with one of these endings, in order.
+fn files_below(dir: &Path, extensions: &[&str], out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = std::fs::read_dir(dir).expect("readable").map(|e| e.expect("entry").path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            files_below(&path, extensions, out);
+        } else if path.extension().is_some_and(|e| extensions.iter().any(|x| e == *x)) {
+            out.push(path);
+        }
+    }
+}
+
+/// What a rule finds against the lines `RULE: BREACH` of tolerated.txt: new breaches, and lines that are breaches no more. Both must be empty,
+/// so that the list only shrinks.
+fn beyond(rule: &str, found: &[String], tolerated: &str) -> Vec<String> {
+    let tolerated: Vec<&str> = tolerated.lines().filter_map(|l| l.strip_prefix(rule)?.strip_prefix(": ")).collect();
+    let new = found.iter().filter(|f| !tolerated.contains(&f.as_str())).map(|f| format!("new breach: {rule}: {f}"));
+    let gone =
+        tolerated.iter().filter(|t| !found.iter().any(|f| f == *t)).map(|t| format!("mended, strike it from tolerated.txt: {rule}: {t}"));
+    new.chain(gone).collect()
+}
+
+/// Fails unless a rule finds exactly what tests/project/tolerated.txt still tolerates.
+fn only_tolerated(rule: &str, found: &[String]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/project/tolerated.txt");
+    let beyond = beyond(rule, found, &std::fs::read_to_string(path).expect("the list"));
+    assert!(beyond.is_empty(), "{}", beyond.join("\n"));
+}
+
+#[test]
+fn the_list_of_the_tolerated_only_shrinks() {
+    let found = ["a".to_owned(), "b".to_owned()];
+    assert!(beyond("long", &found, "# head\nlong: b\nlong: a\nwide: c\n").is_empty());
+    assert_eq!(beyond("long", &found, "long: a\nwide: b"), ["new breach: long: b"]);
+    assert_eq!(beyond("long", &found[..1], "long: a\nlong: b"), ["mended, strike it from tolerated.txt: long: b"]);
+}
+
+/// Files that a table of tests/README.md names: `room/file`, `room/{a,b}` and `room/*`.
+fn named_in_table(readme: &str, all: &[String]) -> Vec<String> {
+    let mut named = Vec::new();
+    for pattern in readme.lines().filter(|l| l.starts_with('|')).flat_map(|l| l.split('`').skip(1).step_by(2)) {
+        let Some((room, files)) = pattern.split_once('/') else { continue };
+        match files.trim_matches(['{', '}']) {
+            "*" => named.extend(all.iter().filter(|f| f.starts_with(&format!("{room}/"))).cloned()),
+            files => named.extend(files.split(',').filter(|f| !f.is_empty()).map(|f| format!("{room}/{f}"))),
+        }
+    }
+    named
+}
+
+#[test]
+fn the_readme_of_the_tests_names_each_file() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let mut files = Vec::new();
+    files_below(&root, &["rs"], &mut files);
+    let name = |f: &PathBuf| f.strip_prefix(&root).expect("below").with_extension("").to_string_lossy().replace('\\', "/");
+    let all: Vec<String> = files.iter().map(name).filter(|n| n != "main" && !n.ends_with("/mod") && !n.starts_with("support/")).collect();
+    let named = named_in_table(&std::fs::read_to_string(root.join("README.md")).expect("a README"), &all);
+    let missing: Vec<_> = all.iter().filter(|f| !named.contains(f)).collect();
+    let gone: Vec<_> = named.iter().filter(|f| !all.contains(f)).collect();
+    assert!(missing.is_empty() && gone.is_empty(), "not named: {missing:?}; named, but not there: {gone:?}");
+    assert_eq!(named_in_table("| x | `a/{b,c}`, `d/*` |", &["d/e".into()]), ["a/b", "a/c", "d/e"]);
+}

@@ -1,0 +1,43 @@
+//! Packages that a registry takes: the data are whole, and each package is under the registry's limit.
+
+use super::files_below;
+use std::path::Path;
+use std::process::Command;
+
+/// What a registry takes, bytes of the compressed package.
+const MOST_BYTES: u64 = 10 * 1024 * 1024;
+
+/// Files of a folder with one of these endings, without `Cargo.toml`.
+fn names(folder: &str, extensions: &[&str]) -> Vec<String> {
+    let mut files = Vec::new();
+    files_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), extensions, &mut files);
+    let names = files.iter().map(|f| f.file_name().expect("a name").to_string_lossy().into_owned());
+    names.filter(|n| n != "Cargo.toml").collect()
+}
+
+#[test]
+fn every_map_and_every_table_is_in_the_program() {
+    let embedded: Vec<_> = orrery_textures::MAPS.iter().map(|(name, _)| (*name).to_owned()).collect();
+    assert_eq!(embedded, names("textures", &["jpg", "png"]));
+    let mut tables: Vec<_> = orrery_catalogs::TABLES.iter().map(|(name, _)| (*name).to_owned()).collect();
+    tables.sort();
+    assert_eq!(tables, names("catalogs", &["toml"]));
+}
+
+/// Each file counts whole: maps and kernels hardly shrink, and no package comes near the limit by its text.
+#[test]
+fn each_package_is_under_the_registrys_limit() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (package, folder) in [("orrery", "."), ("orrery-catalogs", "catalogs"), ("orrery-textures", "textures")] {
+        let words = ["package", "--list", "--allow-dirty", "--offline", "--package", package];
+        let listed = Command::new(env!("CARGO")).args(words).current_dir(root).output().expect("cargo starts");
+        assert!(listed.status.success(), "{}", String::from_utf8_lossy(&listed.stderr));
+        let listed = String::from_utf8(listed.stdout).expect("UTF-8");
+        let size = |name: &str| std::fs::metadata(root.join(folder).join(name)).map_or(0, |m| m.len());
+        let bytes: u64 = listed.lines().map(size).sum();
+        println!("{package}: {} files, {bytes} bytes", listed.lines().count());
+        assert!((100_000..MOST_BYTES).contains(&bytes), "{package}: {bytes} bytes");
+        assert!(listed.lines().any(|l| l.starts_with("LICENSE")), "{package} has no licence");
+        assert!(!listed.contains("tests/") && !listed.contains("target/"), "{package}: {listed}");
+    }
+}

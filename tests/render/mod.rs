@@ -1,0 +1,5 @@
+//! Frame plans, and recorded images that both the software renderer and its pair tests draw.
+
+mod golden;
+mod permutations;
+mod plan;

@@ -1,0 +1,219 @@
+//! Every pair of dimension values, run: each key of the covering set draws the same small body in f32 and in f64.
+//!
+//! Finite everywhere, no negative light, coverage between 0 and 1, and f32 within half a level of 256 of f64. Failures are gathered.
+//! And each looks as recorded: tests/pairs.png holds a small tile per key, its names in the file. `ORRERY_RECORD_GOLDEN=1 cargo test --test main
+//! permutations` records anew; look at the sheet before committing. Pictures of costs have no tile: they change with every better kernel.
+
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
+use orrery::scene::draw::{Needs, PixelView};
+use orrery::session::{WITH_LIMB, sample_plan};
+use orrery::shader::Library;
+use orrery::shader::key::{ShaderKey, covering};
+use rayon::prelude::*;
+use std::sync::LazyLock;
+
+static LIBRARY: LazyLock<Library> = LazyLock::new(|| Library::in_memory(lowering()));
+const SIDE: u32 = 40;
+
+fn renderer(precision: Precision) -> SoftwareRenderer {
+    SoftwareRenderer::new(Options { threads: 1, precision, ..Options::default() }).expect("a renderer")
+}
+
+fn picture(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, String> {
+    let plan = sample_plan(&LIBRARY, key, SIDE, WITH_LIMB).map_err(|e| e.to_string())?;
+    let (frame, _) = renderer.render(&plan, &*LIBRARY, true).map_err(|e| e.to_string())?;
+    Ok(frame.hdr)
+}
+
+/// Half a level of 256: what a display can tell.
+const DIFFERENCE: f32 = 1.0 / 512.0;
+
+fn checked(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
+    let (single, double) = (picture(f32s, key)?, picture(f64s, key)?);
+    for (k, (a, b)) in single.iter().zip(&double).enumerate() {
+        let place = format!("pixel {},{}", k as u32 % SIDE, k as u32 / SIDE);
+        if !a.iter().chain(b).all(|v| v.is_finite()) {
+            return Err(format!("{place}: {a:?} in f32, {b:?} in f64"));
+        }
+        if a[..3].iter().chain(&b[..3]).any(|v| *v < 0.0) || !(0.0..=1.0).contains(&a[3]) {
+            return Err(format!("{place}: {a:?} is no light"));
+        }
+        let apart = a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
+        if apart > DIFFERENCE {
+            return Err(format!("{place}: f32 and f64 are {apart} apart: {a:?}, {b:?}"));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
+    let (f32s, f64s) = (renderer(Precision::F32), renderer(Precision::F64));
+    let keys = covering(2);
+    assert!(keys.len() >= 10 * 8, "two dimensions have ten and eight values: {}", keys.len());
+    let failures: Vec<String> = keys.par_iter().filter_map(|k| checked(&f32s, &f64s, k).err().map(|e| format!("{k}: {e}"))).collect();
+    assert!(
+        failures.is_empty(),
+        "{} of {} keys; the first of them:\n{}",
+        failures.len(),
+        keys.len(),
+        failures[..failures.len().min(20)].join("\n")
+    );
+}
+
+/// The test above can fail: a body lit ten times as bright differs from itself by more than the bound.
+#[test]
+fn another_picture_is_told_apart() {
+    let renderer = renderer(Precision::F32);
+    let key = |lights: u8| ShaderKey::for_draw(&Needs { lights, view: PixelView::Shaded, ..Needs::LEAST });
+    let (one, two) = (picture(&renderer, &key(1)).expect("draws"), picture(&renderer, &key(2)).expect("draws"));
+    let apart = one.iter().zip(&two).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(apart > DIFFERENCE, "{apart}");
+}
+
+/// Pixels of a tile's side, and tiles in a row of the sheet.
+const TILE: usize = 24;
+const ROW: usize = 16;
+/// A tile is as recorded when no more than this many of its 576 pixels are off by more than so many levels: an edge may move by a last bit.
+const LEVELS: u8 = 3;
+const PIXELS_OFF: usize = 4;
+
+/// Tiles by key, display bytes.
+struct Sheet {
+    names: Vec<String>,
+    tiles: Vec<Vec<[u8; 3]>>,
+}
+
+fn drawn_sheet() -> Sheet {
+    let options = Options { threads: 1, kernels: KernelClass::Portable, ..Options::default() };
+    let renderer = SoftwareRenderer::new(options).expect("a renderer");
+    let keys: Vec<ShaderKey> = covering(2).into_iter().filter(|k| !k.counts_work()).collect();
+    let tile = |key: &ShaderKey| {
+        let plan = sample_plan(&LIBRARY, key, TILE as u32, WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
+        let (frame, _) = renderer.render(&plan, &*LIBRARY, true).unwrap_or_else(|e| panic!("{key}: {e}"));
+        // A plain power: what matters is that a change shows.
+        frame.hdr.iter().map(|p| [p[0], p[1], p[2]].map(|v| (255.0 * v.clamp(0.0, 1.0).powf(0.4545)).round() as u8)).collect()
+    };
+    Sheet { names: keys.iter().map(ToString::to_string).collect(), tiles: keys.par_iter().map(tile).collect() }
+}
+
+fn sheet_path() -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pairs.png")
+}
+
+impl Sheet {
+    fn save(&self, path: &std::path::Path) {
+        let rows = self.tiles.len().div_ceil(ROW);
+        let (width, height) = (ROW * TILE, rows * TILE);
+        let mut bytes = vec![0; width * height * 3];
+        for (n, tile) in self.tiles.iter().enumerate() {
+            for (k, pixel) in tile.iter().enumerate() {
+                let at = 3 * ((n / ROW * TILE + k / TILE) * width + n % ROW * TILE + k % TILE);
+                bytes[at..at + 3].copy_from_slice(pixel);
+            }
+        }
+        let file = std::fs::File::create(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let mut encoder = png::Encoder::new(file, width as u32, height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_compression(png::Compression::High);
+        encoder.add_ztxt_chunk("Keys".into(), self.names.join(" ")).expect("a text");
+        encoder.write_header().and_then(|mut w| w.write_image_data(&bytes)).expect("written");
+    }
+
+    /// The recorded sheet; `Err` where there is none.
+    fn load(path: &std::path::Path) -> Result<Self, String> {
+        let file = std::fs::File::open(path).map_err(|e| format!("no recorded sheet {}: {e}", path.display()))?;
+        let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(|e| e.to_string())?;
+        let keys = reader.info().compressed_latin1_text.iter().find(|t| t.keyword == "Keys").ok_or("no names in the sheet")?;
+        let names: Vec<String> = keys.get_text().map_err(|e| e.to_string())?.split(' ').map(Into::into).collect();
+        let mut bytes = vec![0; reader.output_buffer_size().ok_or("too large")?];
+        reader.next_frame(&mut bytes).map_err(|e| e.to_string())?;
+        let width = ROW * TILE;
+        let pixel = |n: usize, k: usize| {
+            let at = 3 * ((n / ROW * TILE + k / TILE) * width + n % ROW * TILE + k % TILE);
+            bytes.get(at..at + 3).map_or([0; 3], |p| [p[0], p[1], p[2]])
+        };
+        Ok(Self { tiles: (0..names.len()).map(|n| (0..TILE * TILE).map(|k| pixel(n, k)).collect()).collect(), names })
+    }
+
+    /// What is not as recorded, by key.
+    fn differences(&self, recorded: &Self) -> Vec<String> {
+        let mut all = Vec::new();
+        for name in recorded.names.iter().filter(|n| !self.names.contains(n)) {
+            all.push(format!("{name}: recorded, but no longer in the set"));
+        }
+        for (name, tile) in self.names.iter().zip(&self.tiles) {
+            let Some(n) = recorded.names.iter().position(|r| r == name) else {
+                all.push(format!("{name}: has no recorded tile"));
+                continue;
+            };
+            let off = tile.iter().zip(&recorded.tiles[n]).filter(|(a, b)| a.iter().zip(*b).any(|(x, y)| x.abs_diff(*y) > LEVELS)).count();
+            if off > PIXELS_OFF {
+                all.push(format!("{name}: {off} of {} pixels are not as recorded (tile {} of row {})", TILE * TILE, n % ROW, n / ROW));
+            }
+        }
+        all
+    }
+}
+
+#[test]
+fn every_pair_of_values_looks_as_recorded() {
+    let mut drawn = drawn_sheet();
+    if std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1") {
+        drawn.save(&sheet_path());
+    }
+    let recorded = Sheet::load(&sheet_path()).unwrap_or_else(|e| panic!("{e}\nORRERY_RECORD_GOLDEN=1 records one"));
+    let differences = drawn.differences(&recorded);
+    if !differences.is_empty() {
+        let new = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("pairs.png");
+        drawn.save(&new);
+        panic!("{}\nthe new sheet is {}", differences.join("\n"), new.display());
+    }
+    // The comparison can fail: one tile a twentieth darker, one that is missing, a sheet that is not there.
+    let lit = drawn.tiles.iter().position(|t| t.iter().filter(|p| p[1] > 100).count() > 50).expect("a lit tile");
+    drawn.tiles[lit].iter_mut().flatten().for_each(|v| *v -= *v / 20);
+    assert!(drawn.differences(&recorded)[0].starts_with(&drawn.names[lit]));
+    drawn.names.pop();
+    assert!(drawn.differences(&recorded).iter().any(|d| d.contains("no longer")));
+    assert!(Sheet::load(std::path::Path::new("tests/no-such-sheet.png")).is_err_and(|e| e.contains("no recorded sheet")));
+}
+
+/// The standard scenes in f32 and f64, as a display shows them: failures say where and by which keys.
+#[test]
+fn standard_scenes_in_f32_are_those_in_f64() {
+    use orrery::render::plan::{Fineness, ModuleName};
+    use orrery::session::standard_scenes;
+    let session = &*crate::support::session::SESSION;
+    let renderers = [Precision::F32, Precision::F64]
+        .map(|p| SoftwareRenderer::new(Options { precision: p, ..Options::default() }).expect("a renderer"));
+    let mut failures = Vec::new();
+    for standard in standard_scenes(256, 256) {
+        let (scene, plan) = session.plan(&standard.request, Fineness { samples: 1, anisotropy: 8 }).expect("a plan");
+        let [single, double] = renderers.each_ref().map(|r| r.render(&plan, session.library(), true).expect("drawn").0.hdr);
+        // Part of the display's range: sRGB of what is not brighter than white.
+        let shown = |v: f32| {
+            let linear = (f64::from(v) * scene.exposure.factor()).clamp(0.0, 1.0);
+            if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+        };
+        let apart = |k: usize| (0..3).map(|c| (shown(single[k][c]) - shown(double[k][c])).abs()).fold(0.0, f64::max);
+        let mut over: Vec<(f64, usize)> = (0..single.len()).map(|k| (apart(k), k)).filter(|(d, _)| *d > f64::from(DIFFERENCE)).collect();
+        over.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let greatest = (0..single.len()).map(apart).fold(0.0, f64::max);
+        println!("{}: at most {greatest:.2e} of the display's range, {} pixels over", standard.name, over.len());
+        for (d, k) in over.iter().take(5) {
+            let (x, y) = (*k as u32 % 256, *k as u32 / 256);
+            let here = |s: [u32; 4]| (s[0]..s[2]).contains(&x) && (s[1]..s[3]).contains(&y);
+            let draws = plan.passes[0].draws.iter().filter(|d| here(d.scissor));
+            let keys: Vec<String> = draws.filter(|d| matches!(d.module, ModuleName::Planet(_))).map(|d| d.module.to_string()).collect();
+            failures.push(format!(
+                "{} pixel {x},{y}: {d:.2e}, {:?} and {:?}, by {}",
+                standard.name,
+                single[*k],
+                double[*k],
+                keys.join(", ")
+            ));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}

@@ -1,0 +1,4 @@
+//! Rings: light through them, shadows, and the light that they send to their planet.
+
+mod reference_tables;
+mod ring_shine;

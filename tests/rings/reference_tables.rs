@@ -1,0 +1,362 @@
+//! Rings against tables made outside this program, against geometry, and in whole frames.
+
+use crate::support::session::SESSION;
+use orrery::catalog::NaifId;
+use orrery::probe::Prober;
+use orrery::render::plan::Fineness;
+use orrery::render::software::{Options, Precision, SoftwareRenderer};
+use orrery::scene::Scene;
+use orrery::scene::draw::{BodyShadow, Part, RingShadow};
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
+use orrery::scene::tiers;
+use orrery::time::Instant;
+use serde_json::{Value, json};
+use std::sync::LazyLock;
+
+const SATURN: NaifId = NaifId(699);
+const URANUS: NaifId = NaifId(799);
+const TITAN: NaifId = NaifId(606);
+const PLAIN: Fineness = Fineness { samples: 1, anisotropy: 1 };
+
+fn ask(precision: Precision, question: &Value, answer: &str) -> f64 {
+    static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
+        [Precision::F32, Precision::F64]
+            .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
+    });
+    let renderer = &RENDERERS[usize::from(precision == Precision::F64)];
+    let value = Prober { session: &SESSION, renderer }.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}"));
+    value[answer].as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+fn table() -> Value {
+    serde_json::from_str(include_str!("../data/ring_shadow_public.json")).expect("JSON")
+}
+
+fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
+    v[name].as_array().unwrap_or_else(|| panic!("{name}"))
+}
+
+#[test]
+fn light_through_the_ring_is_what_the_closed_form_says() {
+    let (table, stated) = (table(), tiers::of_ring_shadow(RingShadow::Penumbra).expect("a tier").at_most);
+    let steps = |p: &Value| json!({"r_in": p["r_in"], "r_out": p["r_out"], "tau_normal": p["tau_normal"]});
+    let profile: Vec<_> = list(&table, "ring_profile").iter().map(steps).collect();
+    for precision in [Precision::F32, Precision::F64] {
+        let mut dimmed = 0;
+        for row in list(&table, "surface_points") {
+            let q = json!({"q": "ring-transmission", "profile": profile, "flattening": table["flattening"], "point": row["point"], "sun": row["sun"]});
+            let expected = row["ring_transmission"].as_f64().expect("a number");
+            let error = ask(precision, &q, "transmission") - expected;
+            assert!(error.abs() < stated, "{precision:?} {q}: off by {error:e}");
+            dimmed += i32::from(expected < 0.99);
+        }
+        assert!(dimmed > 10, "the table holds shadows");
+    }
+}
+
+/// The edges of a sphere's shadow and of the oblate globe's, found on the ring in many directions for Suns low and high.
+#[test]
+fn a_spheres_shadow_is_as_far_off_as_its_tier_is_chosen_by() {
+    let (flattening, outer) = (0.098, 2.3);
+    for height_deg in [0.5_f64, 4.0, 12.0, 26.7] {
+        let (sine, cosine) = height_deg.to_radians().sin_cos();
+        let hidden = |model: &str, radius: f64, angle: f64| {
+            let point = [-radius * angle.cos(), radius * angle.sin(), 0.0];
+            let q = json!({"q": "ring-shadow", "flattening": flattening, "point": point, "sun": [cosine, 0.0, sine],
+                "sun_angular_radius_deg": 1e-3, "model": model});
+            ask(Precision::F64, &q, "blocked") > 0.5
+        };
+        // Outwards along each direction the shadow ends once.
+        let edge = |model: &str, angle: f64| {
+            let (mut from, mut to) = (1.01, outer);
+            if !hidden(model, from, angle) || hidden(model, to, angle) {
+                return if hidden(model, to, angle) { to } else { from };
+            }
+            while to - from > 1e-6 {
+                let middle = 0.5 * (from + to);
+                if hidden(model, middle, angle) { from = middle } else { to = middle }
+            }
+            from
+        };
+        // Across the edge: the sphere's is an ellipse, 1 wide and 1 / sine long.
+        let apart = |angle: f64| {
+            let [x, y] = [angle.cos() * sine * sine, angle.sin()];
+            let slant = (x * angle.cos() + y * angle.sin()) / x.hypot(y);
+            (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * slant
+        };
+        let worst = (0..40).map(|k| apart(f64::from(k) * 0.0389)).fold(0.0, f64::max);
+        let stated = tiers::sphere_aside(1.0 - flattening, sine, outer);
+        println!("{height_deg} degrees: {worst:.4} of {stated:.4} radii");
+        assert!(worst <= stated + 1e-5, "{height_deg} degrees: {worst} radii, {stated} stated");
+        assert!(worst > 0.5 * stated, "{height_deg} degrees: {worst} radii is far less than the {stated} stated");
+    }
+}
+
+#[test]
+fn the_oblate_planet_hides_what_the_chords_say() {
+    let (table, stated) = (table(), tiers::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a tier").at_most);
+    let mut sphere_off: f64 = 0.0;
+    for row in list(&table, "ring_points") {
+        let ask = |precision, model: &str| {
+            let q = json!({"q": "ring-shadow", "flattening": table["flattening"], "point": row["point"], "sun": row["sun"],
+                "sun_angular_radius_deg": row["sun_angular_radius_deg"], "model": model});
+            ask(precision, &q, "blocked")
+        };
+        for (model, field) in [("uniform-disc", "blocked_uniform"), ("limb-darkened", "blocked_limb_darkened")] {
+            let expected = row[field].as_f64().expect("a number");
+            for precision in [Precision::F32, Precision::F64] {
+                let error = ask(precision, model) - expected;
+                assert!(error.abs() < stated, "{precision:?} {model} {row}: off by {error:e}");
+            }
+            sphere_off = sphere_off.max((ask(Precision::F32, "sphere") - expected).abs());
+        }
+    }
+    assert!(sphere_off > 0.3, "a sphere under a point Sun would pass, too: {sphere_off}");
+}
+
+#[test]
+fn a_narrow_ringlet_keeps_its_place_in_the_table() {
+    let profile = json!([{"r_in": 1.5, "r_out": 1.6, "tau_normal": 0.5}, {"r_in": 1.55, "r_out": 1.55005, "tau_normal": 3.0}]);
+    let through = |radius: f64| {
+        let q = json!({"q": "ring-transmission", "profile": profile, "point": [radius - 0.5, 0.0, -0.5], "sun": [1.0, 0.0, 1.0]});
+        ask(Precision::F64, &q, "transmission")
+    };
+    let slope = 2.0_f64.sqrt();
+    for (radius, tau) in [(1.49999, 0.0), (1.5001, 0.5), (1.54999, 0.5), (1.550025, 3.0), (1.5501, 0.5), (1.5999, 0.5), (1.6001, 0.0)] {
+        let (found, expected) = (through(radius), (-tau * slope).exp());
+        assert!((found - expected).abs() < 1e-3, "{radius}: {found}, not {expected}");
+    }
+}
+
+/// A pixel's stretch of the plane is summed in pieces of a sixteenth of a radius, in as many as it takes: where one more begins nothing jumps.
+#[test]
+fn a_pixel_that_takes_one_piece_more_looks_the_same() {
+    use orrery::session::sample_plan;
+    const SIDE: u32 = 40;
+    let key = "ring.sun1.bodyshadow-sphere.sphere".parse().expect("a key");
+    let drawn = |half: f64| {
+        let plan = sample_plan(SESSION.library(), &key, SIDE, half as f32).expect("a plan");
+        SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
+    };
+    let change = |a: f64, b: f64| {
+        let (a, b) = (drawn(a), drawn(b));
+        a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+    };
+    for pieces in [1.0, 2.0, 3.0, 5.0] {
+        // The sample ring is seen from 25 degrees over its plane.
+        let half = pieces / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
+        let jump = change(half * (1.0 - 1e-5), half * (1.0 + 1e-5));
+        assert!(jump < 1e-3, "{pieces} pieces: {jump}");
+        assert!(change(half, half * 1.02) > 5e-3, "another picture");
+    }
+}
+
+#[test]
+fn wrong_questions_get_one_line() {
+    let prober_error = |q: Value| {
+        let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
+        Prober { session: &SESSION, renderer: &renderer }.answer(&q.to_string()).expect_err("wrong")
+    };
+    let at = |mut q: Value| {
+        (q["point"], q["sun"]) = (json!([1.0, 0.0, 0.0]), json!([0.0, 0.0, 1.0]));
+        q
+    };
+    for (q, says) in [
+        (at(json!({"q": "ring-transmission"})), "profile"),
+        (at(json!({"q": "ring-transmission", "body": "nowhere"})), "nowhere"),
+        (at(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "annulus"),
+        (at(json!({"q": "ring-shadow", "flattening": 1.5})), "flattening"),
+        (json!({"q": "ring-shadow", "flattening": 0.1, "point": [1.5, 0, 0], "sun": [0, 0, 0]}), "sun"),
+    ] {
+        let error = prober_error(q);
+        assert!(error.contains(says) && !error.contains('\n'), "{error}");
+    }
+}
+
+fn request(target: NaifId, time: &str, radii: f64, size: u32, effects: &str) -> ViewRequest {
+    ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(radii) },
+        width: size,
+        height: size,
+        exposure: ExposureRequest::Stops(5.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        fov_deg: Some(5.0),
+        ..ViewRequest::of(target, Instant::parse(time).expect("a time"))
+    }
+}
+
+fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
+    let drawn = SESSION.draw(request, PLAIN, true).expect("drawn");
+    let hdr = drawn.frame.hdr.clone();
+    assert_eq!(hdr.len(), (request.width * request.height) as usize);
+    (drawn.scene, hdr)
+}
+
+/// Light that the rings add: the picture with them minus that without, summed over the solid angle of the pixels.
+fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
+    let sum = |effects: &str| {
+        let (_, hdr) = pixels(&request(target, time, radii, size, effects));
+        hdr.iter().map(|p| f64::from(p[1])).sum::<f64>() / f64::from(size * size)
+    };
+    sum("+rings,-ring-shadow,-points") - sum("-rings,-ring-shadow,-points")
+}
+
+#[test]
+fn narrow_rings_keep_their_light_at_any_size() {
+    // Uranus' rings, few kilometres wide: from 20 to 640 pixels across the whole. Only what they lie over differs, and that is the same.
+    let full = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, 800);
+    assert!(full > 0.0);
+    for size in [25, 50, 100, 250] {
+        let light = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, size);
+        assert!((light / full - 1.0).abs() < 0.04, "{size} px: {light:e} against {full:e}");
+    }
+}
+
+#[test]
+fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunlight() {
+    // The Earth crosses the plane on 2025-03-23, the Sun on 2025-05-06.
+    let times = ["2017-05-17T00:00:00Z", "2025-03-23T17:46:00Z", "2025-03-23T18:30:00Z", "2025-05-06T14:15:00Z", "2025-05-06T20:00:00Z"];
+    for time in times {
+        for (size, radii) in [(300, 70.0), (64, 90.0)] {
+            let (scene, hdr) = pixels(&request(SATURN, time, radii, size, "+rings"));
+            assert!(scene.draws.iter().any(|d| d.part == Part::Ring), "{time}");
+            // Sunlight at 9 au and more is 0.0125 of that at 1 au; Enceladus, the brightest, reflects 1.4 of a white plane.
+            let worst = hdr.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
+            assert!(hdr.iter().all(|p| p.iter().all(|v| v.is_finite() && *v >= 0.0)), "{time} {size}");
+            assert!(worst < 0.0125 * 1.5 && worst > 0.001, "{time} {size}: {worst}");
+        }
+    }
+}
+
+#[test]
+fn the_side_away_from_the_sun_is_darker() {
+    // Between the Earth's and the Sun's crossing the Earth looks at the unlit side.
+    let per_opening = |time: &str| ring_light(SATURN, time, 70.0, 200);
+    let (unlit, lit) = (per_opening("2025-04-20T00:00:00Z"), per_opening("2017-05-17T00:00:00Z"));
+    assert!(unlit < 0.05 * lit && lit > 0.0, "unlit {unlit:e}, lit {lit:e}");
+}
+
+#[test]
+fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
+    let (bare, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
+    assert!(bare.draws.iter().all(|d| d.part == Part::Globe && d.needs.ring_shadow == RingShadow::None && d.amounts.ring.table.is_none()));
+    let asked = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
+    let (scene, ringed) = pixels(&asked);
+    let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
+    assert_eq!(parts, [Part::RingBehind, Part::Globe, Part::Ring]);
+    assert_ne!(hdr, ringed);
+    // From the pole's ground the rings stand below the horizon.
+    let ground = |effects: &str| {
+        let standing = ViewRequest {
+            target: Some(TITAN),
+            position: Position::Ground { body: SATURN, latitude_deg: 88.0, longitude_deg: 10.0, height_km: 1.0 },
+            fov_deg: Some(90.0),
+            ..request(SATURN, "2017-05-17T00:00:00Z", 70.0, 64, effects)
+        };
+        pixels(&standing).1
+    };
+    assert_eq!(ground("-rings,-ring-shadow,-atmosphere"), ground("+rings,-ring-shadow,-atmosphere"));
+}
+
+#[test]
+fn shadows_are_decided_by_what_they_take() {
+    let needs = |target, time: &str, size| {
+        let scene = SESSION.scene(&request(target, time, 70.0, size, "")).expect("a scene");
+        let of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.needs);
+        (of(Part::Globe).expect("a globe"), of(Part::Ring))
+    };
+    let (globe, ring) = needs(SATURN, "2017-05-17T00:00:00Z", 400);
+    assert_eq!((globe.ring_shadow, ring.map(|n| n.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));
+    // Near the Sun's crossing the penumbra is wide.
+    assert_eq!(needs(SATURN, "2025-05-01T00:00:00Z", 400).0.ring_shadow, RingShadow::Penumbra);
+    // Under a high Sun Uranus' rings throw their shadow past the globe.
+    assert_eq!(needs(URANUS, "2030-01-01T00:00:00Z", 400).0.ring_shadow, RingShadow::None);
+}
+
+/// Green radiance of Saturn's ring plane at some radii (km), on the darker of its two ansae, by the phase angle: the camera goes from the Sun's side over the pole.
+fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
+    const SIZE: u32 = 161;
+    const FOV_DEG: f64 = 6.0;
+    let time = "2013-07-19T21:27:00Z";
+    let from_sun = ViewRequest {
+        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(100.0) },
+        ..request(SATURN, time, 100.0, 8, "-points")
+    };
+    let placement = SESSION.scene(&from_sun).expect("a scene").body(SATURN).expect("Saturn").placement;
+    let (sun, pole) = (-placement.centre_km.normalize(), placement.body_from_icrf.transpose() * glam::DVec3::Z);
+    let over = (pole - sun * pole.dot(sun)).normalize();
+    let distance_km = placement.centre_km.length();
+    let direction = sun * alpha_deg.to_radians().cos() + over * alpha_deg.to_radians().sin();
+    let axes = orrery::scene::request::Axes::Icrf;
+    let seen = ViewRequest {
+        position: Position::Offset { body: SATURN, offset_km: direction * distance_km, axes },
+        fov_deg: Some(FOV_DEG),
+        exposure: ExposureRequest::Stops(0.0),
+        ..request(SATURN, time, 100.0, SIZE, "-points,-glow,-planet-shine,-body-shadow,+rings")
+    };
+    let (_, hdr) = pixels(&seen);
+    let pixel = 2.0 * (0.5 * FOV_DEG).to_radians().tan() / f64::from(SIZE);
+    let middle = f64::from(SIZE / 2);
+    let at = |x: f64| f64::from(hdr[(SIZE / 2 * SIZE + x.round() as u32) as usize][1]);
+    radii_km.iter().map(|r| r / distance_km / pixel).map(|px| at(middle - px).min(at(middle + px))).collect()
+}
+
+/// Cassini's picture of 2013-07-19: against the Sun the E and G rings shine; at the same exposure the side that the Sun lights shows none of them.
+#[test]
+fn dusty_rings_shine_against_the_sun_alone() {
+    let places = [239_000.0, 168_500.0, 152_000.0, 110_000.0];
+    let ([e_back, g_back, _, b_back], [e, g, between, b]) =
+        (<[f64; 4]>::try_from(ring_plane(5.0, &places)).expect("four"), <[f64; 4]>::try_from(ring_plane(175.0, &places)).expect("four"));
+    println!("E {e_back:.2e} {e:.2e}, G {g_back:.2e} {g:.2e}, B {b_back:.2e} {b:.2e}");
+    // At an exposure that makes E a tenth of white it is below half a level of 255 from the other side.
+    assert!(e > 25.0 * e_back && 0.1 * e_back / e < 0.5 / 255.0 * 4.0, "E: {e_back} becomes {e}");
+    assert!(g > 10.0 * g_back && g > 1e-7, "G: {g_back} becomes {g}");
+    assert!(between < 0.02 * e, "nothing lies between F and G: {between}");
+    // The B ring of large bodies is the other way round.
+    assert!(b < 0.1 * b_back, "B: {b_back} becomes {b}");
+}
+
+/// From the Sun's side to where the camera meets the plane: no jump, and light is never negative.
+#[test]
+fn a_dusty_ring_changes_smoothly_with_the_phase_angle() {
+    let all: Vec<f64> = (0..=38).map(|k| ring_plane(f64::from(4 * k) + 1.0, &[239_000.0])[0]).collect();
+    for (k, pair) in all.windows(2).enumerate() {
+        assert!(pair[0] > 0.0 && (0.5..2.6).contains(&(pair[1] / pair[0])), "at {} degrees: {pair:?}", 4 * k);
+    }
+    assert!(all[38] > 3.0 * all[20], "it brightens against the Sun: {} and {}", all[20], all[38]);
+}
+
+/// The profile against published edges (km) and mean normal optical depths: French et al. 1993 and Colwell et al. 2009, rounded from memory.
+#[test]
+fn saturns_profile_has_the_published_edges_gaps_and_depths() {
+    let catalog = orrery::catalog::Catalog::embedded();
+    let rings = &catalog.body(SATURN).expect("Saturn").rings;
+    let tau = |r: f64| rings.iter().rfind(|x| x.inner_km <= r && r < x.outer_km).map_or(0.0, |x| x.tau_normal);
+    let mean = |from: f64, to: f64| (0..4000).map(|k| tau(from + (to - from) * (f64::from(k) + 0.5) / 4000.0)).sum::<f64>() / 4000.0;
+    for (name, from, to, least, most) in [
+        ("C", 74_658.0, 91_975.0, 0.08, 0.2),
+        ("B1", 92_000.0, 99_000.0, 0.9, 1.5),
+        ("B2", 99_000.0, 104_500.0, 1.5, 2.6),
+        ("B3", 104_500.0, 110_000.0, 3.5, 5.0),
+        ("B4", 110_000.0, 117_500.0, 1.7, 3.0),
+        ("Cassini Division", 117_932.0, 122_050.0, 0.08, 0.2),
+        ("A", 122_050.0, 136_770.0, 0.4, 0.7),
+        ("E about Enceladus", 230_000.0, 245_000.0, 0.5e-5, 2e-5),
+        ("G", 166_000.0, 175_000.0, 0.3e-6, 2e-6),
+    ] {
+        let depth = mean(from, to);
+        assert!((least..most).contains(&depth), "{name}: {depth}");
+    }
+    for (name, middle, width) in [("Encke", 133_589.0, 322.0), ("Keeler", 136_505.0, 34.0), ("Maxwell", 87_480.0, 260.0)] {
+        let clear = (-20..=20).filter(|k| tau(middle + f64::from(*k) / 40.0 * width) < 0.06).count();
+        assert!(clear > 25, "{name} gap: {clear} of 41 places");
+        assert!(tau(middle - width) > 0.06 && tau(middle + width) > 0.06, "{name} gap is as wide as published");
+    }
+    for (name, edge, outward_falls) in [("A's outer", 136_770.0, true), ("B's outer", 117_540.0, true), ("B's inner", 91_975.0, false)] {
+        let (inside, outside) = (mean(edge - 150.0, edge - 50.0), mean(edge + 50.0, edge + 150.0));
+        assert!((inside > 2.0 * outside) == outward_falls && (inside / outside - 1.0).abs() > 0.5, "{name} edge: {inside}, {outside}");
+    }
+    // One dusty ring more and another less would be seen.
+    assert!(rings.iter().filter(|r| r.dust > 0.9).count() > 80 && rings.iter().any(|r| r.name.starts_with('B') && r.dust == 0.0));
+}

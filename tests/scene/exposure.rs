@@ -1,0 +1,129 @@
+//! The automatic exposure of what lies in a shadow, beside what does not; and the glow of a Sun that is partly hidden.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3};
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::camera::Placement;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
+use orrery::scene::{Scene, glow};
+use orrery::time::Instant;
+
+const IO: NaifId = NaifId(501);
+const PHOBOS: NaifId = NaifId(401);
+
+fn request(target: NaifId, time: &str, position: Position, fov_deg: Option<f64>) -> ViewRequest {
+    ViewRequest { position, fov_deg, width: 128, height: 128, ..ViewRequest::of(target, Instant::parse(time).expect("a time")) }
+}
+
+fn without_eclipse(request: &ViewRequest) -> ViewRequest {
+    ViewRequest { effects: EffectOverrides::parse("-eclipse").expect("an effect"), ..request.clone() }
+}
+
+fn scene(request: &ViewRequest) -> Scene {
+    SESSION.scene(request).expect("a scene")
+}
+
+/// Part of the picture that is white, and the mean of what is not black, red and blue, levels of 255.
+fn shown(request: &ViewRequest) -> (f64, [f64; 2]) {
+    let frame = SESSION.draw(request, Fineness { samples: 1, anisotropy: 4 }, false).expect("drawn").frame;
+    let white = frame.display.iter().filter(|p| p[..3].iter().all(|v| *v > 250)).count();
+    let lit: Vec<_> = frame.display.iter().filter(|p| p[0] > 8).collect();
+    let mean = |c: usize| lit.iter().map(|p| f64::from(p[c])).sum::<f64>() / lit.len().max(1) as f64;
+    (white as f64 / frame.display.len() as f64, [mean(0), mean(2)])
+}
+
+/// Io in Jupiter's shadow, seen from the Earth: alone in the frame it is exposed for its shadow, a ten thousandth of its light and less; beside Jupiter, a
+/// tenth of the frame, as if it were lit, and Jupiter is no white sheet.
+#[test]
+fn a_lit_planet_holds_the_exposure_of_its_eclipsed_moon() {
+    let of = |fov_deg| request(IO, "2025-03-01T13:00:00Z", Position::Centre(NaifId::EARTH), Some(fov_deg));
+    let (alone, beside) = (of(0.004), of(0.03));
+    let opened = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
+    assert!(opened(&alone) > 13.0, "{}", opened(&alone));
+    assert!((-0.1..1.5).contains(&opened(&beside)), "{}", opened(&beside));
+    let reason = scene(&beside).exposure.reason;
+    assert!(reason.starts_with("Jupiter"), "{reason}");
+    let (white, _) = shown(&beside);
+    assert!(white < 0.01, "{white} of the frame is white");
+    // So it was: opened as if Io were alone.
+    let stops = scene(&without_eclipse(&beside)).exposure.stops + opened(&alone);
+    let (white, _) = shown(&ViewRequest { exposure: ExposureRequest::Stops(stops), ..beside.clone() });
+    assert!(white > 0.05, "{white} of the frame is white");
+    // As Jupiter moves into the frame the exposure is never below that of a lit Io, and closes.
+    let mut last = f64::MAX;
+    for k in 0..20 {
+        let r = of(0.008 + 0.001 * f64::from(k));
+        let opened = opened(&r);
+        assert!(opened > -0.1 && opened < last + 0.5, "{opened} after {last} at {:?}", r.fov_deg);
+        last = opened;
+    }
+    assert!(last < 2.0, "{last}");
+}
+
+/// The Moon of 8 November 2022, alone before the stars, is exposed for its shadow and red. From beside the Earth's night, too; beside its day it is not.
+#[test]
+fn the_red_moon_is_exposed_for_unless_the_day_is_beside_it() {
+    let time = "2022-11-08T11:00:00Z";
+    let red = request(NaifId::MOON, time, Position::Over { towards: None, distance_radii: None }, None);
+    let (white, [r, b]) = shown(&red);
+    assert!(white < 0.01 && r > 100.0 && r > 2.0 * b, "{white} of the frame is white, {r} red and {b} blue");
+    let opened = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
+    assert!(opened(&red) > 8.0, "{}", opened(&red));
+    let from_earth = |sunward_radii: f64| {
+        let base = scene(&request(NaifId::MOON, time, Position::Centre(NaifId::EARTH), Some(1.0)));
+        let away = base.body(NaifId::MOON).expect("the Moon").placement.centre_km.normalize();
+        let offset_km = (away.cross(DVec3::Z).normalize() * 1.5 - away * sunward_radii) * 6378.0;
+        let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::Icrf };
+        request(NaifId::MOON, time, position, Some(130.0))
+    };
+    let (night, day) = (opened(&from_earth(0.0)), opened(&from_earth(1.5)));
+    assert!(night > 8.0, "beside the night: {night}");
+    assert!(day < 1.5, "beside the day: {day}");
+}
+
+/// Part of the Sun's disc that an ellipsoid leaves, by rays to 4000 places of the disc.
+fn rays_past(body: &Placement, sun: &Placement) -> f64 {
+    const RAYS: usize = 4000;
+    let towards = sun.centre_km.normalize();
+    let (x, y) = towards.any_orthonormal_pair();
+    let radius = (sun.radii_km.x / sun.centre_km.length()).asin();
+    let origin = body.camera_in_unit_sphere();
+    let passes = |k: &usize| {
+        let (sin, cos) = (*k as f64 * 2.399_963).sin_cos();
+        let at = DVec2::new(cos, sin) * radius * ((*k as f64 + 0.5) / RAYS as f64).sqrt();
+        let w = body.direction_in_unit_sphere(towards + x * at.x + y * at.y).normalize();
+        origin.dot(w) > 0.0 || origin.cross(w).length() > 1.0
+    };
+    (0..RAYS).filter(passes).count() as f64 / RAYS as f64
+}
+
+/// The Sun comes out behind Phobos, which is half as long again as it is high: its glow grows with the part of the disc that shows, by rays.
+#[test]
+fn a_hidden_sun_glows_by_the_part_that_shows() {
+    // An hour before Mars stands beside the Sun.
+    let time = "2024-04-24T06:00:00Z";
+    let lit = scene(&request(PHOBOS, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
+    let body = lit.body(PHOBOS).expect("Phobos").placement;
+    let sun = (body.body_from_icrf * lit.body(NaifId::SUN).expect("the Sun").placement.centre_km).normalize();
+    for aside in [sun.cross(DVec3::Z).normalize(), sun.cross(DVec3::Z).cross(sun).normalize()] {
+        let (mut none, mut part, mut whole) = (0, 0, 0);
+        for k in 0..70 {
+            let offset_km = aside * (8.0 + 0.1 * f64::from(k)) - sun * 60.0;
+            let position = Position::Offset { body: PHOBOS, offset_km, axes: Axes::BodyFixed };
+            let scene = scene(&ViewRequest { exposure: ExposureRequest::Stops(0.0), ..request(PHOBOS, time, position, Some(60.0)) });
+            let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
+            let expected = rays_past(&scene.body(PHOBOS).expect("Phobos").placement, &sun);
+            let full = glow::VEIL * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
+            let seen = scene.glow.map_or(0.0, |g| f64::from(g.strength.x) / full);
+            assert!((seen - expected).abs() < 0.03, "{k} along {aside}: {seen}, {expected} by rays");
+            match expected {
+                0.0 => none += 1,
+                1.0 => whole += 1,
+                _ => part += 1,
+            }
+        }
+        assert!(none > 5 && part > 1 && whole > 5, "{none} {part} {whole}");
+    }
+}

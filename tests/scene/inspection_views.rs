@@ -1,0 +1,156 @@
+//! Inspection views: each shows what its legend says, by numbers known from the scene, and the file says what its colours mean.
+
+use crate::support::session::SESSION;
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::draw::PixelView;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Position, ViewRequest};
+use orrery::scene::{Scene, SubPoint};
+use orrery::time::Instant;
+
+/// Odd, so that the middle pixel's middle is the picture's.
+const SIDE: u32 = 97;
+const MIDDLE: usize = (48 * 97 + 48) as usize;
+
+struct Picture {
+    scene: Scene,
+    hdr: Vec<[f32; 4]>,
+}
+
+impl Picture {
+    fn middle(&self) -> [f64; 3] {
+        let p = self.hdr[MIDDLE];
+        [p[0], p[1], p[2]].map(f64::from)
+    }
+}
+
+fn drawn(target: i32, radii: f64, time: &str, view: PixelView) -> Picture {
+    let time = Instant::parse(time).expect("a time");
+    let request = ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(radii) },
+        effects: EffectOverrides::parse("-normal").expect("an effect"),
+        pixel_view: view,
+        width: SIDE,
+        height: SIDE,
+        ..ViewRequest::of(NaifId(target), time)
+    };
+    let drawn = SESSION.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    Picture { scene: drawn.scene, hdr: drawn.frame.hdr }
+}
+
+const DAY: &str = "2024-04-08T18:17:16Z";
+
+#[test]
+fn every_view_is_another_picture() {
+    for (target, radii) in [(399, 3.0), (699, 5.0)] {
+        let shaded = drawn(target, radii, DAY, PixelView::Shaded);
+        for view in PixelView::ALL.into_iter().filter(|v| *v != PixelView::Shaded) {
+            let other = drawn(target, radii, DAY, view);
+            // Saturn's light is a hundredth of that at 1 au.
+            let brightest = |p: &Picture| p.hdr.iter().flat_map(|p| &p[..3]).fold(0.0, |a: f32, b| a.max(*b));
+            let bound = 0.02 * brightest(&shaded).min(brightest(&other)).max(1e-6);
+            let differ = |(a, b): &(&[f32; 4], &[f32; 4])| a[..3].iter().zip(&b[..3]).any(|(x, y)| (x - y).abs() > bound);
+            let apart = shaded.hdr.iter().zip(&other.hdr).filter(differ).count();
+            assert!(apart > shaded.hdr.len() / 100, "{view:?} of {target}: {apart} pixels differ from the shaded picture");
+            assert!(other.hdr.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{view:?} of {target}");
+        }
+    }
+}
+
+fn unit(p: SubPoint) -> [f64; 3] {
+    let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
+    [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
+}
+
+fn near(got: &[f64], expected: &[f64], tolerance: f64, what: &str) {
+    assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance), "{what}: {got:?}, {expected:?} expected");
+}
+
+/// The Moon is round to a thousandth, so that the middle of the picture is the sub-viewer point.
+#[test]
+fn the_middle_of_the_moon_has_its_known_numbers() {
+    let at = |view| drawn(301, 6.0, "2024-04-16T01:00:00Z", view);
+    let depth = at(PixelView::Depth);
+    let moon = depth.scene.body(NaifId::MOON).expect("the Moon").clone();
+    near(&depth.middle(), &[1.0; 3], 1e-3, "nearest");
+    let here = unit(moon.sub_viewer);
+    near(&at(PixelView::Normal).middle(), &here.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
+    let (u, v) = (0.5 + moon.sub_viewer.longitude_deg / 360.0, 0.5 - moon.sub_viewer.latitude_deg / 180.0);
+    near(&at(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map place");
+    let sun = moon.sub_solar.expect("the Sun shines on it");
+    let cosine: f64 = unit(sun).iter().zip(here).map(|(a, b)| a * b).sum();
+    // The Moon is within 1.6 % of the Earth's distance from the Sun, which is 1.003 au that day.
+    near(&at(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
+    near(&at(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");
+    near(&at(PixelView::OpticalDepth).middle(), &[0.0; 3], 0.0, "no air");
+}
+
+#[test]
+fn eclipse_ring_and_air_show_what_they_take() {
+    let eclipse = drawn(399, 3.0, DAY, PixelView::Eclipse);
+    let on_ground = |p: &&[f32; 4]| p[3] > 0.999 && p[..3].iter().any(|v| *v > 0.0);
+    let least = eclipse.hdr.iter().filter(on_ground).map(|p| p[1]).fold(1.0, f32::min);
+    let most = eclipse.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    assert!(least < 0.1 && (most - 1.0).abs() < 1e-3, "the Moon's shadow leaves {least}, elsewhere {most}");
+
+    // Looking straight down, Rayleigh scattering over the sea takes 0.24 at 450 nm and 0.05 at 650 nm (Bucholtz 1995, tables); haze adds to both.
+    let air = drawn(399, 3.0, DAY, PixelView::OpticalDepth);
+    let [r, g, b] = air.middle();
+    assert!(0.05 < r && r < g && g < b && (0.2..0.6).contains(&b), "{r} {g} {b}");
+    let limb = air.hdr.iter().map(|p| p[2]).fold(0.0, f32::max);
+    assert!(f64::from(limb) > 4.0 * b, "{limb} along the limb");
+
+    // The B ring is nearly opaque (normal depth 1 to 2.5 and more), Cassini's division is not: both are in one picture.
+    let rings = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::OpticalDepth);
+    let thick = rings.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    assert!(thick > 1.0, "optical depth {thick}");
+    let shadow = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::Ring);
+    let globe = 48 * SIDE as usize + 38..48 * SIDE as usize + 59;
+    assert!(shadow.hdr[globe].iter().any(|p| p[1] > 0.0));
+}
+
+#[test]
+fn cost_counts_what_ran() {
+    let with = |effects: &str, view| {
+        let request = ViewRequest {
+            position: Position::Over { towards: None, distance_radii: Some(3.0) },
+            effects: EffectOverrides::parse(effects).expect("effects"),
+            pixel_view: view,
+            width: SIDE,
+            height: SIDE,
+            ..ViewRequest::of(NaifId(399), Instant::parse(DAY).expect("a time"))
+        };
+        SESSION.draw(&request, Fineness { samples: 1, anisotropy: 8 }, true).expect("drawn").frame.hdr
+    };
+    let plain = with("-normal,-atmosphere,-clouds,-cloud-shadow,-eclipse,-night,-specular", PixelView::Cost);
+    let full = with("", PixelView::Cost);
+    let (one, all) = (plain[MIDDLE], full[MIDDLE]);
+    assert!(one[0] > 50.0 && one[0].fract() == 0.0, "{one:?}");
+    assert_eq!(one[1], 1024.0, "one read: the albedo map");
+    assert!(all[0] > 2.0 * one[0] && all[1] > one[1], "{all:?} with everything, {one:?} without");
+    assert_eq!(full[0], [0.0, 0.0, 0.0, 1.0], "nothing is drawn in the corner");
+}
+
+#[test]
+fn the_legend_is_in_the_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, marker) in [("a.png", "Legend"), ("a.exr", "comments")] {
+        let path = folder.path().join(name);
+        let write = || {
+            let args = ["render", "--target", "mars", "--time", DAY, "--size", "32x32", "--pixels", "optical-depth", "-o"];
+            orrery(&args, &path);
+            std::fs::read(&path).expect("written")
+        };
+        let bytes = write();
+        let has = |word: &str| bytes.windows(word.len()).any(|w| w == word.as_bytes());
+        assert!(has(marker) && has("optical-depth: of the air") && has("white 1.000000"), "{name}");
+        assert_eq!(bytes, write(), "{name}: the same bytes again");
+    }
+}
+
+/// The program itself.
+fn orrery(args: &[&str], path: &std::path::Path) {
+    let done = std::process::Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).arg(path).output().expect("runs");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}

@@ -1,0 +1,204 @@
+//! What is laid over a picture: orbits, names, an outline, bloom. Each is asked for, changes what it may change, and nothing else. Where orbit lines run is
+//! tested beside src/scene/orbits.rs, letters beside src/image/letters.rs.
+
+use crate::support::session::SESSION;
+use glam::DVec2;
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::marks::{Lettering, Mark, Side, name_box};
+use orrery::scene::request::{ExposureRequest, Layers, Position, ToneMap, ViewRequest};
+use orrery::time::Instant;
+
+const JUPITER: NaifId = NaifId(599);
+
+/// Jupiter among the orbits of its four moons.
+fn jupiter(orbits: bool) -> ViewRequest {
+    let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
+    let position = Position::Over { towards: None, distance_radii: Some(12.0) };
+    ViewRequest { position, width: 256, height: 256, layers: Layers { orbits, ..Layers::default() }, ..ViewRequest::of(JUPITER, time) }
+}
+
+#[test]
+fn lines_run_before_and_behind_the_planet() {
+    let fineness = Fineness { samples: 4, anisotropy: 1 };
+    let draw = |orbits: bool| SESSION.draw(&jupiter(orbits), fineness, true).expect("drawn");
+    let (plain, lined) = (draw(false), draw(true));
+    assert!(plain.scene.lines.is_empty() && lined.scene.lines.len() > 100, "{} pieces", lined.scene.lines.len());
+    assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.feature != "orbit"), "not asked for");
+    let camera = &lined.scene.camera;
+    let planet = lined.scene.body(JUPITER).expect("in the catalog");
+    let centre = camera.pixel_from_clip(camera.clip(planet.placement.centre_km).expect("in front"));
+    let depth = orrery::scene::camera::NEAR_DEPTH_KM / planet.placement.centre_km.dot(camera.forward);
+    let changed = |at: DVec2| {
+        let k = at.y as usize * camera.width as usize + at.x as usize;
+        (0..3).any(|c| (plain.frame.hdr[k][c] - lined.frame.hdr[k][c]).abs() > 1e-3)
+    };
+    let (mut before, mut behind, mut beside) = ((0, 0), (0, 0), (0, 0));
+    for piece in &lined.scene.lines {
+        let [a, b] = piece.ends.map(|e| e.as_dvec3());
+        let at = camera.pixel_from_clip(a.truncate().lerp(b.truncate(), 0.5));
+        if at.min_element() < 0.0 || at.max_element() >= 256.0 {
+            continue;
+        }
+        let from_centre = (at - centre).length() / (0.5 * planet.diameter_px);
+        let count = match (from_centre, 0.5 * (a.z + b.z) > depth) {
+            (..0.8, true) => &mut before,
+            (..0.8, false) => &mut behind,
+            (1.2.., _) => &mut beside,
+            _ => continue,
+        };
+        *count = (count.0 + u32::from(changed(at)), count.1 + 1);
+    }
+    let all = |(changed, of): (u32, u32)| of > 3 && 10 * changed > 9 * of;
+    assert!(all(before) && all(beside), "(seen, of): before {before:?}, beside {beside:?}");
+    // Another moon's line may run before the hidden place.
+    assert!(behind.1 > 3 && 4 * behind.0 < behind.1, "(seen, of): behind {behind:?}");
+    let said =
+        |name: &str| lined.scene.bodies.iter().find(|b| b.name == name).and_then(|b| b.decisions.iter().find(|d| d.feature == "orbit"));
+    assert!(said("Io").is_some_and(|d| d.on && d.reason.contains("Jupiter")), "{:?}", said("Io"));
+    assert!(said("Moon").is_some_and(|d| !d.on), "{:?}", said("Moon"));
+    assert!(said("Sun").is_none(), "{:?}", said("Sun"));
+}
+
+#[test]
+fn layers_are_read_or_refused_by_name() {
+    assert_eq!(Layers::parse("+orbits,-labels").expect("the contract's example"), Layers { orbits: true, ..Layers::default() });
+    assert_eq!(Layers::parse("+orbits, -orbits").expect("the last sign"), Layers::default());
+    for (text, why) in [("orbits", "write + or -"), ("+stars", "one of orbits, labels, outline, bloom"), ("labels", "write + or -")] {
+        let error = Layers::parse(text).expect_err("refused").to_string();
+        assert!(error.contains(why) && error.contains(text), "{error}");
+    }
+}
+
+/// Pixels of the display picture that differ, by place.
+fn changed(a: &orrery::session::Drawn, b: &orrery::session::Drawn) -> Vec<DVec2> {
+    let width = a.frame.width as usize;
+    let pairs = a.frame.display.iter().zip(&b.frame.display).enumerate();
+    pairs.filter(|(_, (a, b))| a != b).map(|(k, _)| DVec2::new((k % width) as f64 + 0.5, (k / width) as f64 + 0.5)).collect()
+}
+
+fn with(layers: Layers, request: &ViewRequest) -> orrery::session::Drawn {
+    let fineness = Fineness { samples: 4, anisotropy: 1 };
+    SESSION.draw(&ViewRequest { layers, ..request.clone() }, fineness, true).expect("drawn")
+}
+
+#[test]
+fn names_stand_beside_their_bodies_and_leave_the_light_alone() {
+    let request = jupiter(false);
+    let plain = with(Layers::default(), &request);
+    let named = with(Layers { labels: true, ..Layers::default() }, &request);
+    assert_eq!(plain.frame.hdr, named.frame.hdr, "names are not light");
+    let labels = named.scene.labels.as_ref().expect("asked for");
+    let lettering = Lettering::of_size(labels.size_px);
+    assert!(labels.marks.iter().filter(|m| m.named.is_some()).count() > 1, "{:?}", labels.marks);
+    let places = changed(&plain, &named);
+    // Twice a letter's mean width is more than any name needs.
+    let wide = Lettering { letter_px: 2.0 * lettering.letter_px, ..lettering };
+    let reach = |m: &Mark, at: DVec2| {
+        let (least, most) = name_box(m.centre_px, m.radius_px, &m.name, &wide, m.named.unwrap_or(Side::USUAL));
+        let slack = DVec2::splat(0.5 * lettering.line_px);
+        let in_name = m.named.is_some() && at.cmpge(least - slack).all() && at.cmple(most + slack).all();
+        in_name || m.centre_px.distance(at) < 8.0
+    };
+    let stray: Vec<_> = places.iter().filter(|at| !labels.marks.iter().any(|m| reach(m, **at))).collect();
+    assert!(stray.is_empty(), "changed away from every name and marker: {stray:?}");
+    for (mark, side) in labels.marks.iter().filter_map(|m| Some((m, m.named?))) {
+        let (least, most) = name_box(mark.centre_px, mark.radius_px, &mark.name, &wide, side);
+        let inked = places.iter().filter(|at| at.cmpge(least).all() && at.cmple(most).all()).count();
+        let letters = mark.name.chars().count();
+        assert!(inked > 8 * letters, "{}: {inked} pixels for {letters} letters", mark.name);
+    }
+}
+
+#[test]
+fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
+    let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
+    let position = Position::Over { towards: None, distance_radii: Some(4.0) };
+    let request = ViewRequest { position, width: 200, height: 160, ..ViewRequest::of(JUPITER, time) };
+    let plain = with(Layers::default(), &request);
+    let outlined = with(Layers { outline: true, ..Layers::default() }, &request);
+    assert_eq!(plain.frame.hdr, outlined.frame.hdr, "an outline is not light");
+    let camera = &plain.scene.camera;
+    let planet = plain.scene.body(JUPITER).expect("in the catalog").placement;
+    let places = changed(&plain, &outlined);
+    assert!(places.len() > 200, "{}", places.len());
+    // Of a pixel on the disc all neighbours are on it: no part of it is beside the limb.
+    let on_disc = |at: DVec2| camera.surface_under_pixel(&planet, at).is_some();
+    let around = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
+    let inside = places.iter().filter(|at| around.iter().all(|d| on_disc(**at + 2.0 * *d))).count();
+    assert_eq!(inside, 0, "of {}", places.len());
+    let near = |at: DVec2| (-8..=8).any(|x| (-8..=8).any(|y| on_disc(at + DVec2::new(f64::from(x), f64::from(y)))));
+    assert!(places.iter().all(|at| near(*at)), "far from the limb");
+    // Another body's outline is elsewhere, and nobody's where it is outside the frame.
+    let of = |body: i32| ViewRequest { selected: Some(NaifId(body)), ..request.clone() };
+    let neptune = with(Layers { outline: true, ..Layers::default() }, &of(899));
+    assert!(neptune.scene.outlined.is_none() && changed(&plain, &neptune).is_empty());
+}
+
+/// The Sun from so near that its disc is beyond white in the middle of the picture.
+fn overexposed_sun() -> ViewRequest {
+    let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
+    let position = Position::Over { towards: None, distance_radii: Some(60.0) };
+    let effects = EffectOverrides::parse("-glow,-points").expect("effects");
+    ViewRequest {
+        position,
+        width: 256,
+        height: 256,
+        effects,
+        exposure: ExposureRequest::Stops(-14.0),
+        ..ViewRequest::of(NaifId::SUN, time)
+    }
+}
+
+#[test]
+fn bloom_adds_its_parts_of_what_is_beyond_white() {
+    let bloom = Layers { bloom: true, ..Layers::default() };
+    let request = ViewRequest { tone_map: ToneMap::Plain, ..overexposed_sun() };
+    let fineness = Fineness { samples: 4, anisotropy: 1 };
+    let plain = with(Layers::default(), &request);
+    let bloomed = with(bloom, &request);
+    assert_eq!(plain.frame.hdr, bloomed.frame.hdr, "the light itself stays");
+    let exposure = plain.scene.exposure.factor();
+    let beyond = |c: usize| -> f64 {
+        let of_pixel = |p: &[f32; 4]| {
+            let exposed: [f64; 3] = std::array::from_fn(|k| f64::from(p[k]) * exposure);
+            let peak = exposed.into_iter().fold(1e-12, f64::max);
+            exposed[c] * (peak - 1.0).clamp(0.0, 16.0) / peak
+        };
+        plain.frame.hdr.iter().map(of_pixel).sum()
+    };
+    assert!(beyond(1) > 50.0, "the disc must be beyond white: {}", beyond(1));
+    let linear = |byte: u8| {
+        let s = f64::from(byte) / 255.0;
+        if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+    };
+    // Beside the disc nothing is cut, so what was added can be read off; the disc itself hides its share.
+    let placement = plain.scene.body(NaifId::SUN).expect("in the catalog").placement;
+    let centre = DVec2::splat(128.0);
+    let radius_px =
+        (0..128).find(|r| plain.scene.camera.surface_under_pixel(&placement, centre + DVec2::new(f64::from(*r), 0.0)).is_none());
+    let radius_px = f64::from(radius_px.expect("a limb"));
+    let added: f64 = (bloomed.frame.display.iter().zip(&plain.frame.display).enumerate())
+        .filter(|(k, _)| DVec2::new((k % 256) as f64 + 0.5, (k / 256) as f64 + 0.5).distance(centre) > radius_px + 2.0)
+        .map(|(_, (b, p))| linear(b[1]) - linear(p[1]))
+        .sum();
+    // A Gaussian around a small disc leaves exp(-r^2 / 2 variance) of itself beyond r. Means over n pixels add n^2 / 12 to the variance, reading between
+    // such means n^2 / 6.
+    let outside = |part: f64, variance: f64| part * (-0.5 * (radius_px + 2.0).powi(2) / variance).exp();
+    let (near, far) = ((0.006_f64 * 256.0).powi(2), (0.03_f64 * 256.0).powi(2));
+    let shrunk = |n: f64| n * n / 12.0 + n * n / 6.0;
+    let expected = beyond(1) * (outside(0.10, near + shrunk(4.0)) + outside(0.05, near + far + shrunk(16.0)));
+    assert!((0.8..1.25).contains(&(added / expected)), "{added} added beside a disc of {radius_px} px, {expected} expected");
+    let run = |drawn: &orrery::session::Drawn, module: &str| drawn.shared.iter().filter(|d| d.module == module).count();
+    assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&bloomed, m)), [2, 4, 1, 0]);
+    assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&plain, m)), [0, 0, 0, 1]);
+    // Where nothing is beyond white bloom changes no byte.
+    let dim = ViewRequest { exposure: ExposureRequest::Stops(-24.0), ..request.clone() };
+    let (plain, bloomed) = (with(Layers::default(), &dim), with(bloom, &dim));
+    assert_eq!(plain.frame.display, bloomed.frame.display);
+    // One pixel is a picture, too: there the light that is kept is still the scene's.
+    let least = ViewRequest { width: 1, height: 1, ..request };
+    let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..least }, fineness, true).expect("drawn");
+    assert_eq!((drawn.frame.display.len(), drawn.frame.hdr.len()), (1, 1));
+}

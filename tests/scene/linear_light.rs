@@ -1,0 +1,94 @@
+//! Linear light keeps what a display would not show: automatic features against all of them, to the floor.
+
+use crate::support::session::SESSION;
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, Purpose, ViewRequest};
+use orrery::time::Instant;
+
+const FLOOR: f32 = 1e-3;
+const EVERYTHING: &str =
+    "+planet-shine,+night,+clouds,+cloud-shadow,+normal,+specular,+rings,+ring-shadow,+ring-shine,+body-shadow,+eclipse,+ellipsoid";
+
+fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) -> Vec<[f32; 4]> {
+    let effects = EffectOverrides::parse(effects).expect("effects");
+    let request = ViewRequest { purpose, effects, exposure: ExposureRequest::Stops(stops), ..request.clone() };
+    SESSION.draw(&request, Fineness { samples: 1, anisotropy: 4 }, true).expect("drawn").frame.hdr
+}
+
+/// The greatest difference of two pictures, as a part of the brighter of two pixels.
+fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+    let of = |(p, q): (&f32, &f32)| if p == q { 0.0 } else { (p - q).abs() / p.abs().max(q.abs()) };
+    a.iter().zip(b).flat_map(|(p, q)| p[..3].iter().zip(&q[..3])).map(of).fold(0.0, f32::max)
+}
+
+fn views() -> Vec<(&'static str, ViewRequest)> {
+    let view = |target: i32, time: &str, position, fov_deg| {
+        let time = Instant::parse(time).expect("a time");
+        ViewRequest { position, fov_deg, width: 48, height: 48, ..ViewRequest::of(NaifId(target), time) }
+    };
+    let earth = Position::Centre(NaifId::EARTH);
+    let over = |towards, radii| Position::Over { towards: Some(NaifId(towards)), distance_radii: Some(radii) };
+    vec![
+        ("earthshine", view(301, "2024-04-10T18:21:00Z", earth, None)),
+        ("half Moon", view(301, "2024-04-15T19:00:00Z", earth, None)),
+        ("new Moon", view(301, "2024-05-08T03:00:00Z", over(399, 8.0), Some(20.0))),
+        ("the Earth's night", view(399, "2024-04-08T18:17:16Z", over(599, 3.0), None)),
+        ("a small Earth", view(399, "2024-04-08T18:17:16Z", over(301, 60.0), None)),
+        ("Jupiter from a moon", view(599, "2024-12-07T20:00:00Z", over(501, 6.0), None)),
+        ("Io's night", view(501, "2024-12-07T20:00:00Z", over(599, 4.0), None)),
+        ("Saturn's night", view(699, "2013-07-19T21:27:00Z", over(606, 8.0), None)),
+        ("Uranus and its rings", view(799, "2024-04-08T18:17:16Z", over(399, 4.0), None)),
+    ]
+}
+
+#[test]
+fn linear_light_lacks_nothing_at_any_exposure() {
+    let mut lost = 0;
+    for (name, request) in views() {
+        for stops in [-10.0, 5.0] {
+            let all = pixels(&request, Purpose::LINEAR, EVERYTHING, stops);
+            let automatic = pixels(&request, Purpose::LINEAR, "", stops);
+            let apart_by = apart(&automatic, &all);
+            assert!(apart_by <= FLOOR, "{name} at {stops} stops: {apart_by:e} against {FLOOR:e}");
+            // What a display at this exposure does not show is left out of its picture: the bound matters.
+            lost += usize::from(apart(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
+        }
+    }
+    assert!(lost > 8, "{lost}");
+}
+
+/// The Moon's night is lit by the Earth in an EXR of the program itself.
+#[test]
+fn earthshine_is_in_the_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("e.exr");
+    let args = [
+        "render",
+        "--target",
+        "moon",
+        "--from",
+        "earth",
+        "--time",
+        "2024-04-10T18:21:00Z",
+        "--size",
+        "64x64",
+        "--renderer",
+        "software",
+        "-o",
+    ];
+    let done = std::process::Command::new(env!("CARGO_BIN_EXE_orrery")).args(args).arg(&path).output().expect("runs");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let picture = image::open(&path).expect("an EXR").into_rgb32f();
+    let on_disc = (0..64u32).flat_map(|y| (0..64u32).map(move |x| (x, y))).filter(|(x, y)| {
+        let (dx, dy) = (f64::from(*x) - 31.5, f64::from(*y) - 31.5);
+        dx.hypot(dy) < 22.0
+    });
+    let (mut dark, mut pixels) = (0, 0);
+    for (x, y) in on_disc {
+        dark += usize::from(picture.get_pixel(x, y).0.iter().all(|v| *v == 0.0));
+        pixels += 1;
+    }
+    assert!(pixels > 1000 && dark == 0, "{dark} of {pixels} pixels of the disc are exactly 0");
+}

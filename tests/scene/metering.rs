@@ -1,0 +1,319 @@
+//! The light meter over distances, phases, fields of view and eclipses: no picture all white or all black, no leap, no opening beyond a photograph of the night.
+
+use crate::support::session::SESSION;
+use glam::{DMat3, DVec3};
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
+use orrery::scene::{Scene, corona, darkest_white};
+use orrery::time::Instant;
+
+const SIDE: u32 = 96;
+const PHOBOS: NaifId = NaifId(401);
+const MARS: NaifId = NaifId(499);
+const JUPITER: NaifId = NaifId(599);
+const SATURN: NaifId = NaifId(699);
+
+fn at(time: &str) -> Instant {
+    Instant::parse(time).expect("a time")
+}
+
+fn view(target: NaifId, time: &str, position: Position, fov_deg: Option<f64>) -> ViewRequest {
+    ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..ViewRequest::of(target, at(time)) }
+}
+
+fn over(radii: f64) -> Position {
+    Position::Over { towards: None, distance_radii: Some(radii) }
+}
+
+fn ground(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> Position {
+    Position::Ground { body, latitude_deg, longitude_deg, height_km: 0.0017 }
+}
+
+fn scene(request: &ViewRequest) -> Scene {
+    SESSION.scene(request).expect("a scene")
+}
+
+fn stops(request: &ViewRequest) -> f64 {
+    scene(request).exposure.stops
+}
+
+/// What a picture shows: parts of its pixels that are white and that can be seen, and its brightest level of 255.
+#[derive(Debug)]
+struct Shown {
+    white: f64,
+    seen: f64,
+    brightest: u8,
+}
+
+fn shown(request: &ViewRequest) -> Shown {
+    let frame = SESSION.draw(request, Fineness { samples: 1, anisotropy: 4 }, true).expect("drawn").frame;
+    assert!(frame.hdr.iter().flatten().all(|v| v.is_finite()), "{:?}", request.exposure);
+    let part = |of: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| of(p)).count() as f64 / frame.display.len() as f64;
+    Shown {
+        white: part(&|p| p[..3].iter().all(|v| *v > 235)),
+        seen: part(&|p| p[..3].iter().any(|v| *v > 20)),
+        brightest: frame.display.iter().flat_map(|p| &p[..3]).copied().max().unwrap_or(0),
+    }
+}
+
+/// A view, what may be white of it and what must be seen, and stops that a meter of the target alone gave it.
+struct Case {
+    name: &'static str,
+    request: ViewRequest,
+    white_at_most: f64,
+    seen_at_least: f64,
+    /// 0: the same picture was not wrong at that size.
+    wrong_stops: f64,
+}
+
+fn cases() -> Vec<Case> {
+    let case = |name, request, white_at_most, seen_at_least, wrong_stops| Case { name, request, white_at_most, seen_at_least, wrong_stops };
+    let from_earth = Position::Centre(NaifId::EARTH);
+    let smile = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) };
+    let smiling = view(SATURN, "2013-07-19T21:27:00Z", smile, Some(45.0));
+    // The camera stands on the other side.
+    let lit = scene(&smiling);
+    let away = lit.body(SATURN).expect("Saturn").placement.centre_km;
+    let smiling =
+        ViewRequest { position: Position::Offset { body: SATURN, offset_km: away, axes: Axes::Icrf }, fov_deg: Some(22.0), ..smiling };
+    vec![
+        case("the new Moon beside the Sun", view(NaifId::MOON, "2024-04-08T18:17:16Z", from_earth, None), 0.3, 0.05, 5.25),
+        case("night on the ground", view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None), 0.1, 0.5, 22.2),
+        case("Phobos before the Sun", view(NaifId::SUN, "2013-08-20T07:11:29Z", ground(MARS, -4.59, 137.44), Some(0.6)), 0.5, 0.1, 2.1),
+        case(
+            "the annular Sun",
+            view(NaifId::SUN, "2023-10-14T16:37:00Z", ground(NaifId::EARTH, 35.08, -106.65), Some(1.0)),
+            0.2,
+            0.03,
+            1.0,
+        ),
+        case("rings from behind", smiling, 0.1, 0.02, 0.0),
+        case("a crescent Moon", view(NaifId::MOON, "2024-04-10T18:21:00Z", from_earth, None), 0.05, 0.01, 0.0),
+        case("the Moon in the umbra", view(NaifId::MOON, "2022-11-08T11:00:00Z", from_earth, None), 0.1, 0.3, 0.0),
+        case("Venus before the Sun", view(NaifId::SUN, "2012-06-06T01:30:00Z", from_earth, Some(0.7)), 0.7, 0.3, 0.0),
+        case("the lit Earth", view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(3.0), None), 0.2, 0.3, 12.0),
+    ]
+}
+
+fn is_wrong(case: &Case, shown: &Shown) -> bool {
+    shown.white > case.white_at_most || shown.seen < case.seen_at_least || shown.brightest < 100
+}
+
+#[test]
+fn no_view_is_all_white_or_all_black() {
+    let mut failures = Vec::new();
+    for case in cases() {
+        let exposure = scene(&case.request).exposure;
+        let found = shown(&case.request);
+        println!("{}: {:+.2} stops, {found:?}; {}", case.name, exposure.stops, exposure.reason);
+        if is_wrong(&case, &found) {
+            failures.push(format!("{}: {found:?}", case.name));
+        }
+        if case.wrong_stops != 0.0 {
+            // A meter of the target alone.
+            let found = shown(&ViewRequest { exposure: ExposureRequest::Stops(case.wrong_stops), ..case.request.clone() });
+            assert!(is_wrong(&case, &found), "{} is wrong at {} stops: {found:?}", case.name, case.wrong_stops);
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+/// The Earth from beyond 1 au is a point in a dark sky: nine tenths of the picture stay dark, and the point is bright.
+#[test]
+fn a_far_planet_is_a_point_in_a_dark_sky() {
+    for (target, radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e6)] {
+        let towards = Some(if target == JUPITER { NaifId::EARTH } else { JUPITER });
+        let request = view(target, "2024-10-08T18:17:16Z", Position::Over { towards, distance_radii: Some(radii) }, Some(20.0));
+        let (found, exposure) = (shown(&request), scene(&request).exposure);
+        assert!(found.seen < 0.1, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
+        assert!(found.brightest > 60 || target == PHOBOS, "{target:?} from {radii} radii: {found:?}, {}", exposure.reason);
+    }
+    // With the Sun in the picture its glare whitens a tenth at the most.
+    let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(60_000.0), None);
+    let (found, exposure) = (shown(&beside_sun), scene(&beside_sun).exposure);
+    assert!(found.white < 0.1 && exposure.reason.contains("glare"), "{found:?}, {}", exposure.reason);
+}
+
+/// In totality the inner corona is what is metered: between 1.05 and 1.6 solar radii it is neither black nor white.
+#[test]
+fn totality_is_exposed_for_the_corona() {
+    let request = view(NaifId::SUN, "2024-04-08T18:42:38Z", ground(NaifId::EARTH, 32.78, -96.80), Some(3.0));
+    let exposure = scene(&request).exposure;
+    let of_white = |rho: f64| corona::radiance(rho) / exposure.white();
+    assert!(exposure.reason.contains("corona"), "{}", exposure.reason);
+    assert!(of_white(1.05) < 20.0 && of_white(1.1) > 0.3 && of_white(1.6) > 0.01, "{} stops: {}", exposure.stops, exposure.reason);
+    // An hour before it is the Sun's disc.
+    let before = scene(&ViewRequest { time: request.time.plus_seconds(-5400.0), ..request }).exposure;
+    assert!(before.reason.starts_with("Sun") && before.stops < -12.0, "{} stops: {}", before.stops, before.reason);
+}
+
+/// Halvings of a step that changes the stops by more than the bound.
+const HALVINGS: u32 = 12;
+
+/// Stops over a run of views, `view(0.0)` to `view(steps)`: no step changes them by more than a bound, or, where one does (a limb or the Sun comes into the frame), it does so
+/// without a leap: of the halves of the step, and of the halves of these, the one that changes most changes less than the bound after [`HALVINGS`]. None opens beyond a
+/// photograph of the night.
+fn sweep(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) {
+    let at = |k: f64| {
+        let exposure = scene(&view(k)).exposure;
+        assert!(exposure.stops.is_finite() && exposure.stops <= -darkest_white().log2() + 1e-9, "{name}: {} stops", exposure.stops);
+        exposure
+    };
+    let (mut most, mut place) = (0.0_f64, String::new());
+    let mut before = at(0.0);
+    for k in 1..=steps {
+        let after = at(f64::from(k));
+        let step = (after.stops - before.stops).abs();
+        if step > most {
+            (most, place) = (step, format!("step {k}: {:+.2} ({}) to {:+.2} ({})", before.stops, before.reason, after.stops, after.reason));
+        }
+        if step > bound {
+            let (mut low, mut high) = ((f64::from(k - 1), before.stops), (f64::from(k), after.stops));
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (low.0 + high.0);
+                let found = (middle, at(middle).stops);
+                if (found.1 - low.1).abs() > (high.1 - found.1).abs() { high = found } else { low = found }
+            }
+            let leap = (high.1 - low.1).abs();
+            assert!(leap < bound, "{name}: a leap of {leap:.3} stops against {bound} at {}; {place}", low.0);
+        }
+        before = after;
+    }
+    println!("{name}: at most {most:.3} stops a step, {place}");
+}
+
+/// From near the ground until the body is lost among the stars, by steps of 5 %: a point's light falls by a seventh of a stop a step.
+#[test]
+fn distance_moves_the_exposure_smoothly() {
+    for target in [NaifId::EARTH, NaifId::MOON, JUPITER, SATURN, NaifId::SUN] {
+        // Not past the Sun, behind which nothing is as before.
+        let towards = Some(if target == JUPITER { SATURN } else { JUPITER });
+        let place = |k: f64| Position::Over { towards, distance_radii: Some(1.5 * 1.05_f64.powf(k)) };
+        // Within 2 au: from farther away the Sun comes into the frame of an inner planet.
+        let radius_km = SESSION.catalog().body(target).expect("a body").radii_km.x;
+        let steps = ((2.0 * orrery::units::KM_PER_AU / (1.5 * radius_km)).ln() / 1.05_f64.ln()) as i32;
+        sweep(&format!("distance from {target:?}"), 0.8, steps, |k| view(target, "2024-03-01T00:00:00Z", place(k), None));
+    }
+}
+
+fn around(target: NaifId, time: &str, radii: f64, phase_deg: f64, fov_deg: f64) -> ViewRequest {
+    let body = SESSION.catalog().body(target).expect("a body");
+    let request = view(target, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(radii) }, Some(fov_deg));
+    let lit = scene(&request);
+    let sunward = -lit.body(target).expect("there").placement.centre_km.normalize();
+    let turn = DMat3::from_axis_angle(sunward.any_orthonormal_vector(), phase_deg.to_radians());
+    ViewRequest {
+        position: Position::Offset { body: target, offset_km: turn * sunward * radii * body.radii_km.x, axes: Axes::Icrf },
+        ..request
+    }
+}
+
+#[test]
+fn phase_moves_the_exposure_smoothly() {
+    for (target, radii) in [(NaifId::MOON, 12.0), (NaifId::EARTH, 3.0), (SATURN, 12.0), (NaifId(299), 5.0)] {
+        // Until the Sun comes into the frame; then it comes and goes down behind the body, by a five-hundredth of the frame a step.
+        sweep(&format!("phase of {target:?}"), 1.5, 110, |k| around(target, "2024-03-01T00:00:00Z", radii, 1.5 * k, 25.0));
+        let near = |k: f64| around(target, "2024-03-01T00:00:00Z", radii, 165.0 + 0.15 * k, 25.0);
+        sweep(&format!("the Sun goes down behind {target:?}"), 3.0, 100, near);
+    }
+}
+
+#[test]
+fn the_field_of_view_moves_the_exposure_smoothly() {
+    let from_earth = |target, time, k: f64| view(target, time, Position::Centre(NaifId::EARTH), Some(0.2 * 1.04_f64.powf(k)));
+    sweep("from the Sun and new Moon to a wide sky", 3.0, 155, |k| from_earth(NaifId::MOON, "2024-04-08T18:17:16Z", k));
+    sweep("from the full Moon to a wide sky", 3.0, 155, |k| from_earth(NaifId::MOON, "2024-04-23T23:00:00Z", k));
+    sweep("from Io in shadow to Jupiter's system", 3.0, 200, |k| {
+        let mut request = from_earth(NaifId(501), "2025-03-01T13:00:00Z", k);
+        request.fov_deg = Some(0.003 * 1.04_f64.powf(k));
+        request
+    });
+}
+
+/// From first to last contact on the ground, and the Moon through the umbra. Around second and third contact the light that the eye sees falls by the second.
+#[test]
+fn an_eclipse_moves_the_exposure_smoothly() {
+    let sun = |s: f64| {
+        let request = view(NaifId::SUN, "2024-04-08T17:20:00Z", ground(NaifId::EARTH, 32.78, -96.80), Some(3.0));
+        ViewRequest { time: request.time.plus_seconds(s), ..request }
+    };
+    sweep("from first to last contact", 2.0, 350, |k| sun(30.0 * k));
+    sweep("around second contact", 2.0, 120, |k| sun(4800.0 + k));
+    let moon = |k: f64| {
+        let request = view(NaifId::MOON, "2022-11-08T08:00:00Z", Position::Centre(NaifId::EARTH), Some(0.8));
+        ViewRequest { time: request.time.plus_seconds(120.0 * k), ..request }
+    };
+    sweep("the Moon through the umbra", 2.0, 180, moon);
+}
+
+/// A body that enters the frame by a pixel, and one that leaves it: the gaze turns past the full Moon and past the Sun.
+#[test]
+fn the_gaze_moves_the_exposure_smoothly() {
+    for target in [NaifId::MOON, NaifId::SUN] {
+        let centred = view(target, "2024-04-23T23:00:00Z", Position::Centre(NaifId::EARTH), Some(6.0));
+        let towards = scene(&centred).body(target).expect("there").placement.centre_km.normalize();
+        let aside = towards.any_orthonormal_vector();
+        let turned = |k: f64| {
+            let angle = (0.03 * k).to_radians();
+            let look = Look::Along { direction: towards * angle.cos() + aside * angle.sin(), axes: Axes::Icrf };
+            ViewRequest { look, target: None, ..centred.clone() }
+        };
+        sweep(&format!("past {target:?}"), 2.0, 150, turned);
+    }
+    // A sweep of explicit stops can leap: the check must be able to fail.
+    let leaps = |k: f64| {
+        let exposure = ExposureRequest::Stops(if k < 1.7 { 0.0 } else { 5.0 });
+        ViewRequest { exposure, ..view(MARS, "2024-03-01T00:00:00Z", over(3.0), None) }
+    };
+    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| sweep("leaps", 4.0, 4, leaps))).is_err());
+}
+
+/// Ordinary lit views keep the look that they had: a fully lit disc's mean at half of white, to a third of a stop.
+#[test]
+fn lit_discs_are_shown_at_half_of_white() {
+    for (target, albedo_radiance) in [(NaifId::EARTH, 0.434), (MARS, 0.0793), (JUPITER, 0.0214), (NaifId(899), 4.9e-4)] {
+        let request = view(target, "2024-04-08T18:17:16Z", Position::Over { towards: Some(NaifId::SUN), distance_radii: None }, None);
+        let colour = f64::from(SESSION.catalog().body(target).expect("a body").colour.max_element());
+        let expected = (0.5_f64 / (albedo_radiance * colour)).log2();
+        let found = stops(&request);
+        assert!((found - expected).abs() < 0.34, "{target:?}: {found} stops, {expected} expected");
+    }
+}
+
+/// Whatever stops are asked for, every pixel is a number, and more stops never darken a picture.
+#[test]
+fn explicit_stops_give_numbers() {
+    for target in [NaifId::EARTH, SATURN, NaifId::SUN] {
+        let base = ViewRequest { width: 48, height: 48, ..view(target, "2024-04-08T18:17:16Z", over(4.0), None) };
+        let mut last = 0.0;
+        for k in -4..=5 {
+            let found = shown(&ViewRequest { exposure: ExposureRequest::Stops(5.0 * f64::from(k)), ..base.clone() });
+            assert!(found.seen >= last, "{target:?} at {} stops: {found:?} after {last}", 5 * k);
+            last = found.seen;
+        }
+        assert!(last > 0.1, "{target:?}: {last}");
+    }
+}
+
+/// A frame of a run is exposed by its instant alone: the same whatever was drawn before.
+#[test]
+fn a_frame_is_exposed_by_its_instant_alone() {
+    let night = view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None);
+    let day = ViewRequest { time: at("2024-12-25T11:00:00Z"), ..night.clone() };
+    let [first, between, again] = [&night, &day, &night].map(stops);
+    assert_eq!(first.to_bits(), again.to_bits());
+    assert!(first > between + 8.0, "{first} at night, {between} by day");
+    let gliding = ViewRequest { exposure: ExposureRequest::Gliding { from_stops: between, part: 0.25 }, ..night };
+    let gone = scene(&gliding).exposure;
+    assert!((gone.stops - (between + 0.25 * (first - between))).abs() < 1e-9 && gone.metered_stops == first, "{}", gone.stops);
+}
+
+#[test]
+fn directions_of_no_body_are_a_night_sky() {
+    let look = Look::Along { direction: DVec3::new(0.1, -0.3, 1.0), axes: Axes::Icrf };
+    let request =
+        ViewRequest { look, target: None, ..view(NaifId::EARTH, "2024-03-01T00:00:00Z", Position::Centre(NaifId::EARTH), Some(5.0)) };
+    let exposure = scene(&request).exposure;
+    assert!(exposure.reason.contains("dark sky") && exposure.stops > 15.0, "{}: {}", exposure.stops, exposure.reason);
+}

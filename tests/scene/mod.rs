@@ -1,0 +1,18 @@
+//! What one frame needs: which body is drawn how, with how much light, and what each option changes.
+
+mod depth_order;
+mod exposure;
+mod glint;
+mod inspection_views;
+mod layers;
+mod linear_light;
+mod magnitudes;
+mod meshes;
+mod metering;
+mod overlays;
+mod real_sky;
+mod relief;
+mod shrinking;
+mod silhouette;
+mod six_cases;
+mod toggles;

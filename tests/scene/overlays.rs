@@ -1,0 +1,225 @@
+//! Images laid over the ground: where they lie, what they leave alone, what is said of wrong ones.
+
+use crate::support::session::session_over;
+use glam::{DVec2, DVec3};
+use orrery::catalog::{Catalog, NaifId};
+use orrery::render::plan::Fineness;
+use orrery::scene::Scene;
+use orrery::scene::draw::PixelView;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
+use orrery::session::Session;
+use orrery::time::Instant;
+use std::sync::{Arc, Mutex};
+
+const SIDE: u32 = 128;
+const MOON: NaifId = NaifId::MOON;
+const SATURN: NaifId = NaifId(699);
+
+/// A folder with a catalog file and one-coloured images (name, RGBA), and a session over both.
+struct Mine {
+    session: Session,
+    said: Arc<Mutex<Vec<String>>>,
+    _folder: tempfile::TempDir,
+}
+
+impl Mine {
+    fn new(catalog: &str, images: &[(&str, [u8; 4])]) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("mine.toml"), catalog).expect("written");
+        for (name, colour) in images {
+            let file = std::fs::File::create(folder.path().join(name)).expect("a file");
+            let mut encoder = png::Encoder::new(file, 16, 8);
+            encoder.set_color(png::ColorType::Rgba);
+            encoder.write_header().and_then(|mut w| w.write_image_data(&colour.repeat(16 * 8))).expect("written");
+        }
+        let (session, said) = session_over(folder.path());
+        Self { session, said, _folder: folder }
+    }
+
+    /// From 3 radii over 0 N 0 E.
+    fn draw(&self, body: NaifId, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
+        let radius_km = self.session.catalog().body(body).expect("a body").radii_km.x;
+        let request = ViewRequest {
+            position: Position::Offset { body, offset_km: DVec3::new(3.0 * radius_km, 0.0, 0.0), axes: Axes::BodyFixed },
+            width: SIDE,
+            height: SIDE,
+            pixel_view,
+            exposure: ExposureRequest::Stops(0.0),
+            effects: EffectOverrides::parse(&format!("-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-planet-shine,{effects}"))
+                .expect("effects"),
+            ..ViewRequest::of(body, Instant::parse("2024-04-23T23:49:00Z").expect("a time"))
+        };
+        let drawn = self.session.draw(&request, Fineness { samples: 1, anisotropy: 4 }, true).expect("drawn");
+        (drawn.scene, drawn.frame.hdr)
+    }
+}
+
+fn changed(a: &[[f32; 4]], b: &[[f32; 4]]) -> Vec<bool> {
+    a.iter().zip(b).map(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).collect()
+}
+
+/// The ground's place under each pixel's middle, kilometres, body axes.
+fn grounds(scene: &Scene, body: NaifId) -> Vec<Option<DVec3>> {
+    let placement = &scene.body(body).expect("a body").placement;
+    let middle = |k: u32| DVec2::new(f64::from(k % SIDE) + 0.5, f64::from(k / SIDE) + 0.5);
+    (0..SIDE * SIDE).map(|k| Some(scene.camera.surface_under_pixel(placement, middle(k))? * placement.radii_km)).collect()
+}
+
+/// Planetographic latitude and east longitude, degrees.
+fn graphic(ground_km: DVec3, radii_km: DVec3) -> [f64; 2] {
+    let normal = ground_km / (radii_km * radii_km);
+    [normal.z.atan2(normal.truncate().length()).to_degrees(), ground_km.y.atan2(ground_km.x).to_degrees()]
+}
+
+const REGION: &str = "projection = \"equirectangular\"\nwest_deg = -20.0\neast_deg = 25.0\nsouth_deg = 30.0\nnorth_deg = 50.0\n";
+
+fn overlay(body: &str, name: &str, file: &str, rest: &str) -> String {
+    format!("[[overlay]]\nbody = \"{body}\"\nname = \"{name}\"\nfile = \"{file}\"\n{rest}\n")
+}
+
+#[test]
+fn an_image_without_alpha_changes_no_bit_and_half_of_one_does() {
+    for (alpha, changes) in [(0, false), (128, true)] {
+        let mine = Mine::new(&overlay("Moon", "a", "a.png", REGION), &[("a.png", [255, 40, 90, alpha])]);
+        for view in [PixelView::Shaded, PixelView::Albedo] {
+            let (scene, with) = mine.draw(MOON, "", view);
+            assert_eq!(scene.draws[0].needs.overlays, 1);
+            let (scene, without) = mine.draw(MOON, "-overlays", view);
+            assert_eq!(scene.draws[0].needs.overlays, 0);
+            let count = changed(&with, &without).iter().filter(|c| **c).count();
+            assert!(if changes { count > 100 } else { count == 0 }, "{view:?}, alpha {alpha}: {count} pixels");
+        }
+    }
+}
+
+/// On the oblate Saturn 30 and 50 degrees of the normal are 25.2 and 44.1 of the radius' direction.
+#[test]
+fn a_region_is_changed_and_nothing_beside_it() {
+    let mine = Mine::new(&overlay("Saturn", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
+    let (scene, with) = mine.draw(SATURN, "", PixelView::Shaded);
+    let (_, without) = mine.draw(SATURN, "-overlays", PixelView::Shaded);
+    let (_, albedo) = mine.draw(SATURN, "", PixelView::Albedo);
+    let radii_km = scene.body(SATURN).expect("Saturn").placement.radii_km;
+    let (mut inside, mut outside) = (0, 0);
+    for (k, ground) in grounds(&scene, SATURN).into_iter().enumerate() {
+        let Some([lat, lon]) = ground.map(|g| graphic(g, radii_km)) else { continue };
+        // Degrees from the region, more than 0 outside. A pixel spans half a degree here, and more to the sides.
+        let beyond = (30.0 - lat).max(lat - 50.0).max(-20.0 - lon).max(lon - 25.0);
+        let differs = with[k].map(f32::to_bits) != without[k].map(f32::to_bits);
+        if beyond > 2.5 {
+            assert!(!differs, "{lat} N {lon} E is changed");
+            outside += 1;
+        } else if beyond < -2.5 {
+            // Opaque: its own colour in linear light, as if it were the map's.
+            let red = albedo[k][0];
+            let (green, blue) = (albedo[k][1] / red, albedo[k][2] / red);
+            assert!((green - 0.021_22).abs() < 1e-4 && (blue - 0.102_24).abs() < 1e-4, "{green} {blue}");
+            // A Lambert sphere's albedo is 3/2 of its geometric one.
+            assert!((red - 1.5).abs() < 1e-3, "{red}");
+            inside += 1;
+        }
+    }
+    assert!(inside > 100 && outside > 3000, "{inside} {outside}");
+}
+
+#[test]
+fn a_picture_from_above_lies_on_the_plane_below_it() {
+    let rest = "projection = \"orthographic\"\nlatitude_deg = 20.0\nlongitude_deg = -15.0\nwidth_km = 1200.0\nheight_km = 600.0\n";
+    let mine = Mine::new(&overlay("Moon", "seen", "green.png", rest), &[("green.png", [10, 255, 10, 255])]);
+    let (scene, with) = mine.draw(MOON, "", PixelView::Albedo);
+    let (_, without) = mine.draw(MOON, "-overlays", PixelView::Albedo);
+    let (lat, lon) = (20f64.to_radians(), (-15f64).to_radians());
+    let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+    let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
+    let north = up.cross(east);
+    let (mut inside, mut outside) = (0, 0);
+    for (k, ground) in grounds(&scene, MOON).into_iter().enumerate() {
+        let Some(ground) = ground else { continue };
+        let beyond = (ground.dot(east).abs() - 600.0).max(ground.dot(north).abs() - 300.0);
+        let differs = with[k] != without[k];
+        if beyond > 60.0 {
+            assert!(!differs, "{ground} is changed");
+            outside += 1;
+        } else if beyond < -60.0 {
+            assert!(differs && with[k][1] > 20.0 * with[k][0], "{ground}: {:?}", with[k]);
+            inside += 1;
+        }
+    }
+    assert!(inside > 100 && outside > 1000, "{inside} {outside}");
+    // From the other side of the Moon it would stand on its head: nothing of it shows there.
+    let far = Mine::new(
+        &overlay("Moon", "seen", "green.png", &rest.replace("-15.0", "165.0").replace("20.0", "-20.0")),
+        &[("green.png", [10, 255, 10, 255])],
+    );
+    assert!(far.draw(MOON, "", PixelView::Albedo).1 == without);
+}
+
+#[test]
+fn the_second_lies_over_the_first_by_its_alpha() {
+    let both = |alpha: u8| {
+        let catalog = overlay("Moon", "low", "red.png", REGION) + &overlay("Moon", "high", "blue.png", REGION);
+        let mine = Mine::new(&catalog, &[("red.png", [255, 0, 0, 255]), ("blue.png", [0, 0, 255, alpha])]);
+        let (scene, seen) = mine.draw(MOON, "", PixelView::Albedo);
+        assert_eq!(scene.draws[0].needs.overlays, 2);
+        let radii_km = scene.body(MOON).expect("the Moon").placement.radii_km;
+        let places = grounds(&scene, MOON);
+        let middle =
+            |g: &Option<DVec3>| g.map(|g| graphic(g, radii_km)).is_some_and(|[lat, lon]| (lat - 40.0).abs() < 3.0 && lon.abs() < 3.0);
+        let k = places.iter().position(middle).expect("the region's middle");
+        [seen[k][0], seen[k][1], seen[k][2]]
+    };
+    let [red, _, blue] = both(255);
+    assert!(red == 0.0 && blue > 0.5, "the upper one hides the lower");
+    // Alpha 51 is a fifth; a byte of premultiplied sRGB is right to 1 % there.
+    let [red, green, mixed] = both(51);
+    assert!((red / blue - 0.8).abs() < 0.01 && (mixed / blue - 0.2).abs() < 0.01 && green == 0.0, "{red} {green} {mixed}");
+}
+
+#[test]
+fn wrong_overlays_are_named_by_line_and_field() {
+    let complaints = |text: &str| match Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]) {
+        Ok(_) => Vec::new(),
+        Err(e) => e.problems.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    };
+    assert_eq!(complaints(&overlay("Moon", "a", "a.png", REGION)), Vec::<String>::new());
+    let wrong = "[[overlay]]\nbody = \"Mooon\"\nname = \"a\"\nfile = \"../a.png\"\nopacity = 2\nprojection = \"equirectangular\"\nwest_deg = 10\n\
+                 east_deg = 5.0\nsouth_deg = 30.0\nnorth_deg = 91.0\nwidth_km = 5.0\n";
+    assert_eq!(
+        complaints(wrong),
+        [
+            "mine.toml:4: overlay.file = \"../a.png\": expected a file name without folders",
+            "mine.toml:5: overlay.opacity = 2: expected a number from 0 to 1",
+            "mine.toml:8: overlay.east_deg = 5.0: expected degrees above west_deg, by 360 at most",
+            "mine.toml:10: overlay.north_deg = 91.0: expected degrees above south_deg, at most 90",
+            "mine.toml:11: overlay.width_km is not a field here: allowed are body, name, file, gain, opacity, source, projection, west_deg, east_deg, \
+             south_deg, north_deg",
+        ]
+    );
+    let one = |n: &str| overlay("moon", n, "a.png", REGION);
+    let three = complaints(&(one("a") + &one("b") + &one("c")));
+    assert_eq!(three, ["mine.toml:22: Moon: overlay \"c\" is one too many: a body takes 2, here \"a\" and \"b\""]);
+    assert_eq!(complaints(&(one("a") + &one("b") + &one("a"))), Vec::<String>::new(), "one of the same name replaces it");
+    assert_eq!(complaints(&overlay("Vulcan", "a", "a.png", REGION)), ["mine.toml:2: \"Vulcan\" is not the name of a body"]);
+    assert_eq!(
+        complaints("[[overlay]]\nbody = \"Moon\"\nname = \"a\"\nfile = \"a.png\"\nprojection = \"mercator\"\n"),
+        ["mine.toml:5: overlay.projection = \"mercator\": expected one of \"equirectangular\", \"orthographic\""]
+    );
+}
+
+#[test]
+fn an_image_that_is_missing_or_too_small_is_left_out_and_said() {
+    let small = REGION.replace("25.0", "-19.9");
+    let catalog = overlay("Moon", "lost", "lost.png", REGION) + &overlay("Moon", "small", "red.png", &small);
+    let mine = Mine::new(&catalog, &[("red.png", [255, 0, 0, 255])]);
+    let (scene, with) = mine.draw(MOON, "", PixelView::Shaded);
+    let said = mine.said.lock().expect("a list").clone();
+    assert!(
+        said.iter().filter(|l| l.contains("lost.png") && l.ends_with("drawn without it") && !l.contains('\n')).count() == 1,
+        "{said:?}"
+    );
+    let told: Vec<_> = scene.body(MOON).expect("the Moon").decisions.iter().filter(|d| d.feature == "overlays").collect();
+    assert!(told.len() == 2 && told[0].reason.contains("lost.png could not be read"), "{told:?}");
+    assert!(!told[1].on && told[1].reason.contains("px across against 0.5"), "{told:?}");
+    assert!(with == mine.draw(MOON, "-overlays", PixelView::Shaded).1);
+}

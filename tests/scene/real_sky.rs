@@ -1,0 +1,213 @@
+//! Scenes of the real sky: the face that a body shows, what is drawn and why, and requests that must be refused.
+
+use orrery::catalog::{Catalog, NaifId};
+use orrery::ephemeris::Ephemeris;
+use orrery::scene::request::{Axes, CameraFile, Look, Position, ViewRequest};
+use orrery::scene::{Appearance, Scene};
+use orrery::time::Instant;
+
+fn sky() -> (Catalog, Ephemeris) {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+    (catalog, ephemeris)
+}
+
+fn at(text: &str) -> Instant {
+    Instant::parse(text).expect("a time")
+}
+
+fn apart_deg(a: f64, b: f64) -> f64 {
+    (a - b + 540.0).rem_euclid(360.0) - 180.0
+}
+
+fn reference() -> serde_json::Value {
+    serde_json::from_str(include_str!("../data/rotation_public.json")).expect("the table is JSON")
+}
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// Degrees that a sub-point may be off.
+const FACE_DEG: f64 = 0.01;
+
+#[test]
+fn bodies_show_the_face_that_the_light_left() {
+    let (catalog, ephemeris) = sky();
+    let mut count = 0;
+    for date in reference()["sub_points_dates"].as_array().expect("dates") {
+        for (name, id) in [("mars", 499), ("jupiter", 599), ("saturn", 699), ("moon", 301)] {
+            let given = &date["bodies"][name]["light_time"];
+            let field = |name: &str| number(&given[name]);
+            let of_viewer = [field("sub_earth_lon_east_deg"), field("sub_earth_lat_centric_deg")];
+            let of_sun = [field("sub_solar_lon_east_deg"), field("sub_solar_lat_centric_deg")];
+            let mut request = ViewRequest::of(NaifId(id), Instant::from_jd_tdb(number(&date["jd_tdb"])));
+            request.position = Position::Centre(NaifId::EARTH);
+            let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+            let body = scene.body(NaifId(id)).expect("in the catalog");
+            let solar = body.sub_solar.expect("lit by the Sun");
+            for (ours, reference) in [(body.sub_viewer, of_viewer), (solar, of_sun)] {
+                let off = apart_deg(ours.longitude_deg, reference[0]).abs().max((ours.latitude_deg - reference[1]).abs());
+                assert!(off < FACE_DEG, "{name} {}: {ours:?} against {reference:?}", date["label"]);
+                // The two points are not one another's: a mix-up would fail.
+                let other = if reference == of_sun { of_viewer } else { of_sun };
+                assert!(apart_deg(ours.longitude_deg, other[0]).abs() > FACE_DEG, "{name} {}", date["label"]);
+            }
+            // The pixel in the middle shows the sub-Earth point, aberration or not.
+            let centre = glam::DVec2::new(512.0, 512.0);
+            let hit = scene.camera.surface_under_pixel(&body.placement, centre).expect("the body fills the middle");
+            let face = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
+            assert!(apart_deg(face.longitude_deg, of_viewer[0]).abs() < 0.3, "{name}: the middle of the picture is at {face:?}");
+            count += 1;
+        }
+    }
+    assert_eq!(count, 24);
+}
+
+/// The Earth's points under the Sun and under the Moon, from ERFA's matrices and positions of our own, which other tests hold to DE440.
+#[test]
+fn the_earth_shows_the_face_of_its_true_rotation() {
+    use glam::{DMat3, DVec3};
+    /// Degrees that the Earth turns in a second.
+    const TURN_DEG_S: f64 = 360.985_647 / 86_400.0;
+    let (catalog, ephemeris) = sky();
+    let mut count = 0;
+    for epoch in reference()["epochs"].as_array().expect("epochs") {
+        let Some(earth) = epoch.get("earth_erfa") else { continue };
+        let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
+        let rows = earth["gcrs_to_itrs_no_polar_motion"].as_array().expect("rows");
+        let row = |i: usize| DVec3::from_array([0, 1, 2].map(|k| number(&rows[i][k])));
+        let itrs_from_gcrs = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+        // The table assumes a Delta T of its own: the Earth turns by the difference.
+        let late_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
+        let mut request = ViewRequest::of(NaifId::EARTH, t);
+        request.position = Position::Centre(NaifId::MOON);
+        let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+        let body = scene.body(NaifId::EARTH).expect("the Earth");
+        let light_s = body.distance_km / 299_792.458;
+        // What is seen left the Earth a light time ago; the Sun's light that it met then had left the Sun before.
+        let at = |id: NaifId, seconds: f64| {
+            ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t.plus_seconds(seconds), None).expect("a state").state.pos_km
+        };
+        let from_earth = at(NaifId::EARTH, -light_s);
+        let sun_light_s = (at(NaifId::SUN, -light_s) - from_earth).length() / 299_792.458;
+        let to_sun = at(NaifId::SUN, -light_s - sun_light_s) - from_earth;
+        let to_moon = at(NaifId::MOON, 0.0) - from_earth;
+        for (name, ours, direction) in [("viewer", body.sub_viewer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
+            let v = itrs_from_gcrs * direction;
+            let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + late_s) * TURN_DEG_S;
+            let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
+            let off = apart_deg(ours.longitude_deg, longitude_deg).abs().max((ours.latitude_deg - latitude_deg).abs());
+            assert!(off < FACE_DEG, "{} {name}: {ours:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
+            // Four seconds of rotation would show.
+            assert!(apart_deg(ours.longitude_deg, longitude_deg + 4.0 * TURN_DEG_S).abs() > FACE_DEG);
+        }
+        count += 1;
+    }
+    assert!(count >= 3, "{count}");
+}
+
+#[test]
+fn a_viewer_on_the_ground_stands_on_it() {
+    let (catalog, ephemeris) = sky();
+    for height_km in [0.001, 0.0017, 1.0, 400.0] {
+        let mut request = ViewRequest::of(NaifId::MOON, at("2024-04-12T20:00:00Z"));
+        request.position = Position::Ground { body: NaifId::EARTH, latitude_deg: 51.5, longitude_deg: -0.1, height_km };
+        let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+        let earth = scene.body(NaifId::EARTH).expect("the Earth");
+        let place = &earth.placement;
+        let c = place.camera_in_unit_sphere();
+        // Height by the gradient of the ellipsoid's equation: exact to height over radius.
+        let height = (c.length_squared() - 1.0) / (2.0 * (c / place.radii_km).length());
+        assert!((height / height_km - 1.0).abs() < 0.05, "{height} km against {height_km}");
+    }
+}
+
+/// On the Moon's ground with the Earth 45 degrees up: the ground under the frame is neither drawn nor what the exposure is made for.
+#[test]
+fn ground_below_the_frame_is_not_there() {
+    let (catalog, ephemeris) = sky();
+    let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-12T20:00:00Z"));
+    request.position = Position::Ground { body: NaifId::MOON, latitude_deg: 45.0, longitude_deg: 0.0, height_km: 0.002 };
+    let mut seen = |fov_deg: f64, target: Option<NaifId>| {
+        // Looked at by direction: without a target the exposure is made for what fills the frame.
+        let towards_earth = Scene::build(&catalog, &ephemeris, &ViewRequest { target: Some(NaifId::EARTH), ..request.clone() });
+        let direction = towards_earth.expect("a scene").body(NaifId::EARTH).expect("the Earth").placement.centre_km.normalize();
+        request.fov_deg = Some(fov_deg);
+        request.look = Look::Along { direction, axes: Axes::Icrf };
+        Scene::build(&catalog, &ephemeris, &ViewRequest { target, ..request.clone() }).expect("a scene")
+    };
+    let narrow = seen(20.0, None);
+    assert_eq!(narrow.body(NaifId::MOON).expect("the Moon").appearance, Appearance::NotShown);
+    assert!(
+        narrow.draws.iter().all(|d| d.body != NaifId::MOON) && narrow.exposure.reason.starts_with("Earth"),
+        "{}",
+        narrow.exposure.reason
+    );
+    let wide = seen(120.0, None);
+    assert_eq!(wide.body(NaifId::MOON).expect("the Moon").appearance, Appearance::Disc);
+    // The ground lies in the lunar night, lit by the Earth alone, which is what is metered.
+    assert!(wide.exposure.reason.starts_with("Earth"), "{}", wide.exposure.reason);
+}
+
+#[test]
+fn a_small_body_is_a_point_and_a_near_one_a_disc() {
+    let (catalog, ephemeris) = sky();
+    let jupiter = NaifId(599);
+    for (fov_deg, appearance) in [(60.0, Appearance::Point), (0.02, Appearance::Disc)] {
+        let mut request = ViewRequest::of(jupiter, at("2024-12-07T20:00:00Z"));
+        request.position = Position::Centre(NaifId::EARTH);
+        request.fov_deg = Some(fov_deg);
+        let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+        let body = scene.body(jupiter).expect("Jupiter");
+        assert_eq!(body.appearance, appearance);
+        // The almanacs have Jupiter at V -2.8 at that opposition.
+        assert!((body.magnitude.expect("it shines") + 2.8).abs() < 0.2, "{:?}", body.magnitude);
+        assert!(scene.draws.windows(2).all(|w| {
+            let distance = |k: usize| scene.body(w[k].body).map_or(0.0, |b| b.distance_km);
+            distance(0) >= distance(1)
+        }));
+    }
+}
+
+#[test]
+fn every_reason_is_given_and_lamps_wait_for_a_long_exposure() {
+    let (catalog, ephemeris) = sky();
+    let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
+    let night = |request: &ViewRequest| {
+        let scene = Scene::build(&catalog, &ephemeris, request).expect("a scene");
+        let earth = scene.body(NaifId::EARTH).expect("the Earth").clone();
+        assert!(earth.decisions.iter().all(|d| !d.reason.is_empty()));
+        earth.decisions.into_iter().find(|d| d.feature == "night").expect("decided")
+    };
+    assert!(!night(&request).on);
+    request.exposure = orrery::scene::request::ExposureRequest::Stops(10.0);
+    assert!(night(&request).on);
+    request.effects = orrery::scene::effects::EffectOverrides::parse("-night").expect("an effect");
+    let asked = night(&request);
+    assert_eq!((asked.on, asked.reason.as_str()), (false, "asked for"));
+}
+
+#[test]
+fn what_no_camera_can_do_is_refused_by_name() {
+    let (catalog, ephemeris) = sky();
+    let refused = |change: &dyn Fn(&mut ViewRequest)| {
+        let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
+        change(&mut request);
+        Scene::build(&catalog, &ephemeris, &request).expect_err("refused").to_string()
+    };
+    assert!(refused(&|r| r.width = 0).contains("size 0x1024"));
+    assert!(refused(&|r| r.fov_deg = Some(180.0)).contains("field of view 180"));
+    assert!(refused(&|r| r.fov_deg = Some(f64::NAN)).contains("field of view"));
+    assert!(refused(&|r| r.position = Position::Over { towards: None, distance_radii: Some(0.5) }).contains("inside Earth"));
+    assert!(refused(&|r| r.position = Position::Centre(NaifId::EARTH)).contains("centre"));
+    let file = |text: &str| {
+        let mut request = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
+        CameraFile::parse("c.json", text).and_then(|c| c.resolve(&catalog, &mut request)).expect_err("refused").to_string()
+    };
+    assert!(file("{").contains("c.json:1:"));
+    assert!(file(r#"{"position":{"body":"vulcan","radii":[2,0,0]},"look":{"at":"sun"}}"#).contains("vulcan"));
+    assert!(file(r#"{"position":{"body":"earth"},"look":{"at":"sun"}}"#).contains("radii, km, or latitude_deg"));
+    assert!(file(r#"{"position":{"body":"earth","radii":[2,0,0]},"look":{"direction":[0,0,0]}}"#).contains("must not be zero"));
+    assert!(file(r#"{"position":{"body":"earth","radii":[2,0,0],"tilt":3},"look":{"at":"sun"}}"#).contains("tilt"));
+}

@@ -1,0 +1,40 @@
+//! Relief near the limb: slopes that lean away from the viewer leave no black dots.
+
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
+use orrery::session::Session;
+use orrery::time::Instant;
+
+/// The least light of a pixel with relief over the same without, where the smooth Moon is lit.
+fn darkest(session: &Session, from: NaifId, time: &str) -> f64 {
+    let picture = |effects: &str| {
+        let request = ViewRequest {
+            position: Position::Over { towards: Some(from), distance_radii: Some(60.0) },
+            fov_deg: Some(2.1),
+            exposure: ExposureRequest::Stops(2.0),
+            effects: EffectOverrides::parse(effects).expect("effects"),
+            width: 400,
+            height: 400,
+            ..ViewRequest::of(NaifId::MOON, Instant::parse(time).expect("a time"))
+        };
+        session.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn").frame.hdr
+    };
+    let (rough, smooth) = (picture("+normal,-planet-shine"), picture("-normal,-planet-shine"));
+    let lit = rough.iter().zip(&smooth).filter(|(_, s)| s[1] > 0.01);
+    lit.map(|(r, s)| f64::from(r[1] / s[1])).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn a_full_moon_has_no_black_dots_on_its_limb() {
+    let session = &*crate::support::session::SESSION;
+    // Seen from the Sun's side no slope that is seen lies in the dark; at the horizon half of the light has set.
+    for time in ["2024-04-23T23:00:00Z", "2024-06-22T01:00:00Z"] {
+        let least = darkest(session, NaifId::SUN, time);
+        println!("{time}: {least:.3}");
+        assert!(least > 0.4, "{time}: {least} of the smooth Moon's light");
+    }
+    // At first quarter slopes along the terminator lie in the dark, and this measure sees them.
+    assert!(darkest(session, NaifId::EARTH, "2024-04-15T19:00:00Z") < 0.1);
+}

@@ -1,0 +1,256 @@
+//! Formulas that stand in Rust, for bounds, decisions and tables, and in the shaders: the emitted function, in f64, gives what Rust gives over its range.
+//!
+//! Each test states its tolerance and shows an edit of the shader that it finds.
+
+use crate::support::emitted::{Emitted, Question};
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::catalog::{Catalog, NaifId, Photometry, Ring};
+use orrery::render::plan::ring_profile;
+use orrery::scene::draw::{Amounts, Light, RingTable, Surface};
+use orrery::scene::photometry::{geometric_albedo_of_unit_multiplier, model_phase, reflectance};
+use orrery::scene::request::ViewRequest;
+use orrery::scene::ring_shine::{halves, scattered};
+use orrery::scene::rings::{LEAST_COSINE, bodies_with_peak, forward};
+use orrery::time::Instant;
+use orrery::units::linear_to_srgb;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// A question of few numbers.
+fn question<const N: usize>(numbers: [f64; N]) -> Question {
+    std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0))
+}
+
+fn once(text: String, right: &str, wrong: &str) -> String {
+    assert_eq!(text.matches(right).count(), 1, "{right}");
+    text.replace(right, wrong)
+}
+
+fn one_light() -> Vec<Light> {
+    vec![Light { direction_in_body: glam::Vec3::X, irradiance: glam::Vec3::ONE }]
+}
+
+fn plain() -> Amounts {
+    Amounts { lights: one_light(), ..Amounts::default() }
+}
+
+/// Greatest difference of the first channel, relative to the larger of 1 and the value.
+fn worst(answers: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
+    assert!(answers.iter().all(|a| a[0].is_finite()));
+    answers.iter().zip(expected).map(|(a, e)| (a[0] - e).abs() / e.abs().max(1.0)).fold(0.0, f64::max)
+}
+
+const RING: &str = "ring.sun1.sphere";
+
+/// What the scene gives Saturn's ring: the uniforms in which its phase functions stand.
+fn saturns_ring() -> Amounts {
+    let time = Instant::parse("2024-09-08T04:00:00Z").expect("a time");
+    let scene = SESSION.scene(&ViewRequest::of(NaifId(699), time)).expect("a scene");
+    let ring = scene.draws.iter().find(|d| d.needs.surface == Surface::Ring).expect("Saturn has a ring").amounts.clone();
+    Amounts { lights: one_light(), ..ring }
+}
+
+/// Cosines of the phase angle, close together at both ends, where the opposition's peak and the light against the Sun stand.
+fn phases() -> Vec<f64> {
+    (0..=1000).map(|k| f64::from(k) / 1000.0).map(|t| (PI * (t - (2.0 * PI * t).sin() / (2.0 * PI))).cos()).collect()
+}
+
+/// Within 2e-5 of the value: the uniforms are f32, and 1 - g of the narrowest lobe is 0.005.
+#[test]
+fn the_phase_functions_of_rings_are_those_of_the_shader() {
+    const WITHIN: f64 = 2e-5;
+    let amounts = saturns_ring();
+    let questions: Vec<Question> = phases().into_iter().map(|c| question([c])).collect();
+    for (function, of) in [("ring_bodies_phase", bodies_with_peak as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))] {
+        let value = format!("vec4f({function}(p.x))");
+        let expected = || phases().into_iter().map(of);
+        let found = worst(&Emitted::new(RING, &value).ask(&amounts, None, &questions), expected());
+        assert!(found < WITHIN, "{function}: {found}");
+        for (right, wrong) in [
+            ("2.0 * atan2(back, front)", "2.01 * atan2(back, front)"),
+            ("g * (2.0 * max(1.0 + cos_phase", "g * (2.01 * max(1.0 + cos_phase"),
+        ] {
+            let edited = Emitted::edited(RING, &value, |text| once(text, right, wrong));
+            let found = worst(&edited.ask(&amounts, None, &questions), expected());
+            let concerned = right.contains("atan2") == (function == "ring_bodies_phase");
+            assert_eq!(found > 10.0 * WITHIN, concerned, "{function}, {wrong}: {found}");
+        }
+    }
+}
+
+/// One ring of one optical depth against the closed forms, on both sides of the plane and with the Sun's disc cut by it. The shader takes what passes from
+/// a table over the slopes of paths: within 3e-4 where the Sun lights the side that is seen, and within 1 % of the value, or 3e-4, where it shines through.
+#[test]
+fn light_scattered_by_a_ring_is_that_of_the_shader() {
+    let from_saturn = saturns_ring();
+    let (emission, sines) = ([0.02, 0.1, 0.3, 0.7, 1.0], [0.0, 0.004, 0.015, 0.03, 0.1, 0.2, 0.3001, 0.45]);
+    let mut seen = 0;
+    for tau in [0.01, 0.3, 1.0, 3.0] {
+        let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust: 0.0 };
+        let table = Arc::new(RingTable::of([ring].iter(), 1.0).expect("a table"));
+        let mut amounts = from_saturn.clone();
+        amounts.ring.reach = glam::Vec2::new(table.reach[0] as f32, table.reach[1] as f32);
+        // Larger than any Sun of the catalog, so that its disc is cut at slopes that the table resolves.
+        amounts.ring.sun_tangent = 0.02;
+        amounts.ring.table = Some(Arc::clone(&table));
+        let tangent = f64::from(amounts.ring.sun_tangent);
+        let texture = ring_profile(&table);
+        // Between 1.6 and 1.7 radii; the phase function is held by the test above.
+        let value = "vec4f(ring_reflectance(ring_stretch(1.6, 1.7), p.x, p.y, p.z, p.w) / ring_bodies_phase(p.w), 0.0)";
+        let mut questions = Vec::new();
+        for cos_emission in emission {
+            for sine in sines {
+                questions.extend([1.0, -1.0].map(|side| question([cos_emission, sine, side, 0.5])));
+            }
+        }
+        let closed = |q: &Question, swapped: bool| {
+            let [x, side] = [1.0 / q[0].max(LEAST_COSINE), q[2]];
+            let parts = halves(q[1], tangent);
+            let by = |half: usize| {
+                let [part, sine] = parts[half];
+                let same_side = (half == 0) == (side > 0.0);
+                let light = if part > 0.0 { part * scattered(tau, x, 1.0 / sine.max(LEAST_COSINE), same_side != swapped) } else { 0.0 };
+                (light, same_side)
+            };
+            [by(0), by(1)]
+        };
+        let answers = Emitted::new(RING, value).ask(&amounts, Some(texture.clone()), &questions);
+        for (q, a) in questions.iter().zip(&answers) {
+            let both = closed(q, false);
+            let expected = 0.25 * (both[0].0 + both[1].0);
+            let through = 0.25 * both.iter().filter(|(_, same)| !same).map(|(light, _)| light).sum::<f64>();
+            let within = 3e-4 + 0.01 * through;
+            assert!((a[0] - expected).abs() < within, "tau {tau}, {q:?}: {} for {expected}", a[0]);
+            let swapped = closed(q, true);
+            seen += usize::from((a[0] - 0.25 * (swapped[0].0 + swapped[1].0)).abs() > 10.0 * within);
+        }
+        // The Sun's disc uncut by the plane is another light.
+        let uncut =
+            Emitted::edited(RING, value, |text| once(text, "let straddles = sin_sun < draw.sun_tangent;", "let straddles = false;"));
+        let differ =
+            uncut.ask(&amounts, Some(texture), &questions).iter().zip(&answers).filter(|(u, a)| (u[0] - a[0]).abs() > 3e-3).count();
+        assert!(differ > 0, "tau {tau}");
+    }
+    assert!(seen > 50, "the sides exchanged are seen {seen} times");
+}
+
+const LAWS: [(&str, Photometry, f64); 4] = [
+    ("lambert.sun1.sphere", Photometry::Lambert, 0.0),
+    ("lommel-seeliger.sun1.sphere", Photometry::LommelSeeliger, 0.0),
+    ("lunar-lambert.sun1.sphere", Photometry::LunarLambert { lunar_weight: 0.6 }, 0.6),
+    ("oren-nayar.sun1.sphere", Photometry::OrenNayar { roughness_deg: 20.0 }, 20.0 * PI / 180.0 * 20.0 * PI / 180.0),
+];
+
+/// The call of a law whose parameter is `p.w`.
+fn call(module: &str) -> String {
+    let parameter = if module.starts_with("lunar") || module.starts_with("oren") { ", p.w" } else { "" };
+    format!("vec4f(reflectance(p.x, p.y, p.z{parameter}))")
+}
+
+/// What a sphere of the shader's law sends to a viewer at a phase angle, over what a disc of radiance 1 does.
+fn disc(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
+    const LONGITUDES: u32 = 240;
+    const LATITUDES: u32 = 120;
+    let to_sun = DVec3::new(alpha.cos(), alpha.sin(), 0.0);
+    // Lit and seen: luminance longitude from alpha - 90 to 90 degrees.
+    let (from, width) = (alpha - PI / 2.0, PI - alpha);
+    let mut questions = Vec::new();
+    let mut weights = Vec::new();
+    for i in 0..LONGITUDES {
+        let longitude = from + width * (f64::from(i) + 0.5) / f64::from(LONGITUDES);
+        for j in 0..LATITUDES {
+            let latitude = PI * ((f64::from(j) + 0.5) / f64::from(LATITUDES) - 0.5);
+            let normal = DVec3::new(longitude.cos() * latitude.cos(), longitude.sin() * latitude.cos(), latitude.sin());
+            questions.push(question([normal.dot(to_sun), normal.x, to_sun.x, parameter]));
+            weights.push(normal.x * latitude.cos());
+        }
+    }
+    let answers = law.ask(&plain(), None, &questions);
+    let sum: f64 = answers.iter().zip(weights).map(|(a, w)| a[0] * w).sum();
+    sum * width / f64::from(LONGITUDES) / f64::from(LATITUDES)
+}
+
+/// The light of a whole sphere decides how bright a point is; the law at each place, how bright a disc is. Within 1e-3 of full.
+#[test]
+fn spheres_of_each_law_are_as_bright_as_their_points() {
+    const WITHIN: f64 = 1e-3;
+    let off = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
+        let full = geometric_albedo_of_unit_multiplier(model)[0];
+        let at = |deg: f64| (disc(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
+        [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(at).into_iter().fold(0.0, f64::max)
+    };
+    for (module, model, parameter) in &LAWS {
+        let found = off(&Emitted::new(module, &call(module)), model, *parameter);
+        assert!(found < WITHIN, "{module}: {found}");
+        let (right, wrong) = match model {
+            Photometry::Lambert => ("return cos_incidence;", "return 1.01 * cos_incidence;"),
+            Photometry::LommelSeeliger | Photometry::LunarLambert { .. } => {
+                ("2.0 * cos_incidence / max(cos_incidence +", "2.02 * cos_incidence / max(cos_incidence +")
+            }
+            _ => ("0.45 * sigma_sq", "0.48 * sigma_sq"),
+        };
+        let found = off(&Emitted::edited(module, &call(module), |text| once(text, right, wrong)), model, *parameter);
+        assert!(found > 2.0 * WITHIN, "{module}, {wrong}: {found}");
+    }
+}
+
+/// The law itself, which the exposure's meter takes for the light of ground. Within 1e-6: the parameter is the only number that f32 holds on the way.
+#[test]
+fn reflectance_is_that_of_the_shader_at_every_angle() {
+    let mut angles = Vec::new();
+    for i in 1..40 {
+        for j in 1..40 {
+            for k in 0..8 {
+                let (theta_i, theta_e) = (f64::from(i) / 40.0 * PI / 2.0, f64::from(j) / 40.0 * PI / 2.0);
+                let azimuth = f64::from(k) / 7.0 * PI;
+                let cos_phase = theta_i.cos() * theta_e.cos() + theta_i.sin() * theta_e.sin() * azimuth.cos();
+                angles.push([theta_i.cos(), theta_e.cos(), cos_phase]);
+            }
+        }
+    }
+    for (module, model, parameter) in &LAWS {
+        let questions: Vec<Question> = angles.iter().map(|[i, e, p]| question([*i, *e, *p, *parameter])).collect();
+        let answers = Emitted::new(module, &call(module)).ask(&plain(), None, &questions);
+        let found = worst(&answers, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
+        assert!(found < 1e-6, "{module}: {found}");
+        let other = worst(&answers, angles.iter().map(|[i, e, p]| reflectance(model, *e, *i, *p)));
+        assert!(other > 1e-2, "{module}: incidence and emission exchanged are not seen, {other}");
+    }
+}
+
+/// The roughness that a catalog gives in degrees reaches the shader as the square of radians.
+#[test]
+fn the_catalogs_parameters_are_those_that_the_laws_take() {
+    let catalog = Catalog::embedded();
+    let time = Instant::parse("2024-09-08T04:00:00Z").expect("a time");
+    let mut found = 0;
+    for body in catalog.bodies() {
+        let expected = match body.photometry {
+            Photometry::LunarLambert { lunar_weight } => lunar_weight,
+            Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
+            _ => continue,
+        };
+        let scene = SESSION.scene(&ViewRequest::of(body.id, time)).expect("a scene");
+        let draws =
+            scene.draws.iter().filter(|d| d.body == body.id && matches!(d.needs.surface, Surface::LunarLambert | Surface::OrenNayar));
+        for draw in draws {
+            found += 1;
+            assert!((f64::from(draw.amounts.photometric_parameter) - expected).abs() < 1e-6, "{}", body.name);
+        }
+    }
+    assert!(found > 0, "no body has such a law");
+}
+
+/// Within 1e-6 of white, a four-thousandth of a level of 255.
+#[test]
+fn the_display_curve_is_that_of_the_shader() {
+    let levels: Vec<f64> = (0..=4000).map(|k| f64::from(k) / 4000.0).collect();
+    let questions: Vec<Question> = levels.iter().map(|v| question([*v])).collect();
+    let value = "vec4f(srgb_encoded(p.xxx), 1.0)";
+    let off = |module: &Emitted| worst(&module.ask(&plain(), None, &questions), levels.iter().map(|v| linear_to_srgb(*v)));
+    let found = off(&Emitted::new("tone_map", value));
+    assert!(found < 1e-6, "{found}");
+    let found = off(&Emitted::edited("tone_map", value, |text| once(text, "(1.0 / 2.4)", "(1.0 / 2.2)")));
+    assert!(found > 1e-3, "{found}");
+}

@@ -1,0 +1,195 @@
+//! Every key that can be asked for, the covering sets, and a new random sample: emitted, parsed, validated, reflected; failures gathered.
+
+use orrery::catalog::Catalog;
+use orrery::scene::draw::Surface;
+use orrery::scene::effects::possible_needs;
+use orrery::shader::compare::{difference, ir_cost};
+use orrery::shader::emit::{emit_fragment, emit_module};
+use orrery::shader::fragments::{FRAGMENTS, SIMPLE_MODULES, probe_samples};
+use orrery::shader::key::{ShaderKey, covering, features, keys_of, sample};
+use orrery::shader::record::{Record, Verified, changes_text, recorded_modules};
+use orrery::shader::translate::{Language, translate};
+use orrery::shader::{Lowering, ModuleId, ShaderModule, emit, generator};
+use std::collections::BTreeSet;
+use std::hash::{Hash, Hasher};
+
+fn lowering() -> Lowering {
+    orrery::render::software::lowering()
+}
+
+fn reachable() -> BTreeSet<ShaderKey> {
+    keys_of(possible_needs(&Catalog::embedded()))
+}
+
+fn all_build(ids: &[(ModuleId, bool)]) -> Verified {
+    Verified::of(ids, &lowering(), || {})
+        .unwrap_or_else(|e| panic!("{} of {} modules failed; the first of them:\n{}", e.len(), ids.len(), e[..e.len().min(20)].join("\n")))
+}
+
+#[test]
+fn reachable_and_covering_modules_are_valid_and_as_recorded() {
+    // At least: every body's surface in every view that differs, with and without each of its maps; 3 covers 2 covers 1.
+    let reachable = reachable();
+    assert!(reachable.len() > 100, "{} reachable keys", reachable.len());
+    let surfaces: BTreeSet<_> = reachable.iter().map(|k| k.needs().surface).collect();
+    let in_catalog = Catalog::embedded().bodies().iter().map(|b| std::mem::discriminant(&b.photometry)).fold(Vec::new(), |mut all, d| {
+        if !all.contains(&d) {
+            all.push(d);
+        }
+        all
+    });
+    let (shells, grounds): (BTreeSet<_>, BTreeSet<_>) =
+        surfaces.into_iter().partition(|s| matches!(s, Surface::Cloud | Surface::Ring | Surface::Sky));
+    // Lambert stands for every surface in the views that do not show it, so it may be there without a body of its own.
+    assert!(grounds.len() == in_catalog.len() || grounds.len() == in_catalog.len() + 1, "{grounds:?}");
+    assert_eq!(shells.len(), 3, "{shells:?}");
+    assert!(covering(3).len() > covering(2).len() && covering(2).len() >= 16, "the two largest dimensions alone make 24 pairs");
+    let ids = recorded_modules(&reachable);
+    // Two minutes of processor time: an edit that touches neither generator, lowering nor keys finds them proven by the run before, unless
+    // ORRERY_PROVE_ANEW=1, as in .ci/run.
+    let text = include_str!("../shader_digests.txt");
+    let proven = proven_by(&ids);
+    if std::env::var_os("ORRERY_PROVE_ANEW").is_none() && std::fs::read_to_string(&proven).is_ok_and(|earlier| earlier == text) {
+        println!("{} modules were proven by an earlier run: {}", ids.len(), proven.display());
+        return;
+    }
+    let now = all_build(&ids);
+    assert_eq!(now.record.len(), ids.len());
+    let changes = Record::parse(text).expect("the record reads").changes(&now);
+    assert!(changes.is_empty(), "`orrery shader verify --update` records these:\n{}", changes_text(&changes));
+    std::fs::write(&proven, text).expect("target/tmp can be written");
+}
+
+/// Where a run leaves the record that it proved: named by all that decides what a module is, and by which modules there are.
+fn proven_by(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
+    let mut hash = std::hash::DefaultHasher::new();
+    for (id, translated) in ids {
+        (id.to_string(), translated).hash(&mut hash);
+    }
+    let name = format!("proven-{}-{:016x}", generator::digest(&lowering().digest), hash.finish());
+    std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+#[test]
+fn a_new_random_sample_is_valid() {
+    let seed = u64::from(std::process::id()) ^ 0x5eed;
+    println!("seed {seed}");
+    let ids: Vec<_> = sample(seed, 200).into_iter().map(|k| (ModuleId::Planet(k), true)).collect();
+    all_build(&ids);
+}
+
+/// Each fragment stands on its own feet: with the fragments that it names itself, without those of whoever uses it.
+#[test]
+fn every_fragment_parses_with_what_it_uses() {
+    let (mut parsed, mut texts) = (BTreeSet::new(), BTreeSet::new());
+    let on_of = |id: ModuleId| match &id {
+        ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), features(key.needs())),
+        ModuleId::Simple(_) => (id, Vec::new()),
+    };
+    let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).map(on_of);
+    for (id, on) in simple.chain(covering(2).into_iter().map(|k| (ModuleId::Planet(k), features(k.needs())))) {
+        for path in emit_module(&id).expect("emits").source_map.fragments {
+            let emitted = emit_fragment(&path, "fragment", &on).expect("emits");
+            if texts.insert(emitted.wgsl.clone()) {
+                naga::front::wgsl::parse_str(&emitted.wgsl).unwrap_or_else(|e| panic!("shaders/{path} for {id}: {}", e.message()));
+            }
+            parsed.insert(path);
+        }
+    }
+    assert_eq!(parsed.len(), FRAGMENTS.len(), "{parsed:?}");
+}
+
+#[test]
+fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
+    let mut seen = BTreeSet::new();
+    let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
+    for id in simple.chain(probe_samples()).chain(covering(3).into_iter().map(ModuleId::Planet)) {
+        let map = emit_module(&id).expect("emits").source_map;
+        for line in 1..=map.lines.len() {
+            let (fragment, number) = map.origin_of(line).expect("mapped");
+            seen.insert((fragment.to_owned(), number));
+        }
+    }
+    for (path, text) in FRAGMENTS {
+        for (number, line) in (1u32..).zip(text.lines()) {
+            let directive = line.trim_start().starts_with("//:");
+            assert!(directive || seen.contains(&((*path).to_owned(), number)), "shaders/{path}:{number} is in no key's module: {line}");
+        }
+    }
+}
+
+#[test]
+fn the_source_map_names_a_feature_of_the_key_for_every_line() {
+    for key in covering(2) {
+        let emitted = emit(&key).expect("emits");
+        let on = features(key.needs());
+        let map = &emitted.source_map;
+        assert_eq!(map.lines.len(), emitted.wgsl.lines().count());
+        for (number, text) in (1..).zip(emitted.wgsl.lines()) {
+            let feature = map.feature_of(number).expect("mapped");
+            assert!(feature == "planet" || on.contains(&feature) || feature.starts_with("not "), "{key}: {feature}");
+            let (fragment, line) = map.origin_of(number).expect("mapped");
+            let (_, source) = FRAGMENTS.iter().find(|(name, _)| *name == fragment).expect("a fragment");
+            assert_eq!(source.lines().nth(line as usize - 1), Some(text), "{key}: line {number}");
+        }
+    }
+}
+
+#[test]
+fn emission_is_deterministic_and_differences_are_told_by_feature() {
+    let key = |t: &str| t.parse::<ShaderKey>().expect(t);
+    let (plain, relief) = (emit(&key("lambert.sun1.sphere")).expect("a"), emit(&key("lambert.normal.sun1.sphere")).expect("b"));
+    assert_eq!(plain, emit(&key("lambert.sun1.sphere")).expect("again"));
+    assert!(difference(&plain, &plain).is_empty());
+    let difference = difference(&plain, &relief);
+    let features: Vec<_> = difference.iter().map(|d| d.feature.as_str()).collect();
+    assert!(features.contains(&"maps.normal"), "{features:?}");
+    // The sphere's own lines without relief are replaced, nothing else goes.
+    assert!(difference.iter().all(|d| d.only_first.is_empty() || d.feature.starts_with("not ")), "{difference:?}");
+}
+
+#[test]
+fn every_language_is_written_and_costs_count() {
+    let id: ModuleId = "oren-nayar.albedo-normal-specular-night.sun3.ellipsoid".parse().expect("key");
+    let module = ShaderModule::build(&id, &lowering()).expect("builds");
+    for language in Language::ALL {
+        let text = translate(&module, language).unwrap_or_else(|e| panic!("{e}"));
+        assert!(text.len() > 1000, "{language}: {} bytes", text.len());
+    }
+    // The text of SPIR-V has every instruction of the words once; the first five words are no instruction.
+    let words: Vec<u32> =
+        translate(&module, Language::Spirv).expect("words").lines().map(|l| u32::from_str_radix(l, 16).expect("hex")).collect();
+    let instructions =
+        std::iter::successors(Some(5), |at| Some(at + (words.get(*at)? >> 16) as usize)).take_while(|at| *at < words.len()).count();
+    let text = translate(&module, Language::Assembly).expect("text");
+    assert_eq!(text.lines().filter(|l| !l.starts_with(';') && l.contains("Op")).count(), instructions);
+    assert!(text.contains("OpEntryPoint Fragment") && text.contains("OpTypeFloat 32"), "{}", &text[..800]);
+    let cost = ir_cost(&module);
+    assert_eq!(cost.texture_reads, 4, "one for each map");
+    assert_eq!(cost.uniform_bytes, module.layout.uniform_size);
+}
+
+#[test]
+fn a_dozen_keys_in_full() {
+    for text in [
+        "glow",
+        "point",
+        "tone_map",
+        "emissive.albedo.sun0.sphere",
+        "lambert.sun1.sphere",
+        "lambert.albedo.sun1.ellipsoid",
+        "lommel-seeliger.albedo.sun1.ellipsoid",
+        "lunar-lambert.albedo-normal.sun2.sphere",
+        "oren-nayar.albedo-normal.sun1.ellipsoid",
+        "lambert.albedo-specular-night.sun1.ellipsoid",
+        "oren-nayar.albedo-normal.sun3.mesh.twosided-alphatexture-vertexcolour",
+        "lambert.sun0.sphere.depth",
+        "lambert.normal.sun1.ellipsoid.sunlight",
+    ] {
+        let id: ModuleId = text.parse().unwrap_or_else(|e| panic!("{e}"));
+        let module = ShaderModule::build(&id, &lowering()).unwrap_or_else(|e| panic!("{e}"));
+        insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
+            insta::assert_snapshot!(text, module.wgsl);
+        });
+    }
+}

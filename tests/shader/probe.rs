@@ -1,0 +1,163 @@
+//! Questions that emitted modules answer: the lanes carry every digit, and a wrong question gets one line.
+
+use crate::support::session::SESSION;
+use orrery::probe::lanes::Lanes;
+use orrery::probe::{KINDS, Need, Prober};
+use orrery::render::software::{Options, Precision, SoftwareRenderer};
+use orrery::shader::fragments::probe_samples;
+
+fn renderer(precision: Precision) -> SoftwareRenderer {
+    SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")
+}
+
+#[test]
+fn each_column_answers_its_own_question() {
+    let module = probe_samples().into_iter().next().expect("a probe");
+    let lanes = Lanes::plain(module, 1);
+    // A ramp over the distance, so that a swapped or blended lane shows.
+    let questions: Vec<_> = (0..1000)
+        .map(|k| {
+            let mut q = [0.0; 12];
+            (q[0], q[1], q[2]) = (1.0, 1.0, 2.0 * f64::from(k) / 1000.0);
+            q
+        })
+        .collect();
+    for (precision, tolerance) in [(Precision::F32, 2e-7), (Precision::F64, 6e-8)] {
+        let answers = lanes.answers(&renderer(precision), SESSION.library(), &questions).expect("answers");
+        assert_eq!(answers.len(), questions.len());
+        for (rows, q) in answers.iter().zip(&questions) {
+            let expected = 1.0 - q[2] / 2.0;
+            assert!((f64::from(rows[0][0]) - expected).abs() < tolerance, "{precision:?}: {} for {expected}", rows[0][0]);
+        }
+    }
+}
+
+#[test]
+fn a_wrong_question_is_named_in_one_line() {
+    let renderer = renderer(Precision::F32);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    for (question, about) in [
+        ("", "JSON"),
+        ("[]", "JSON object"),
+        ("{}", "\"q\" is missing"),
+        (r#"{"q":3}"#, "not a string"),
+        (r#"{"q":"colour"}"#, "disc-overlap"),
+        (r#"{"q":"disc-overlap","k":1,"model":"linear"}"#, "`d`"),
+        (r#"{"q":"pixel","view":{"position":{"body":"mars","radii":[3,0,0]},"look":{"at":"mars"}},"x":1024,"y":0}"#, "1024x1024"),
+        (r#"{"q":"pixel","view":{"position":{"body":"pandora2","radii":[3,0,0]},"look":{"at":"mars"}},"x":1,"y":0}"#, "pandora2"),
+        (r#"{"q":"disc-overlap","k":1,"d":1,"model":"square"}"#, "square"),
+        (r#"{"q":"disc-overlap","k":-1,"d":1,"model":"linear"}"#, "\"k\""),
+        (r#"{"q":"disc-overlap","k":1,"d":1,"model":"linear","e":1}"#, "`e`"),
+    ] {
+        let error = prober.answer(question).expect_err(question);
+        assert!(error.contains(about) && !error.contains('\n'), "{question}: {error}");
+    }
+}
+
+/// The table that `probe --questions` prints is what is read: every field of it and no other, each that may be left out may be.
+#[test]
+fn the_table_of_questions_is_what_they_take() {
+    let renderer = renderer(Precision::F32);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    for kind in KINDS {
+        let whole: serde_json::Map<String, serde_json::Value> = serde_json::from_str(kind.example).expect("an object");
+        let ask = |fields: &serde_json::Map<String, serde_json::Value>| prober.answer(&serde_json::json!(fields).to_string());
+        assert_eq!(whole["q"], kind.name);
+        ask(&whole).unwrap_or_else(|e| panic!("{}: {e}", kind.example));
+        // What the reader itself takes, asked past the table: it lists its fields where it meets one that it does not know.
+        let mut strange = whole.clone();
+        strange.remove("q");
+        strange.insert("zzz".into(), 1.into());
+        let error = (kind.ask)(&prober, strange.into()).expect_err(kind.name);
+        let mut taken: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
+        let mut listed: Vec<&str> = kind.fields.iter().map(|f| f.name).collect();
+        taken.sort_unstable();
+        listed.sort_unstable();
+        assert_eq!(taken, listed, "{}: {error}", kind.name);
+        for field in kind.fields {
+            assert!(!field.says.is_empty());
+            let mut without = whole.clone();
+            without.remove(field.name);
+            match field.need {
+                Need::Must => {
+                    let error = ask(&without).expect_err(field.name);
+                    assert!(error.contains(&format!("`{}` is missing", field.name)), "{error}");
+                }
+                Need::Or(_) => drop(ask(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),
+                Need::OneOf => {}
+            }
+        }
+    }
+}
+
+/// Without a model the Sun's disc is darkened to its limb, and by the Sun's own law where none is given.
+#[test]
+fn the_default_model_is_limb_darkened() {
+    let renderer = renderer(Precision::F64);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    let blocked =
+        |more: &str| prober.answer(&format!(r#"{{"q":"disc-overlap","k":0.5,"d":0.1{more}}}"#)).expect("answers")["blocked"].clone();
+    let plain = blocked("");
+    assert_eq!(plain, blocked(r#","model":"limb-darkened","u1":0.40,"u2":0.26"#));
+    assert!(plain.as_f64() > blocked(r#","model":"uniform-disc""#).as_f64(), "the middle of the disc is brighter than its mean");
+    assert_eq!(blocked(r#","u1":0.6"#), blocked(r#","u1":0.6,"u2":0"#), "a law of one term has no other");
+    let sunlight = |more: &str| {
+        let question = format!(r#"{{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":30,"lon":-100{more}}}"#);
+        prober.answer(&question).expect("answers")
+    };
+    assert_eq!(sunlight(""), sunlight(r#","model":"limb-darkened""#));
+}
+
+const CAMERA: &str = r#"{"position":{"body":"mars","radii":[0.6,-2.9,1.1]},"look":{"at":"mars"},"fov_deg":40}"#;
+const SIDE: u32 = 65;
+
+fn pixel(precision: Precision, x: u32, y: u32) -> serde_json::Value {
+    let renderer = renderer(precision);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    let time = "2024-04-08T18:17:16Z";
+    let question = format!(r#"{{"q":"pixel","view":{CAMERA},"time":"{time}","size":[{SIDE},{SIDE}],"x":{x},"y":{y}}}"#);
+    prober.answer(&question).expect("answers")
+}
+
+#[test]
+fn a_pixel_tells_how_it_came_about() {
+    use orrery::render::plan::Fineness;
+    use orrery::scene::request::{CameraFile, Purpose, ViewRequest};
+    use orrery::time::Instant;
+    let mut request = ViewRequest::of(orrery::catalog::NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
+    (request.target, request.purpose) = (None, Purpose::LINEAR);
+    CameraFile::parse("camera", CAMERA).expect("reads").resolve(SESSION.catalog(), &mut request).expect("resolves");
+    (request.width, request.height) = (SIDE, SIDE);
+    let drawn = SESSION.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let mars = drawn.scene.bodies.iter().find(|b| b.name == "Mars").expect("Mars");
+    for (x, y) in [(32, 32), (25, 40), (40, 22)] {
+        let (single, double) = (pixel(Precision::F32, x, y), pixel(Precision::F64, x, y));
+        let shown = drawn.frame.hdr[(y * SIDE + x) as usize];
+        for (k, expected) in shown[..3].iter().enumerate() {
+            assert_eq!(single["radiance"][k].as_f64(), Some(f64::from(*expected)), "channel {k} of {x},{y}");
+            let fine = double["radiance"][k].as_f64().expect("a number");
+            assert!((fine - f64::from(*expected)).abs() < 1e-4, "{fine} {expected}");
+        }
+        assert_eq!((single["body"].as_str(), single["part"].as_str()), (Some("Mars"), Some("globe")));
+        let globe = single["draws"].as_array().expect("draws").iter().find(|d| d["part"] == "globe").expect("the globe");
+        let values = globe["values"].as_object().expect("values");
+        // The last of them makes the colour, and each name is there.
+        for k in 0..3 {
+            let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+            let (radiance, coverage) = (number(&values["radiance"][k]), number(&values["coverage"]));
+            assert!((number(&globe["colour"][k]) - radiance * coverage).abs() < 1e-6, "{globe}");
+        }
+        for name in ["albedo", "normal", "sunlight", "seen.position", "seen.cos_emission", "place.uv", "albedo_texel"] {
+            assert!(values.get(name).is_some_and(|v| !v.is_null()), "{name} is not among {:?}", values.keys().collect::<Vec<_>>());
+        }
+    }
+    // In the middle lies the sub-viewer point, whose latitude the scene counts from the centre and the pixel by the ground's normal: Mars' axes
+    // are 3396.19 and 3376.20 km.
+    let middle = pixel(Precision::F64, 32, 32);
+    let graphic = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
+    assert!((middle["lat"].as_f64().expect("lat") - graphic).abs() < 0.05, "{} {graphic}", middle["lat"]);
+    assert!((middle["lon"].as_f64().expect("lon") - mars.sub_viewer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
+    // Beside the disc nothing is drawn.
+    let beside = pixel(Precision::F32, 0, 0);
+    assert!(beside["body"].is_null() && beside["lat"].is_null() && beside["radiance"][0] == 0.0, "{beside}");
+}

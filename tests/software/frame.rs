@@ -1,0 +1,279 @@
+//! Whole frames through generated modules: a lit sphere against its formula, points against their flux, display bytes against sRGB, and
+//! the same bits from every number of threads and every kernel class with the same rounding.
+
+use glam::{Vec2, Vec3, Vec4};
+use orrery::image::{TexelFormat, Texture};
+use orrery::render::frame::Frame;
+use orrery::render::plan::{
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Modules, Pass, Plan, PlanDraw, SamplerBinding,
+    SamplerState, TextureBinding, TextureSource, Vertices, uniforms_of,
+};
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
+use orrery::scene::draw::{Amounts, Light, MapSet, Needs};
+use orrery::shader::Library;
+use orrery::shader::key::ShaderKey;
+use std::sync::{Arc, LazyLock};
+
+static LIBRARY: LazyLock<Library> = LazyLock::new(|| Library::in_memory(lowering()));
+
+const ALBEDO: f32 = 0.75;
+/// Half the side of the picture, in radii.
+const HALF_SIDE: f64 = 1.25;
+
+fn draw(label: &str, module: ModuleName, uniforms: Vec<u8>, vertices: Vertices) -> PlanDraw {
+    PlanDraw {
+        label: label.to_owned(),
+        module,
+        uniforms,
+        textures: Vec::new(),
+        samplers: Vec::new(),
+        vertices,
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::PremultipliedOver,
+        cull: Cull::None,
+        depth: DepthState { test: true, write: true },
+        scissor: [0, 0, u32::MAX, u32::MAX],
+    }
+}
+
+/// A Lambert sphere seen along -z by parallel rays, lit from `towards_sun`.
+fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
+    let needs = Needs { maps, lights: 1, ..Needs::LEAST };
+    let side = 2.0 * HALF_SIDE as f32;
+    let amounts = Amounts {
+        rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
+        anchor_origin: Vec3::new(-0.5 * side, 0.5 * side, 0.0),
+        anchor_du: Vec3::new(side, 0.0, 0.0),
+        anchor_dv: Vec3::new(0.0, -side, 0.0),
+        ray_origin: Vec3::NEG_Z,
+        ray_du: Vec3::ZERO,
+        ray_dv: Vec3::ZERO,
+        anchor_excess: 0.0,
+        anchor_is_camera: 0.0,
+        depth_row: Vec4::new(0.0, 0.0, -1.0, 1.0e3),
+        axis_ratios: Vec3::ONE,
+        albedo: Vec3::splat(ALBEDO),
+        lights: vec![Light { direction_in_body: towards_sun.normalize_or_zero(), irradiance: Vec3::ONE }],
+        photometric_parameter: 0.0,
+        limb_u1: Vec3::ZERO,
+        limb_u2: Vec3::ZERO,
+        map_latitude_stretch: 1.0,
+        night_radiance: Vec3::ZERO,
+        specular_strength: 0.0,
+        wave_slope_sq: 1.0,
+        normal_strength: 1.0,
+        camera_in_unit_sphere: Vec3::Z * 1.0e3,
+        pixel_size: Vec2::ONE,
+        ..Amounts::default()
+    };
+    let name = ModuleName::Planet(ShaderKey::for_draw(&needs));
+    let uniforms = uniforms_of(&LIBRARY.module(&name).expect("emitted").layout, &amounts, 8).expect("every field is there");
+    draw("sphere", name, uniforms, Vertices::Count(6))
+}
+
+fn tone_map(pass: usize) -> PlanDraw {
+    let name = ModuleName::Simple("tone_map");
+    let module = LIBRARY.module(&name).expect("emitted");
+    let mut writer = module.layout.writer();
+    writer.f32("exposure", 1.0).expect("a field");
+    writer.f32("dither", 0.0).expect("a field");
+    writer.f32("true_to", 0.8).expect("a field");
+    let mut d = draw("tone map", name, writer.finish().expect("filled"), Vertices::Count(3));
+    d.blend = Blend::Replace;
+    d.depth = DepthState { test: false, write: false };
+    d.textures = vec![TextureBinding { binding: module.layout.texture("hdr").expect("bound"), source: TextureSource::PassOutput(pass) }];
+    d
+}
+
+fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, samples: u8, clear: [f32; 4], draws: Vec<PlanDraw>) -> Pass {
+    Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Rgba32Float, draws }
+}
+
+fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
+    let bodies = pass("bodies", size, ColourFormat::Rgba32Float, 4, [0.0, 0.0, 0.0, 1.0], draws);
+    Plan { passes: vec![bodies, pass("tone map", size, ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)])] }
+}
+
+fn render(plan: &Plan, options: Options) -> Frame {
+    let renderer = SoftwareRenderer::new(Options { ..options }).expect("a renderer");
+    renderer.render(plan, &*LIBRARY, true).expect("a frame").0
+}
+
+fn with_threads(threads: usize) -> Options {
+    Options { threads, ..Options::default() }
+}
+
+fn worst_difference(a: &Frame, b: &Frame) -> f32 {
+    a.hdr.iter().zip(&b.hdr).flat_map(|(p, q)| p.iter().zip(q)).fold(0.0, |m: f32, (x, y)| m.max((x - y).abs()))
+}
+
+#[test]
+fn a_lambert_sphere_is_its_formula() {
+    let sun = Vec3::new(0.6, 0.2, 0.7);
+    let plan = scene([200, 200], vec![sphere(sun, MapSet::default())]);
+    let s = sun.as_dvec3().normalize_or_zero();
+    for (precision, tolerance) in [(Precision::F32, 2e-6), (Precision::F64, 2e-7)] {
+        let frame = render(&plan, Options { precision, ..Options::default() });
+        let mut inside = 0;
+        for (i, p) in frame.hdr.iter().enumerate() {
+            let step = 2.0 * HALF_SIDE / 200.0;
+            let (x, y) = (((i % 200) as f64 + 0.5) * step - HALF_SIDE, HALF_SIDE - ((i / 200) as f64 + 0.5) * step);
+            let r = x.hypot(y);
+            // The edge pixels hold part of the disc.
+            if r < 1.0 - 1.5 * step {
+                inside += 1;
+                let cos = x * s.x + y * s.y + (1.0 - r * r).sqrt() * s.z;
+                let expected = f64::from(ALBEDO) * cos.max(0.0);
+                // Near the limb the normal is ill-conditioned in f32: allow for its slope.
+                let slope = 1.0 / (1.0 - r * r).sqrt();
+                assert!((f64::from(p[0]) - expected).abs() < tolerance * slope, "pixel {i}: {} is not {expected}", p[0]);
+            } else if r > 1.0 + 1.5 * step {
+                assert_eq!(p, &[0.0, 0.0, 0.0, 1.0]);
+            }
+        }
+        assert!(inside > 18_000);
+    }
+}
+
+#[test]
+fn the_discs_area_survives_its_edge() {
+    // Seen full: the sum over pixels of a radiance of cos is 2/3 of the disc's area.
+    let frame = render(&scene([96, 96], vec![sphere(Vec3::Z, MapSet::default())]), Options::default());
+    let step = 2.0 * HALF_SIDE / 96.0;
+    let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[0])).sum::<f64>() * step * step;
+    let expected = f64::from(ALBEDO) * std::f64::consts::PI * 2.0 / 3.0;
+    assert!((sum / expected - 1.0).abs() < 1e-3, "{sum} against {expected}");
+}
+
+#[test]
+fn points_keep_their_flux() {
+    let name = ModuleName::Simple("point");
+    let module = LIBRARY.module(&name).expect("emitted");
+    let mut writer = module.layout.writer();
+    writer.vec2("pixel_size", Vec2::new(2.0 / 200.0, 2.0 / 100.0)).expect("a field");
+    let mut d = draw("points", name, writer.finish().expect("filled"), Vertices::Count(6));
+    d.blend = Blend::Add;
+    d.depth.write = false;
+    let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
+    d.instances = Instances {
+        count: 3,
+        attributes: vec![
+            attribute(3, vec![-0.613, 0.17, 0.5, 0.3301, -0.2, 0.5, 0.8, 0.77, 0.5]),
+            attribute(1, vec![3.0, 4.7, 2.4]),
+            attribute(3, vec![1.0, 0.5, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 2.0]),
+        ],
+    };
+    let plan = Plan { passes: vec![pass("points", [200, 100], ColourFormat::Rgba32Float, 4, [0.0; 4], vec![d])] };
+    let frame = render(&plan, Options::default());
+    for (k, flux) in [1.0, 0.75, 2.0].into_iter().enumerate() {
+        let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[k])).sum();
+        assert!((sum / flux - 1.0).abs() < 0.02, "channel {k}: {sum} against {flux}");
+    }
+}
+
+#[test]
+fn display_bytes_are_srgb_of_the_scene() {
+    let mut plan = scene([70, 3], Vec::new());
+    plan.passes[0].clear = [0.5, 0.25, 0.0, 1.0];
+    let frame = render(&plan, Options::default());
+    // IEC 61966-2-1: 0.5 is 187.516, 0.25 is 136.958.
+    assert!(frame.display.iter().all(|p| *p == [188, 137, 0, 255]), "{:?}", frame.display[0]);
+    assert_eq!(frame.hdr[0], [0.5, 0.25, 0.0, 1.0]);
+}
+
+#[test]
+fn threads_and_kernels_change_no_bit() {
+    let map = Arc::new(Texture::from_rgba8(64, 32, noise(64 * 32), TexelFormat::Rgba8Srgb).expect("whole"));
+    let mut body = sphere(Vec3::new(1.0, 0.3, 0.2), MapSet { albedo: true, ..MapSet::default() });
+    body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(map) }];
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    body.samplers = vec![SamplerBinding { binding: 8, state }];
+    let plan = scene([150, 130], vec![body]);
+    let one = render(&plan, with_threads(1));
+    assert!(one.hdr.iter().filter(|p| p[0] > 0.01).count() > 2000);
+    for threads in [1, 2, 5] {
+        assert!(render(&plan, with_threads(threads)) == one, "{threads} threads");
+    }
+    let mut of_class: [Option<Frame>; 2] = [None, None];
+    for kernels in KernelClass::available() {
+        let frame = render(&plan, Options { kernels, ..Options::default() });
+        assert!(worst_difference(&frame, &one) < 2e-3, "{}", kernels.name());
+        let first = &mut of_class[usize::from(kernels.fused())];
+        match first {
+            Some(other) => assert!(*other == frame, "{}", kernels.name()),
+            None => *first = Some(frame),
+        }
+    }
+    let double = render(&plan, Options { precision: Precision::F64, ..Options::default() });
+    assert!(worst_difference(&double, &one) < 2e-3);
+}
+
+fn noise(texels: u32) -> Vec<u8> {
+    (0..texels).flat_map(|i| [(i.wrapping_mul(2_654_435_761) >> 24) as u8, 90, 200, 255]).collect()
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    let renderer = SoftwareRenderer::new(with_threads(1)).expect("a renderer");
+    let error = |plan: &Plan| renderer.render(plan, &*LIBRARY, true).expect_err("must be refused");
+    let unbound = scene([8, 8], vec![sphere(Vec3::Z, MapSet { albedo: true, ..MapSet::default() })]);
+    assert!(matches!(error(&unbound), RenderError::Binding { binding: 1, .. }));
+    let mut forward = scene([8, 8], Vec::new());
+    forward.passes[1].draws = vec![tone_map(1)];
+    assert!(matches!(error(&forward), RenderError::PassOrder { pass: 1, .. }));
+    let mut large = scene([8, 8], Vec::new());
+    large.passes[0].width = 16385;
+    assert!(matches!(error(&large), RenderError::Size { width: 16385, .. }));
+    large.passes[0].width = 0;
+    assert!(matches!(error(&large), RenderError::Size { width: 0, .. }));
+    large.passes[0].width = 8;
+    large.passes[0].samples = 3;
+    assert!(matches!(error(&large), RenderError::Samples { samples: 3, .. }));
+    assert!(matches!(error(&Plan { passes: Vec::new() }), RenderError::NoPass));
+    let mut mesh = sphere(Vec3::Z, MapSet::default());
+    mesh.vertices = Vertices::Mesh { attributes: Vec::new(), indices: Arc::new(vec![0, 1, 2]) };
+    assert!(matches!(error(&scene([8, 8], vec![mesh])), RenderError::Index { .. }));
+}
+
+#[test]
+#[ignore = "prints times"]
+fn times_of_the_passes() {
+    let maps = MapSet { albedo: true, ..MapSet::default() };
+    let map = Arc::new(Texture::from_rgba8(2048, 1024, noise(2048 * 1024), TexelFormat::Rgba8Srgb).expect("whole"));
+    for (what, maps, threads) in [("plain", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
+        let mut body = sphere(Vec3::new(0.6, 0.2, 0.7), maps);
+        if maps.albedo {
+            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+            body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::clone(&map)) }];
+            body.samplers = vec![SamplerBinding { binding: 8, state }];
+        }
+        let plan = scene([1024, 1024], vec![body]);
+        let renderer = SoftwareRenderer::new(with_threads(threads)).expect("a renderer");
+        let mut best = [f64::INFINITY; 3];
+        for _ in 0..20 {
+            let timings = renderer.render(&plan, &*LIBRARY, false).expect("a frame").1;
+            let of = [timings.passes[0].wall_ms, timings.passes[1].wall_ms, timings.wall_ms];
+            best = [0, 1, 2].map(|k| f64::min(best[k], of[k]));
+        }
+        println!("{what}, {threads} threads: bodies {:.1} ms, tone map {:.1} ms, frame {:.1} ms", best[0], best[1], best[2]);
+    }
+}
+
+#[allow(dead_code, reason = "what only the benches ask")]
+#[path = "../../benches/heavy/mod.rs"]
+mod heavy;
+
+/// No test measures time, but what the benches draw must go on being drawable.
+#[test]
+fn the_benches_draw_their_pictures() {
+    // One each: a renderer keeps its modules by name.
+    let renderer =
+        || SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32 }).expect("a renderer");
+    let (frame, _) = renderer().render(&heavy::plan(64), &heavy::module(heavy::WGSL), true).expect("the heavy shader draws");
+    let [corner, middle] = [0, 32 * 64 + 32].map(|k: usize| frame.hdr[k]);
+    assert_eq!(corner, [0.0, 0.0, 0.0, 1.0]);
+    assert!(middle.iter().all(|v| v.is_finite() && *v > 0.0), "{middle:?}");
+    let (frame, _) = renderer().render(&heavy::tone_map_plan(64), &heavy::shared_module("tone_map"), false).expect("the tone map draws");
+    assert!(frame.display.iter().any(|p| p[0] > 200) && frame.display.iter().any(|p| p[1] < 64));
+}

@@ -1,0 +1,649 @@
+//! The tape against what WGSL says: each test writes a small fragment shader, runs it on every kernel class and compares each lane with the
+//! value that Rust computes for it. `near` is relative to the larger of 1 and the value.
+
+use orrery::render::software::exec::{Executor, Gradients, LANES, LaneMask, NoTextures, TextureUnit};
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::lower::{lower, lower_to_bytes, lower_with, programs_from_bytes};
+use orrery::render::software::math::Real;
+use orrery::render::software::program::{LaneInput, LaneOutput, Program};
+use orrery::render::software::tape::{Instr, Link, Op, Operand};
+
+const ALL: LaneMask = LaneMask::MAX;
+
+fn parse(wgsl: &str) -> (naga::Module, naga::valid::ModuleInfo) {
+    let module = naga::front::wgsl::parse_str(wgsl).unwrap_or_else(|e| panic!("{}", e.emit_to_string(wgsl)));
+    let mut validator =
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32);
+    let info = validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(wgsl)));
+    (module, info)
+}
+
+fn compile(wgsl: &str) -> Program {
+    let (module, info) = parse(wgsl);
+    let name = module.entry_points[0].name.clone();
+    let program = lower(&module, &info, &name).unwrap_or_else(|e| panic!("{}", e.with_source(wgsl)));
+    let bytes = lower_to_bytes(&module, &info).expect("lowers to bytes");
+    assert_eq!(programs_from_bytes(&bytes).expect("reads back")[0], program, "bytes hold the program");
+    program
+}
+
+/// Lane values: x = 0, 0.25, ... in every lane, y alternates by quad pixel.
+fn lane_x(i: usize) -> f32 {
+    i as f32 * 0.25
+}
+fn lane_y(i: usize) -> f32 {
+    10.0 - i as f32 * 0.5
+}
+
+fn run_with<R: Real>(
+    program: &Program,
+    class: KernelClass,
+    uniforms: &[u8],
+    active: LaneMask,
+    textures: &dyn TextureUnit<R>,
+) -> (Vec<Vec<f64>>, LaneMask) {
+    let mut executor = Executor::<R>::with_class(program, class).expect("binds");
+    let prepared = program.prepare_for::<R>(uniforms, class);
+    for (k, input) in program.inputs.iter().enumerate() {
+        let values = executor.input_mut(k);
+        for (i, v) in values.iter_mut().enumerate() {
+            *v = match input {
+                LaneInput::Location { component: 0, .. } => R::from_f64(f64::from(lane_x(i))),
+                LaneInput::Location { .. } => R::from_f64(f64::from(lane_y(i))),
+                LaneInput::FragCoord { component } => R::from_f64((i * 4 + *component as usize) as f64),
+                LaneInput::FrontFacing => R::from_mask(i % 3 == 0),
+                _ => R::from_int(i as u32),
+            };
+        }
+    }
+    let alive = executor.run(&prepared, active, textures);
+    let lanes = (0..LANES).map(|i| (0..program.outputs.len()).map(|k| executor.output(k)[i].f64()).collect()).collect();
+    (lanes, alive)
+}
+
+/// Runs `body` (it sees `p: vec2f` and returns a vec4f) on all classes and in both precisions, and checks every lane.
+fn check(declarations: &str, body: &str, near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
+    check_uniform(declarations, body, &[], near, expected);
+}
+
+fn check_uniform(declarations: &str, body: &str, uniforms: &[u8], near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
+    let wgsl = format!("{declarations}\n@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{\n{body}\n}}");
+    let program = compile(&wgsl);
+    let compare = |lanes: &[Vec<f64>], near: f64, what: &str| {
+        for (i, got) in lanes.iter().enumerate() {
+            let want = expected(f64::from(lane_x(i)), f64::from(lane_y(i)));
+            for k in 0..4 {
+                let same = got[k] == want[k] || (got[k].is_nan() && want[k].is_nan());
+                let close = (got[k] - want[k]).abs() <= near * want[k].abs().max(1.0);
+                assert!(same || close, "{what}, lane {i}, component {k}: {} instead of {}\n{wgsl}", got[k], want[k]);
+            }
+        }
+    };
+    let mut by_fusion: [Option<Vec<Vec<f64>>>; 2] = [None, None];
+    for class in KernelClass::available() {
+        let (lanes, alive) = run_with::<f32>(&program, class, uniforms, ALL, &NoTextures);
+        assert_eq!(alive, ALL);
+        compare(&lanes, near, class.name());
+        let before = by_fusion[usize::from(class.fused())].get_or_insert_with(|| lanes.clone());
+        assert!(same_bits(before, &lanes), "{}: not the bits of its fusion class", class.name());
+        let (double, _) = run_with::<f64>(&program, class, uniforms, ALL, &NoTextures);
+        compare(&double, near, "f64");
+    }
+}
+
+fn same_bits(a: &[Vec<f64>], b: &[Vec<f64>]) -> bool {
+    a.iter().flatten().map(|x| x.to_bits()).eq(b.iter().flatten().map(|x| x.to_bits()))
+}
+
+#[test]
+fn arithmetic_and_comparisons() {
+    check("", "let a = p.x * 3.0 - p.y / 2.0; let b = -p.x; return vec4f(a, b, p.x % 0.7, select(1.0, 2.0, p.x > p.y));", 1e-5, |x, y| {
+        [x * 3.0 - y / 2.0, -x, f64::from(x as f32 % 0.7), if x > y { 2.0 } else { 1.0 }]
+    });
+    check(
+        "",
+        "let c = p > vec2f(3.0, 2.0); let d = !c.x || (c.y && p.x != p.y); return vec4f(f32(c.x), f32(c.y), f32(d), f32(all(c) == any(c)));",
+        0.0,
+        |x, y| {
+            let (c, d) = (x > 3.0, y > 2.0);
+            let f = |b: bool| if b { 1.0 } else { 0.0 };
+            [f(c), f(d), f(!c || (d && x != y)), f((c && d) == (c || d))]
+        },
+    );
+}
+
+#[test]
+fn integers_follow_wgsl() {
+    check(
+        "",
+        "let i = i32(p.y); let u = u32(p.x); let z = i - i;
+         return vec4f(f32(i / -3), f32(i % 3), f32((u << 3u) ^ (u >> 1u)), f32(i / z + i % z));",
+        0.0,
+        |x, y| {
+            let (i, u) = (y as i32, x as u32);
+            [f64::from(i / -3), f64::from(i % 3), f64::from((u << 3) ^ (u >> 1)), f64::from(i)]
+        },
+    );
+    check(
+        "",
+        "let i = bitcast<i32>(p.x); return vec4f(bitcast<f32>(i), f32(u32(-p.x)), f32(i32(p.y * 1e12)), f32(~u32(p.x)));",
+        1e-6,
+        |x, y| [x, 0.0, f64::from((y * 1e12) as i32), f64::from(!(x as u32))],
+    );
+}
+
+#[test]
+fn bit_functions() {
+    check(
+        "",
+        "let u = u32(p.x) * 0x01010101u; let i = i32(p.y);
+         return vec4f(f32(countOneBits(u)), f32(countLeadingZeros(u)), f32(countTrailingZeros(u)), f32(firstLeadingBit(i)));",
+        0.0,
+        |x, y| {
+            let u = (x as u32).wrapping_mul(0x0101_0101);
+            let i = y as i32;
+            let first = if i == 0 || i == -1 { -1.0 } else { f64::from(31 - (if i < 0 { !i } else { i }).leading_zeros()) };
+            [f64::from(u.count_ones()), f64::from(u.leading_zeros()), f64::from(u.trailing_zeros()), first]
+        },
+    );
+    check(
+        "",
+        "let u = u32(p.x) * 0x9e3779b9u; return vec4f(f32(extractBits(u, 5u, 7u)), f32(extractBits(bitcast<i32>(u), 28u, 9u)),
+           f32(insertBits(u, 5u, 4u, 8u) & 0xffffu), f32(reverseBits(u) & 0xffffu));",
+        0.0,
+        |x, _| {
+            let u = (x as u32).wrapping_mul(0x9e37_79b9);
+            let inserted = (u & !0xff0) | (5 << 4);
+            [f64::from((u >> 5) & 127), f64::from((u as i32) >> 28), f64::from(inserted & 0xffff), f64::from(u.reverse_bits() & 0xffff)]
+        },
+    );
+    check("", "return unpack4x8unorm(pack4x8unorm(vec4f(p.x / 32.0, p.y / 10.0, 0.5, 2.0)));", 0.5 / 255.0 + 1e-6, |x, y| {
+        [x / 32.0, (y / 10.0).max(0.0), 0.5, 1.0]
+    });
+    check("", "let q = unpack2x16float(pack2x16float(p)); return vec4f(q, quantizeToF16(p.y), 0.0);", 1e-3, |x, y| [x, y, y, 0.0]);
+}
+
+#[test]
+fn matrices_and_vectors() {
+    check(
+        "",
+        "let m = mat3x3f(p.x, 1.0, 2.0, 3.0, p.y, 5.0, 6.0, 7.0, p.x); let v = vec3f(1.0, p.x, p.y);
+         let t = transpose(m); let w = m * v; let z = v * t; let q = (m * t)[1];
+         return vec4f(w.x, w.y - z.y, q.z, determinant(m));",
+        2e-5,
+        |x, y| {
+            let m = [[x, 1.0, 2.0], [3.0, y, 5.0], [6.0, 7.0, x]];
+            let det = x * (y * x - 7.0 * 5.0) - 3.0 * (x - 7.0 * 2.0) + 6.0 * (5.0 - y * 2.0);
+            // (m t)[1].z = sum over k of m[k].z * t[1][k] with t[1][k] = m[k].y
+            let q = m[0][2] * m[0][1] + m[1][2] * m[1][1] + m[2][2] * m[2][1];
+            [m[0][0] + m[1][0] * x + m[2][0] * y, 0.0, q, det]
+        },
+    );
+    check(
+        "",
+        "let a = vec3f(p, 1.0); let b = vec3f(1.0, p.y, -2.0); let n = normalize(a);
+         return vec4f(dot(cross(a, b), a), length(n), distance(a, b), dot(reflect(a, vec3f(0.0, 1.0, 0.0)), vec3f(1.0, 1.0, 1.0)));",
+        2e-5,
+        |x, y| [0.0, 1.0, ((x - 1.0).powi(2) + 9.0).sqrt(), x - y + 1.0],
+    );
+}
+
+#[test]
+fn branches_merge_what_they_change() {
+    check(
+        "fn inner(x: f32) -> f32 { if (x > 20.0) { return 1.0; } if (x > 10.0) { return exp(log(x)); } return -x; }",
+        "var a = 1.0; var b = vec2f(0.0);
+         if (p.x > 5.0) { a = p.x; if (p.y > 0.0) { b.x = 2.0; } else { b = p; } } else if (p.x > 2.0) { b.y = sqrt(p.x) + sqrt(p.x); }
+         return vec4f(a, b, inner(p.x));",
+        1e-5,
+        |x, y| {
+            let a = if x > 5.0 { x } else { 1.0 };
+            let b = if x > 5.0 { if y > 0.0 { [2.0, 0.0] } else { [x, y] } } else { [0.0, if x > 2.0 { 2.0 * x.sqrt() } else { 0.0 }] };
+            [
+                a,
+                b[0],
+                b[1],
+                if x > 20.0 {
+                    1.0
+                } else if x > 10.0 {
+                    x
+                } else {
+                    -x
+                },
+            ]
+        },
+    );
+}
+
+#[test]
+fn early_return_from_the_entry_point() {
+    check(
+        "",
+        "if (p.x > 8.0) { return vec4f(1.0); } let q = sin(p.x) + cos(p.x) + exp(p.x) + log(p.x + 1.0) + sqrt(p.x); return vec4f(q, p, 2.0);",
+        1e-5,
+        |x, y| {
+            if x > 8.0 { [1.0; 4] } else { [x.sin() + x.cos() + x.exp() + (x + 1.0).ln() + x.sqrt(), x, y, 2.0] }
+        },
+    );
+}
+
+#[test]
+fn counted_loops() {
+    let program = compile(
+        "@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { var s = 0.0; for (var i = 0; i < 16; i++) { s += exp(p.x * f32(i)); } return vec4f(s); }",
+    );
+    assert!(program.lane_tape.len() < 20, "sixteen turns stay a loop: {} steps", program.lane_tape.len());
+    check(
+        "",
+        "var s = 0.0; var t = 1.0; for (var i = 0; i < 10; i++) { let k = t; t = s + p.x; s = k; } return vec4f(s, t, 0.0, 0.0);",
+        1e-5,
+        |x, _| {
+            let (mut s, mut t) = (0.0, 1.0);
+            for _ in 0..10 {
+                (s, t) = (t, s + x);
+            }
+            [s, t, 0.0, 0.0]
+        },
+    );
+    check(
+        "",
+        "var s = 0.0; for (var i = 0; i < 6; i++) { for (var j = i; j < 6; j++) { if (j == 4) { continue; } s += f32(i * j) * p.x; } if (i == 4) { break; } } return vec4f(s);",
+        1e-5,
+        |x, _| {
+            let mut s = 0.0;
+            for i in 0..=4 {
+                for j in i..6 {
+                    s += if j == 4 { 0.0 } else { f64::from(i * j) * x };
+                }
+            }
+            [s; 4]
+        },
+    );
+}
+
+#[test]
+fn uniform_bound_loops_and_indexed_uniforms() {
+    let block = "struct U { n: i32, scale: vec3f, m: mat3x3f, values: array<vec4f, 5>, k: f32 } @group(0) @binding(0) var<uniform> u: U;";
+    let mut bytes = vec![0u8; 176];
+    let mut put = |at: usize, v: [u8; 4]| bytes[at..at + 4].copy_from_slice(&v);
+    put(0, 3i32.to_le_bytes());
+    for k in 0..3 {
+        put(16 + 4 * k, (k as f32 + 1.0).to_le_bytes());
+        for r in 0..3 {
+            put(32 + 16 * k + 4 * r, ((3 * k + r) as f32).to_le_bytes());
+        }
+    }
+    for k in 0..5 {
+        for r in 0..4 {
+            put(80 + 16 * k + 4 * r, ((10 * k + r) as f32).to_le_bytes());
+        }
+    }
+    put(160, 0.5f32.to_le_bytes());
+    check_uniform(
+        block,
+        "var s = 0.0; for (var i = 0; i < u.n; i++) { s += u.values[i].y * p.x; }
+         return vec4f(s, (u.m * u.scale).y, u.values[u32(p.x)].z, u.scale.z * u.k + p.y);",
+        &bytes,
+        1e-5,
+        |x, y| {
+            let k = (x as usize).min(4) as f64;
+            [(1.0 + 11.0 + 21.0) * x, 1.0 + 4.0 * 2.0 + 7.0 * 3.0, 10.0 * k + 2.0, 1.5 + y]
+        },
+    );
+}
+
+#[test]
+fn loops_that_lanes_leave_apart() {
+    check(
+        "fn steps(x: f32) -> vec2f { var n = 0.0; var v = x; loop { if (v < 1.0) { break; } v = v * 0.5; n += 1.0; if (n > 3.0 && x > 30.0) { return vec2f(-1.0, v); } continuing { n += 0.0; } } return vec2f(n, v); }",
+        "let a = steps(p.x); var c = 0.0; var i = 0; while (f32(i) < p.x) { i++; if (i % 2 == 0) { continue; } c += 1.0; } return vec4f(a, c, f32(i));",
+        1e-6,
+        |x, _| {
+            let (mut n, mut v) = (0.0, x);
+            while v >= 1.0 {
+                v *= 0.5;
+                n += 1.0;
+                if n > 3.0 && x > 30.0 {
+                    n = -1.0;
+                    break;
+                }
+            }
+            let i = x.ceil();
+            [n, v, (i / 2.0).ceil(), i]
+        },
+    );
+    check("", "var n = 0; loop { n++; continuing { break if f32(n) > p.x; } } return vec4f(f32(n));", 0.0, |x, _| [x.floor() + 1.0; 4]);
+}
+
+#[test]
+fn what_every_turn_computes_alike_is_computed_once() {
+    let body = "var sum = 0.0;
+         for (var i = 0; i < 20; i++) {
+             let fixed = sqrt(p.x * p.x + 1.0) * 0.125;
+             if p.y > f32(i) {
+                 sum += log(p.x + 2.0) * sin(p.x) * exp(p.x * -0.25);
+             }
+             sum += fixed * f32(i);
+         }
+         var product = 1.0;
+         for (var j = 0; j < 20; j++) {
+             product *= 1.0 + 1.0 / (p.x + 4.0) + f32(j);
+         }
+         return vec4f(sum, product, 0.0, 0.0);";
+    check("", body, 1e-5, |x, y| {
+        let sum = (0..20).map(|i| {
+            let i = f64::from(i);
+            let above = if y > i { (x + 2.0).ln() * x.sin() * (x * -0.25).exp() } else { 0.0 };
+            above + (x * x + 1.0).sqrt() * 0.125 * i
+        });
+        let product = (0..20).map(|j| 1.0 + 1.0 / (x + 4.0) + f64::from(j)).product();
+        [sum.sum(), product, 0.0, 0.0]
+    });
+    let program = compile(&format!("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
+    let ops = |instr: &Instr| match instr {
+        Instr::Lane { op, .. } => vec![*op],
+        Instr::Chain { links, .. } => links.iter().map(|l| l.op).collect(),
+        _ => Vec::new(),
+    };
+    let turns = program.lane_tape.iter().enumerate().filter_map(|(at, instr)| match instr {
+        Instr::Jump { target } if (*target as usize) < at => Some(*target as usize..at),
+        _ => None,
+    });
+    let inside: Vec<Op> = turns.flat_map(|turn| &program.lane_tape[turn]).flat_map(ops).collect();
+    let has = |op: Op| inside.contains(&op);
+    assert!(!has(Op::Sqrt) && !has(Op::Div), "{inside:?}");
+    // To run it always would cost more than to run it where some lane asks.
+    assert!(has(Op::Exp) && has(Op::Log) && has(Op::Sin), "{inside:?}");
+    // The way out of a counted loop is one jump.
+    let over = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);
+    assert!(!program.lane_tape.windows(2).any(over), "{:?}", program.lane_tape);
+}
+
+#[test]
+fn switches() {
+    let body = |selector: &str| {
+        format!(
+            "var a = 0.0; for (var i = 0; i < 3; i++) {{ switch {selector} {{ case 0 {{ a += 1.0; }} case 1, 2 {{ if (p.y < 5.0) {{ break; }} a += 10.0; }} case 3 {{ continue; }} default {{ a += 100.0; }} }} a += 1000.0; }} return vec4f(a);"
+        )
+    };
+    let one = |k: i32, y: f64| match k {
+        0 => 1001.0,
+        1 | 2 => 1000.0 + if y < 5.0 { 0.0 } else { 10.0 },
+        3 => 0.0,
+        _ => 1100.0,
+    };
+    check("", &body("i32(p.x)"), 0.0, |x, y| [3.0 * one(x as i32, y); 4]);
+    check("", &body("i + 1"), 0.0, |_, y| [one(1, y) + one(2, y) + one(3, y); 4]);
+}
+
+#[test]
+fn pointers_arrays_and_structs() {
+    check(
+        "struct S { a: vec2f, b: array<f32, 4> }
+         fn bump(v: ptr<function, f32>, by: f32) { if (by > 4.0) { return; } *v += by; }
+         fn make(p: vec2f) -> S { var s: S; s.a = p.yx; for (var i = 0; i < 4; i++) { s.b[i] = f32(i) * p.x; } return s; }
+         var<private> total: f32 = 2.0;",
+        "var s = make(p); bump(&s.b[2], p.x); s.b[u32(p.x) % 4u] = -1.0; total += s.a.x;
+         const table = array<f32, 3>(3.0, 5.0, 7.0); return vec4f(s.b[2], s.b[u32(p.y + 60.0) % 4u], total, table[u32(p.x) % 3u]);",
+        1e-6,
+        |x, y| {
+            let mut b = [0.0, x, 2.0 * x, 3.0 * x];
+            b[2] += if x > 4.0 { 0.0 } else { x };
+            b[x as usize % 4] = -1.0;
+            [b[2], b[(y + 60.0) as usize % 4], 2.0 + y, [3.0, 5.0, 7.0][x as usize % 3]]
+        },
+    );
+}
+
+#[test]
+fn shaping_functions() {
+    check("", "return vec4f(mix(p.x, p.y, 0.25), clamp(p.x, 1.0, 3.0), smoothstep(2.0, 6.0, p.x), step(p.y, p.x));", 1e-6, |x, y| {
+        let t = ((x - 2.0) / 4.0).clamp(0.0, 1.0);
+        [0.75 * x + 0.25 * y, x.clamp(1.0, 3.0), t * t * (3.0 - 2.0 * t), if x >= y { 1.0 } else { 0.0 }]
+    });
+    check("", "return vec4f(floor(p.y) + fract(p.y), round(p.y), trunc(p.y) + ceil(p.y), sign(p.y));", 0.0, |_, y| {
+        [y, y.round_ties_even(), y.trunc() + y.ceil(), if y == 0.0 { 0.0 } else { y.signum() }]
+    });
+    check("", "let m = modf(p.y); return vec4f(m.fract, m.whole, ldexp(p.x, 3), degrees(radians(p.x)));", 1e-6, |x, y| {
+        [y.fract(), y.trunc(), 8.0 * x, x]
+    });
+    check(
+        "",
+        "let r = refract(normalize(vec3f(p.x, 1.0, 0.0)), vec3f(0.0, -1.0, 0.0), 0.8); return vec4f(r.x, length(r), 0.0, 0.0);",
+        1e-5,
+        |x, _| [0.8 * x / (x * x + 1.0).sqrt(), 1.0, 0.0, 0.0],
+    );
+}
+
+#[test]
+fn discard_removes_lanes_and_nothing_else() {
+    let program = compile(
+        "@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { var a = p.x; if (p.x > 4.0) { if (p.y < 1.0) { discard; } a = 2.0; } return vec4f(a); }",
+    );
+    assert!(program.uses_discard);
+    for class in KernelClass::available() {
+        let active = ALL ^ 0b1010;
+        let (lanes, alive) = run_with::<f32>(&program, class, &[], active, &NoTextures);
+        for (i, lane) in lanes.iter().enumerate() {
+            let (x, y) = (lane_x(i), lane_y(i));
+            let kept = !(x > 4.0 && y < 1.0) && active >> i & 1 == 1;
+            assert_eq!(alive >> i & 1 == 1, kept, "lane {i}");
+            if kept {
+                assert_eq!(lane[0], f64::from(if x > 4.0 { 2.0 } else { x }));
+            }
+        }
+    }
+}
+
+#[test]
+fn derivatives_are_quad_differences() {
+    let program = compile(
+        "@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { let q = p.x * p.x; return vec4f(dpdx(q), dpdy(q), fwidth(q), dpdx(1.0)); }",
+    );
+    assert!(program.uses_derivatives);
+    for class in KernelClass::available() {
+        let (lanes, _) = run_with::<f32>(&program, class, &[], ALL, &NoTextures);
+        for (i, lane) in lanes.iter().enumerate() {
+            let q = |i: usize| f64::from(lane_x(i)).powi(2);
+            let (dx, dy) = (q(i | 1) - q(i & !1), q(i | 2) - q(i & !2));
+            assert_eq!(lane, &vec![dx, dy, dx.abs() + dy.abs(), 0.0], "lane {i}");
+        }
+    }
+}
+
+/// Answers every question with its own arguments.
+struct Echo;
+
+impl<R: Real> TextureUnit<R> for Echo {
+    fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], g: Gradients<'_, R>, _: LaneMask, out: [&mut [R]; 4]) {
+        for i in 0..u.len() {
+            out[0][i] = u[i] + v[i] + R::from_f64(100.0 * texture as f64);
+            out[1][i] = g.du_dx[i];
+            out[2][i] = g.dv_dy[i];
+            out[3][i] = g.du_dy[i] + g.dv_dx[i];
+        }
+    }
+    fn sample_level(&self, _: usize, u: &[R], v: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {
+        out[0].copy_from_slice(u);
+        out[1].copy_from_slice(v);
+        out[2].copy_from_slice(level);
+        out[3].fill(R::ONE);
+    }
+    fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
+        for i in 0..x.len() {
+            out[0][i] = R::from_u32(x[i].int());
+            out[1][i] = R::from_u32(y[i].int());
+            out[2][i] = R::from_u32(level[i].int());
+            out[3][i] = R::from_u32((active >> i & 1) as u32);
+        }
+    }
+    fn dimensions(&self, _: usize, level: u32) -> [u32; 2] {
+        [64 >> level, 32 >> level]
+    }
+    fn levels(&self, _: usize) -> u32 {
+        7
+    }
+}
+
+#[test]
+fn the_dead_are_left_out_unless_their_neighbours_need_them() {
+    let program = |rest: &str| {
+        compile(&format!(
+            "@group(0) @binding(1) var t: texture_2d<f32>; @group(0) @binding(8) var s: sampler;
+            @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ let q = p.x * p.x; if (p.y > -50.25) {{ discard; }} {rest} }}"
+        ))
+    };
+    let reads = |program: &Program| {
+        let mut executor = Executor::<f32>::with_class(program, KernelClass::detect()).expect("binds");
+        (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 1.0));
+        let alive = executor.run(&program.prepare_for::<f32>(&[], KernelClass::detect()), ALL, &Echo);
+        assert_eq!(alive, 0);
+        executor.work().texture_reads
+    };
+    assert_eq!(reads(&program("return textureSampleLevel(t, s, p, q);")), 0, "nobody asks");
+    assert_eq!(reads(&program("return textureSample(t, s, p);")), 1, "the sampler takes differences");
+    // Lanes beside dead ones: y falls by 0.5 a lane from 10, so that lanes 0 to 120 are dead.
+    let program = program("return vec4f(dpdx(q), 0.0, 0.0, 1.0);");
+    let (lanes, alive) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    assert_eq!(alive, ALL << 121);
+    let q = |i: usize| f64::from(lane_x(i)).powi(2);
+    assert_eq!(lanes[121][0], q(121) - q(120), "the dead lane 120 lends its value");
+}
+
+#[test]
+fn textures_get_their_arguments() {
+    let head =
+        "@group(0) @binding(1) var t: texture_2d<f32>; @group(0) @binding(2) var t2: texture_2d<f32>; @group(0) @binding(8) var s: sampler;
+        @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {";
+    let run = |body: &str| {
+        let program = compile(&format!("{head} {body} }}"));
+        (run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &Echo).0, program)
+    };
+    let (lanes, program) = run("return textureSample(t, s, p);");
+    assert!(program.uses_derivatives && program.textures[0].sampler_binding == Some(8));
+    assert_eq!(lanes[5], [f64::from(lane_x(5) + lane_y(5)), 0.25, -1.0, 0.5 - 0.5]);
+    let (lanes, _) = run("return textureSampleBias(t, s, p, 2.0);");
+    assert_eq!(lanes[5][1..3], [1.0, -4.0]);
+    let (lanes, program) = run("return textureSampleGrad(t, s, p, vec2f(1.0, 2.0), vec2f(p.x, 4.0)) + textureSampleLevel(t2, s, p, 3.0);");
+    assert_eq!(program.textures.len(), 2);
+    let (x, y) = (f64::from(lane_x(7)), f64::from(lane_y(7)));
+    assert_eq!(lanes[7], [x + y + x, 1.0 + y, 4.0 + 3.0, x + 2.0 + 1.0]);
+    let (lanes, _) = run(
+        "let n = textureDimensions(t, 1); if (p.x < 2.0) { return textureLoad(t, vec2u(u32(p.x), n.y), textureNumLevels(t)); } return vec4f(0.0);",
+    );
+    assert_eq!(lanes[4], [1.0, 16.0, 7.0, 1.0]);
+    assert_eq!(lanes[8], [0.0; 4]);
+}
+
+#[test]
+fn vertex_stage_interface() {
+    let program = compile(
+        "struct V { @builtin(position) clip: vec4f, @location(0) a: vec3f, @location(1) @interpolate(flat) id: u32 }
+         @vertex fn main(@builtin(vertex_index) i: u32, @builtin(instance_index) k: u32, @location(0) p: vec2f) -> V {
+           let corner = array<vec2f, 3>(vec2f(-1.0, -1.0), vec2f(3.0, -1.0), vec2f(-1.0, 3.0));
+           return V(vec4f(corner[i % 3u], 0.0, 1.0), vec3f(p, f32(k)), i); }",
+    );
+    assert_eq!(program.inputs[..2], [LaneInput::VertexIndex, LaneInput::InstanceIndex]);
+    assert_eq!(program.outputs[0], LaneOutput::Position { component: 0 });
+    assert_eq!(program.outputs[7], LaneOutput::Location { index: 1, component: 0, flat: true });
+    let (lanes, _) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    assert_eq!(lanes[4][..7], [3.0, -1.0, 0.0, 1.0, f64::from(lane_x(4)), f64::from(lane_y(4)), 4.0]);
+}
+
+#[test]
+fn what_is_not_supported_is_refused_with_its_line() {
+    for (source, part) in [
+        (
+            "@group(0) @binding(1) var<storage, read> b: array<f32>;\n@fragment fn main() -> @location(0) vec4f { return vec4f(b[0]); }",
+            "Storage",
+        ),
+        (
+            "@group(0) @binding(1) var t: texture_3d<f32>; @group(0) @binding(2) var s: sampler;\n@fragment fn main() -> @location(0) vec4f {\n return textureSampleLevel(t, s, vec3f(0.0), 0.0); }",
+            "texture_2d",
+        ),
+        ("@fragment fn main(@location(0) @interpolate(linear) p: vec2f) -> @location(0) vec4f {\n return vec4f(p, p); }", "Linear"),
+    ] {
+        let (module, info) = parse(source);
+        let error = lower(&module, &info, "main").expect_err("refused").with_source(source);
+        assert!(error.to_string().contains(part), "{error}");
+    }
+    let (module, info) = parse("@fragment fn main() -> @location(0) vec4f {\n var x = 1.0;\n loop { x += 1.0; }\n return vec4f(x); }");
+    let endless = lower(&module, &info, "main").expect_err("refused");
+    assert!(endless.to_string().contains("never ends"), "{endless}");
+}
+
+#[test]
+fn a_program_with_an_index_out_of_range_is_refused() {
+    let mut program = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(p, p) * 2.0; }");
+    assert!(program.check().is_ok());
+    program.slots = 2;
+    assert!(Executor::<f32>::new(&program).is_err());
+    assert!(programs_from_bytes(&[1, 2, 3, 255]).is_err());
+}
+
+#[test]
+fn joined_operations_change_no_bit() {
+    let (module, info) = parse(include_str!("../../benches/heavy/heavy.wgsl"));
+    let joined = lower(&module, &info, "fragment_main").expect("lowers");
+    let apart = lower_with(&module, &info, "fragment_main", false).expect("lowers");
+    let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::Chain { .. })).count();
+    assert!(chains(&joined) > 20 && chains(&apart) == 0, "{} chains", chains(&joined));
+    assert!(3 * joined.lane_tape.len() < 2 * apart.lane_tape.len(), "{} of {} steps", joined.lane_tape.len(), apart.lane_tape.len());
+    // A negation before a sum of products is part of it; nothing else is added or lost.
+    let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
+    for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
+        assert_eq!(count(&joined, op), count(&apart, op), "{op:?}");
+    }
+    let uniforms: Vec<u8> =
+        [0.6f32, 0.3, 0.741_62, 0.0, 9.0, 4.6, 11.3, 0.9, 0.01, 6.0, 13.0, 30.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    fn compare<R: Real>(joined: &Program, apart: &Program, uniforms: &[u8]) {
+        for class in KernelClass::available() {
+            let [a, b] = [joined, apart].map(|program| {
+                let mut executor = Executor::<R>::with_class(program, class).expect("binds");
+                let prepared = program.prepare_for::<R>(uniforms, class);
+                let mut values = Vec::new();
+                // Rows across the disc, its atmosphere and the space beside it.
+                for row in 0..16 {
+                    for (k, input) in program.inputs.iter().enumerate() {
+                        for (i, v) in executor.input_mut(k).iter_mut().enumerate() {
+                            *v = R::from_f64(match input {
+                                LaneInput::Location { component: 0, .. } => (i as f64 - 63.5) / 58.0,
+                                LaneInput::Location { .. } => (f64::from(row) - 7.5) / 6.8,
+                                _ => 0.5,
+                            });
+                        }
+                    }
+                    executor.run(&prepared, ALL, &NoTextures);
+                    values.extend((0..program.outputs.len()).flat_map(|k| executor.output(k).map(|v| v.f64().to_bits())));
+                }
+                values
+            });
+            assert!(a == b, "{} {}", class.name(), std::any::type_name::<R>());
+            assert!(a.iter().any(|v| *v != a[0]), "a picture of one colour shows nothing");
+        }
+    }
+    compare::<f32>(&joined, &apart, &uniforms);
+    compare::<f64>(&joined, &apart, &uniforms);
+}
+
+#[test]
+fn a_chain_without_a_kernel_is_refused() {
+    let whole = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(exp(p.x * p.y)); }");
+    let changed = |change: &dyn Fn(&mut Vec<Link>, &mut Vec<Operand>)| {
+        let mut program = whole.clone();
+        let chain = program.lane_tape.iter_mut().find_map(|i| match i {
+            Instr::Chain { links, args, .. } => Some((links, args)),
+            _ => None,
+        });
+        let (links, args) = chain.expect("product and exp are joined");
+        assert_eq!(links[..], [Link { op: Op::Mul, at: 0 }, Link { op: Op::Exp, at: 0 }]);
+        change(links, args);
+        Executor::<f32>::new(&program).is_ok()
+    };
+    assert!(changed(&|_, _| ()));
+    assert!(!changed(&|links, _| links[1].op = Op::Ldexp));
+    assert!(!changed(&|links, _| links.clear()));
+    // An operand too few or too many is no kernel's either.
+    assert!(!changed(&|_, args| args.truncate(1)));
+    assert!(!changed(&|_, args| args.push(Operand::Reg(0))));
+}

@@ -1,0 +1,10 @@
+//! The software renderer: lowering, arithmetic, rasterisation, sampling, tone mapping.
+
+mod filtered;
+mod frame;
+mod lower;
+mod math;
+mod raster;
+mod sampling;
+mod speed;
+mod tone_map;

@@ -1,0 +1,101 @@
+//! Times of the software renderer's parts, for those who work on them: `cargo test --test main software::speed -- --ignored --nocapture`.
+//! They assert nothing about time. Each figure is the least of many short rounds on one thread, which a busy machine disturbs least.
+
+use orrery::image::{TexelFormat, Texture};
+use orrery::render::plan::{AddressMode, SamplerState};
+use orrery::render::software::exec::{Gradients, TextureUnit};
+use orrery::render::software::kernels::{KernelClass, Kernels};
+use orrery::render::software::math::Real;
+use orrery::render::software::sample::texels::Texels;
+use orrery::render::software::sample::{Bound, Textures};
+use orrery::render::software::tape::Op;
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Instant;
+
+const LANES: usize = 128;
+const ROUNDS: usize = 60;
+
+/// Nanoseconds a call in the best round.
+fn best_of(calls: usize, mut work: impl FnMut(usize)) -> f64 {
+    (0..ROUNDS).fold(f64::INFINITY, |best, _| {
+        let start = Instant::now();
+        (0..calls).for_each(&mut work);
+        best.min(start.elapsed().as_secs_f64() * 1e9 / calls as f64)
+    })
+}
+
+fn map() -> Texture {
+    let (w, h) = (2048_u32, 1024_u32);
+    let rgba = (0..w * h).flat_map(|i| [(i % 251) as u8, (i / w % 253) as u8, (i % 17 * 15) as u8, 255]).collect();
+    Texture::from_rgba8(w, h, rgba, TexelFormat::Rgba8Srgb).expect("whole")
+}
+
+fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
+    let state = |linear| SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear };
+    // Taps at most, texels a pixel along x and y.
+    for (what, sampler, most, dx, dy) in [
+        ("nearest", state(false), 1.0, 0.7, 0.7),
+        ("bilinear", state(true), 1.0, 0.7, 0.7),
+        ("trilinear", state(true), 1.0, 1.5, 1.5),
+        ("8 taps, ratio 1", state(true), 8.0, 1.5, 1.5),
+        ("8 taps, ratio 2", state(true), 8.0, 3.0, 1.5),
+        ("8 taps, ratio 8", state(true), 8.0, 12.0, 1.5),
+    ] {
+        let textures = bind(texture, sampler, class);
+        // 64 blocks of 16x8 pixels side by side, in quads as the rasteriser has them.
+        let place = |block: usize, lane: usize| {
+            let (quad, corner) = (lane / 4, lane % 4);
+            let x = block % 8 * 16 + quad % 8 * 2 + corner % 2;
+            let y = block / 8 * 8 + quad / 8 * 2 + corner / 2;
+            [0.1 + dx * x as f64 / 2048.0, 0.1 + dy * y as f64 / 1024.0]
+        };
+        let blocks: Vec<[[R; LANES]; 2]> =
+            (0..64).map(|b| [0, 1].map(|k: usize| std::array::from_fn(|lane| R::from_f64(place(b, lane)[k])))).collect();
+        let gradients = [[dx / 2048.0, 0.0], [0.0, dy / 1024.0]].map(|g| g.map(|v| [R::from_f64(v); LANES]));
+        let most = [R::from_f64(most); LANES];
+        let mut out = [[R::ZERO; LANES]; 4];
+        let ns = best_of(64, |k| {
+            let [r, g, b, a] = &mut out;
+            let [[du_dx, dv_dx], [du_dy, dv_dy]] = &gradients;
+            let gradients = Gradients { du_dx, dv_dx, du_dy, dv_dy };
+            textures.sample_filtered(0, [&blocks[k][0], &blocks[k][1]], gradients, &most, u128::MAX, [r, g, b, a]);
+            black_box(&out);
+        });
+        println!("{:8} {:>4} {what:22} {:7.1} ns a lane", class.name(), std::any::type_name::<R>(), ns / LANES as f64);
+    }
+}
+
+fn bind(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
+    Textures::new(vec![Bound { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
+}
+
+#[test]
+#[ignore = "prints times"]
+fn texture_filters() {
+    let texture = map();
+    for class in KernelClass::available() {
+        sampling::<f32>(&texture, class);
+    }
+    sampling::<f64>(&texture, KernelClass::available()[0]);
+}
+
+#[test]
+#[ignore = "prints times"]
+fn kernels_of_one_batch() {
+    for class in KernelClass::available() {
+        for op in [Op::Mul, Op::Fma, Op::Div, Op::Exp, Op::Log2, Op::Pow, Op::Sin, Op::Atan2, Op::Floor] {
+            let run = f32::general(class, op);
+            let mut out = [0.0_f32; LANES];
+            let lanes = |from: f32| std::array::from_fn::<f32, LANES, _>(|k| from + k as f32 / 128.0);
+            let operands = [lanes(0.01), lanes(0.4), lanes(0.2)].concat();
+            let places = [0, LANES as u32, 2 * LANES as u32];
+            // SAFETY: the class is available and every operand has LANES lanes.
+            let ns = best_of(1000, |_| unsafe {
+                run(&mut out, operands.as_ptr(), places.as_ptr());
+                black_box(&out);
+            });
+            println!("{:8} {op:?}: {:6.2} ns a lane", class.name(), ns / LANES as f64);
+        }
+    }
+}

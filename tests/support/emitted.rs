@@ -1,0 +1,77 @@
+//! A function of an emitted module, evaluated in f64: what tests hold the same formula in Rust against.
+//!
+//! In: a module, and a WGSL expression over the numbers of a question. Out: four numbers for each question. The expression becomes a fragment entry
+//! point behind the module's own text, which is parsed, validated and lowered as the software renderer does.
+
+use orrery::image::SharedTexture;
+use orrery::render::plan::{AddressMode, SamplerState, uniforms_of};
+use orrery::render::software::exec::{Executor, LANES, LaneMask};
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::lower::lower;
+use orrery::render::software::program::{LaneInput, Program};
+use orrery::render::software::sample::texels::Texels;
+use orrery::render::software::sample::{Bound, Textures};
+use orrery::scene::draw::Amounts;
+use orrery::shader::emit::emit_module;
+use orrery::shader::{Layout, ModuleId};
+use std::sync::Arc;
+
+/// The numbers of a question: `p` and `q` of the expression.
+pub type Question = [f64; 8];
+
+pub struct Emitted {
+    program: Program,
+    layout: Layout,
+    /// A module that is not has uniforms of its own, which are zero here.
+    of_a_body: bool,
+}
+
+impl Emitted {
+    /// `value`: a `vec4f` in terms of `p` and `q`, both `vec4f`.
+    pub fn new(module: &str, value: &str) -> Self {
+        Self::edited(module, value, |text| text)
+    }
+
+    /// The same with the module's text changed.
+    pub fn edited(module: &str, value: &str, edit: impl Fn(String) -> String) -> Self {
+        let id: ModuleId = module.parse().expect("a module");
+        let text = edit(emit_module(&id).expect("emits").wgsl);
+        let entry =
+            format!("@fragment fn formula_main(@location(0) p: vec4f, @location(1) q: vec4f) -> @location(0) vec4f {{ return {value}; }}");
+        let parsed = naga::front::wgsl::parse_str(&format!("{text}\n{entry}\n")).unwrap_or_else(|e| panic!("{module}: {e}"));
+        let info = orrery::shader::module::validate(&parsed).expect("valid");
+        let of_a_body = matches!(id, ModuleId::Planet(_));
+        Self { of_a_body, program: lower(&parsed, &info, "formula_main").expect("lowers"), layout: Layout::of(&parsed).expect("a layout") }
+    }
+
+    /// Answers with the uniforms that the scene's amounts make. `texture`: what stands at every texture binding, read by texel.
+    pub fn ask(&self, amounts: &Amounts, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
+        let uniforms = match self.of_a_body {
+            true => uniforms_of(&self.layout, amounts, 1).expect("uniforms"),
+            false => vec![0; self.layout.uniform_size as usize],
+        };
+        let class = KernelClass::detect();
+        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+        let texels = texture.as_ref().map(|t| Arc::new(Texels::of_texture(t).expect("whole")));
+        let bound = self
+            .program
+            .textures
+            .iter()
+            .map(|t| Bound { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
+        let textures = Textures::new(bound.collect(), class);
+        let prepared = self.program.prepare_for::<f64>(&uniforms, class);
+        let mut executor = Executor::<f64>::with_class(&self.program, class).expect("binds");
+        let mut answers = Vec::with_capacity(questions.len());
+        for some in questions.chunks(LANES) {
+            for (k, input) in self.program.inputs.iter().enumerate() {
+                let LaneInput::Location { index, component, .. } = *input else { panic!("{input:?}") };
+                for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
+                    *v = some[lane.min(some.len() - 1)][(4 * index + component) as usize];
+                }
+            }
+            executor.run(&prepared, LaneMask::MAX, &textures);
+            answers.extend((0..some.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane])));
+        }
+        answers
+    }
+}

@@ -1,0 +1,34 @@
+//! The GPU renderer for tests, or one printed line that says why there is none.
+//!
+//! `ORRERY_REQUIRE_GPU=1` makes a missing GPU a failure; .ci/run sets it where it finds a driver.
+
+use orrery::render::gpu::GpuRenderer;
+
+fn is_required(value: Option<&str>) -> bool {
+    !matches!(value, None | Some("" | "0"))
+}
+
+/// What was opened; `None`, after saying so, where it could not be and no GPU is required.
+pub fn or_skipped<T>(opened: Result<T, impl std::fmt::Display>) -> Option<T> {
+    let required = std::env::var("ORRERY_REQUIRE_GPU").ok();
+    match opened {
+        Ok(opened) => Some(opened),
+        Err(why) if is_required(required.as_deref()) => panic!("ORRERY_REQUIRE_GPU is set, and no GPU draws this: {why}"),
+        Err(why) => {
+            println!("skipped: {why}");
+            None
+        }
+    }
+}
+
+/// The renderer on whatever adapter there is, drivers on the processor included.
+pub fn gpu() -> Option<GpuRenderer> {
+    let renderer = or_skipped(GpuRenderer::open(true))?;
+    println!("on {}", renderer.facts());
+    Some(renderer)
+}
+
+#[test]
+fn a_gpu_is_required_by_any_value_but_zero() {
+    assert_eq!([None, Some(""), Some("0"), Some("1"), Some("yes")].map(is_required), [false, false, false, true, true]);
+}

@@ -1,0 +1,9 @@
+//! Helpers that several tests share. No tests.
+
+pub mod air_reference;
+pub mod emitted;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod hand_shader;
+pub mod session;
+pub mod views;

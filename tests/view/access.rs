@@ -1,0 +1,212 @@
+//! The window by keyboard, screen reader and touchpad: what is named, where the keyboard stops, what keys and fingers do.
+
+use crate::view::interface::{harness, harness_of, interface, session, settle};
+use egui::accesskit::{Action, Role};
+use egui::{Event, Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::time::Instant;
+use orrery::view::app::view_state::CameraPose;
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+
+const SATURN: NaifId = NaifId(699);
+
+fn saturn() -> Harness<'static, Interface> {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut harness);
+    harness
+}
+
+fn pressed(harness: &mut Harness<'static, Interface>, keys: &[Key]) {
+    for key in keys {
+        harness.key_press(*key);
+        harness.run_steps(2);
+    }
+}
+
+fn later(harness: &mut Harness<'static, Interface>, seconds: f64) {
+    let next = harness.input_mut().time.unwrap_or(0.0) + seconds;
+    harness.input_mut().time = Some(next);
+    harness.run_steps(1);
+}
+
+#[test]
+fn a_screen_reader_is_told_what_the_window_shows() {
+    let mut harness = saturn();
+    let title = |h: &Harness<'static, Interface>| h.root().accesskit_node().label().unwrap_or_default();
+    assert_eq!(title(&harness), "Saturn · paused · Orrery");
+    harness.state_mut().tab = Some(Tab::Performance);
+    settle(&mut harness);
+    let plot = harness.get_by_role_and_label(Role::Image, "Frame times").accesskit_node().value().unwrap_or_default();
+    assert!(plot.contains("frames") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
+    // It is not told of each second that goes by.
+    harness.state_mut().viewer.time_rate.toggle_pause();
+    later(&mut harness, 0.1);
+    let day = |h: &Harness<'static, Interface>| {
+        h.get_by_role_and_label(Role::Slider, "Day of the year").accesskit_node().numeric_value().expect("a number")
+    };
+    let (first, first_title) = (day(&harness), title(&harness));
+    let mut told = std::collections::BTreeSet::new();
+    for _ in 0..90 {
+        later(&mut harness, 1.0);
+        told.insert(day(&harness).to_bits());
+        assert_eq!(title(&harness), first_title);
+    }
+    // Ninety seconds have one end of a minute, or two.
+    assert!((1..=3).contains(&told.len()), "{} values in 90 seconds", told.len());
+    assert!((day(&harness) - first).abs() * 86_400.0 <= 120.5);
+}
+
+#[test]
+fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
+    let mut harness = saturn();
+    harness.state_mut().tab = Some(Tab::Shader);
+    settle(&mut harness);
+    let stops = |h: &Harness<'static, Interface>| {
+        h.query_all_by_label_contains(", needed by ").filter(|n| n.accesskit_node().data().supports_action(Action::Focus)).count()
+    };
+    assert!(harness.query_all_by_label_contains(", needed by ").count() > 0);
+    assert_eq!(stops(&harness), 0, "a line beside the source stops the keyboard");
+    let list = "Lines of the source";
+    harness.get_by_label_contains(list).focus();
+    harness.run_steps(2);
+    // What a screen reader is told to be at: the line itself.
+    let line = |h: &Harness<'static, Interface>| {
+        let list = h.get_by_label_contains(list);
+        let at = list.accesskit_node().active_descendant().and_then(|n| n.value()).unwrap_or_default();
+        at.split_whitespace().next().and_then(|number| number.parse::<usize>().ok())
+    };
+    assert_eq!(line(&harness), Some(1));
+    pressed(&mut harness, &[Key::ArrowDown, Key::ArrowDown, Key::ArrowUp]);
+    assert_eq!(line(&harness), Some(2));
+    pressed(&mut harness, &[Key::PageDown, Key::PageDown]);
+    assert_eq!(line(&harness), Some(42));
+    pressed(&mut harness, &[Key::End]);
+    let last = line(&harness).expect("a line");
+    assert!(last > 100, "{last} lines");
+    pressed(&mut harness, &[Key::ArrowDown]);
+    assert_eq!(line(&harness), Some(last));
+    pressed(&mut harness, &[Key::Home, Key::ArrowUp]);
+    assert_eq!(line(&harness), Some(1));
+    // The sky has not turned and no other body is selected.
+    assert_eq!(harness.state().viewer.selected, SATURN);
+    assert!(harness.query_by_label_contains("Only lines for").is_none());
+    pressed(&mut harness, &[Key::Enter]);
+    harness.get_by_label_contains("Only lines for");
+}
+
+#[test]
+fn two_fingers_apart_go_nearer_and_leave_the_lens() {
+    let mut harness = saturn();
+    let eye = |h: &Harness<'static, Interface>| match h.state().viewer.view.eye {
+        CameraPose::Orbit { distance_radii, .. } => (distance_radii, h.state().viewer.view.fov_deg),
+        other => panic!("{other:?}"),
+    };
+    let before = eye(&harness);
+    let sky = harness.get_by_label_contains("The sky:").rect().center();
+    harness.hover_at(sky);
+    harness.run_steps(1);
+    harness.event(Event::Zoom(2.0));
+    harness.run_steps(1);
+    let after = eye(&harness);
+    assert_eq!(after.1, before.1, "the lens changed");
+    let halved = (after.0 - 1.0) / (before.0 - 1.0);
+    assert!((halved - 0.5).abs() < 1e-3, "the height became {halved} of what it was");
+}
+
+#[test]
+fn escape_leaves_what_has_the_keyboard_and_not_the_window() {
+    let mut harness = saturn();
+    harness.get_by_role_and_label(Role::TextInput, "Search for a body").focus();
+    harness.run_steps(2);
+    pressed(&mut harness, &[Key::Escape]);
+    assert!(!harness.state().quits, "Escape in a field ended the program");
+    harness.get_by_role_and_label(Role::ComboBox, "View from").click();
+    harness.run_steps(2);
+    harness.get_by_label("Centre of Mars");
+    pressed(&mut harness, &[Key::Escape]);
+    assert!(harness.query_by_label("Centre of Mars").is_none() && !harness.state().quits, "Escape closes a list and no more");
+    harness.state_mut().help_shown = true;
+    harness.run_steps(2);
+    pressed(&mut harness, &[Key::Escape]);
+    assert!(!harness.state().help_shown && !harness.state().quits);
+    pressed(&mut harness, &[Key::Escape]);
+    assert!(!harness.state().quits);
+}
+
+#[test]
+fn keys_change_the_size_of_text() {
+    let mut harness = saturn();
+    let zoom = |h: &Harness<'static, Interface>| h.state().settings.zoom;
+    for (key, to) in [(Key::Plus, 1.1), (Key::Equals, 1.2), (Key::Minus, 1.1), (Key::Num0, 1.0)] {
+        harness.key_press_modifiers(Modifiers::COMMAND, key);
+        harness.run_steps(2);
+        assert!((zoom(&harness) - to).abs() < 1e-5, "{key:?}: {}", zoom(&harness));
+        assert!((harness.ctx.zoom_factor() - to).abs() < 1e-3, "{key:?}: egui has {}", harness.ctx.zoom_factor());
+    }
+}
+
+#[test]
+fn why_a_link_was_not_opened_stays_until_it_is_closed() {
+    let mut shown = interface(SATURN, "2017-05-17T00:00:00Z");
+    shown.warning = Some("orrery://view?aim=3: unknown field `aim`".into());
+    let mut harness = harness_of(session(), shown);
+    settle(&mut harness);
+    assert!(harness.state().drawing().is_some(), "the picture is drawn all the same");
+    harness.get_by_label_contains("unknown field `aim`");
+    // The keyboard is at the button.
+    pressed(&mut harness, &[Key::Enter]);
+    assert!(harness.query_by_label_contains("unknown field `aim`").is_none());
+    assert!(harness.state().warning.is_none() && !harness.state().quits);
+    harness.state_mut().warning = Some("again".into());
+    harness.run_steps(2);
+    pressed(&mut harness, &[Key::Escape]);
+    assert!(harness.state().warning.is_none() && !harness.state().quits);
+}
+
+#[test]
+fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
+    let now = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+    let open = |link: &str| restored(link, session(), now);
+    let jupiter = open("orrery://view?target=599").expect("a view");
+    assert_eq!((jupiter.target, jupiter.time()), (NaifId(599), now));
+    assert!(matches!(jupiter.eye, CameraPose::Orbit { body: NaifId(599), distance_radii, .. } if (distance_radii - 3.5).abs() < 1e-9));
+    assert_eq!(restored(&jupiter.to_link(), session(), Instant::from_tdb_seconds_past_j2000(0.0)), Ok(jupiter));
+    assert_eq!(open("orrery://view?target=jupiter"), Ok(open("orrery://view?target=599").expect("a view")));
+    let eclipse = open("orrery://view?time=2024-04-08T18:17:16Z").expect("a view");
+    assert!(eclipse.target == NaifId::EARTH && eclipse.time().to_utc_iso().starts_with("2024-04-08T18:17:16"));
+    for (bad, names) in [
+        ("orrery://view?target=424242", "424242"),
+        ("orrery://view?eye.kind=centre&eye.body=424242&target=399", "424242"),
+        ("orrery://view?eye.distance_radii=0.5", "inside Earth"),
+        ("orrery://view?tdb_s=1e300", ""),
+        ("orrery://view?tone_map=sepia", "sepia"),
+        ("orrery://view?target=jupitre&fov_deg=0&tone_map=sepia", "3 faults"),
+        ("{\"quality\": \"best\"}", "best"),
+        ("no link", ""),
+    ] {
+        let why = open(bad).expect_err(bad);
+        assert!(why.contains(names) && !why.is_empty() && !why.contains('\n'), "{bad}: {why}");
+    }
+}
+
+/// A turn may be slow: what was typed after the slash meanwhile is for the search field, be it a date, whose digits are shortcuts elsewhere, or a q.
+#[test]
+fn what_is_typed_with_the_slash_in_one_turn_is_searched() {
+    let mut harness = saturn();
+    for letter in "/2009-08-11T00:15:00Z".chars() {
+        harness.event(Event::Text(letter.to_string()));
+    }
+    harness.run_steps(3);
+    assert!(harness.state().tab.is_none(), "a digit opened a tab");
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+    let time = harness.state().viewer.view.time();
+    assert!(time.to_utc_iso().starts_with("2009-08-11T00:15:00"), "{}", time.to_utc_iso());
+    harness.event(Event::Text("/".into()));
+    harness.event(Event::Text("q".into()));
+    harness.run_steps(3);
+    assert!(!harness.state().quits, "a searched q quits");
+}

@@ -1,0 +1,577 @@
+//! The window under clicks and keys: the row that is pressed is selected, Escape closes one thing at a time and never the program, a failed search is said and
+//! replaced, files are never written over, a shared view keeps whether time stands still, no picture is stretched.
+
+use crate::view::interface::{OwnPainter, harness, interface, session, settle};
+use egui::accesskit::{Role, Toggled};
+use egui::{Event, Key, Modifiers, OutputCommand, PointerButton, Pos2, Rect};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::scene::request::{Purpose, Quality, ViewRequest};
+use orrery::session::{Earlier, Session};
+use orrery::time::Instant;
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::cpu_painter::Painter;
+use orrery::view::worker::render_worker::{Drawing, InlineWorker, RenderJob, RenderWorker, Task};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+const SATURN: NaifId = NaifId(699);
+const TIME: &str = "2017-05-17T00:00:00Z";
+const SEARCH: &str = "Search for a body";
+
+type Window = Harness<'static, Interface>;
+
+/// Draws at once while it may, and then not at all: the last picture stays, as it does for seconds where drawing is slow.
+struct Held {
+    prompt: InlineWorker<'static>,
+    draws: Arc<AtomicBool>,
+}
+
+impl RenderWorker for Held {
+    fn session(&self) -> &Session {
+        self.prompt.session()
+    }
+    fn submit(&self, job: RenderJob) {
+        if self.draws.load(Ordering::Relaxed) {
+            self.prompt.submit(job);
+        }
+    }
+    fn take(&self) -> Option<Result<Drawing, String>> {
+        self.prompt.take()
+    }
+    fn run(&self, task: Task) {
+        self.prompt.run(task);
+    }
+}
+
+/// A window whose studio draws while `draws` says so, tall enough for every row of the list.
+fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
+    let worker = Held { prompt: InlineWorker::new(session()), draws: Arc::clone(draws) };
+    Harness::builder()
+        .with_size([1100.0, height])
+        .with_max_steps(40)
+        // Two clicks of two steps each are a double-click.
+        .with_step_dt(1.0 / 60.0)
+        .renderer(OwnPainter(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
+}
+
+fn without_pictures(target: NaifId) -> Window {
+    let mut window = held(interface(target, TIME), &Arc::default(), 1900.0);
+    window.run_steps(3);
+    window
+}
+
+fn later(window: &mut Window, seconds: f64) {
+    let next = window.ctx.input(|i| i.time) + seconds;
+    window.input_mut().time = Some(next);
+    window.run_steps(1);
+}
+
+/// The rows of the list that show: body, name, place.
+fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
+    let place = |name: &str| {
+        let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < 185.0 && r.top() > 30.0);
+        found.filter(|r| r.height() > 5.0)
+    };
+    let subjects = window.state().viewer.subjects().to_vec();
+    subjects.into_iter().filter_map(|s| place(&s.name).map(|rect| (s.id, s.name, rect))).collect()
+}
+
+fn button(pos: Pos2, pressed: bool) -> Event {
+    Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
+}
+
+/// Presses and releases in turns of their own, or in one.
+fn click(window: &mut Window, pos: Pos2, in_one_turn: bool) {
+    window.hover_at(pos);
+    window.run_steps(1);
+    if in_one_turn {
+        window.input_mut().events.extend([button(pos, true), button(pos, false)]);
+    } else {
+        window.event(button(pos, true));
+        window.run_steps(1);
+        window.event(button(pos, false));
+    }
+    window.run_steps(1);
+}
+
+#[test]
+fn the_row_that_is_pressed_is_the_row_that_is_selected() {
+    let count = rows(&without_pictures(NaifId::EARTH)).len();
+    assert!(count > 12, "{count} rows");
+    // Each row in a fresh start, where another body's moons are about to unfold.
+    for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
+        let shown = rows(&without_pictures(target));
+        for (k, (id, name, _)) in shown.iter().enumerate() {
+            let mut window = without_pictures(target);
+            let place = rows(&window)[k].2;
+            click(&mut window, place.center(), k % 2 == 0);
+            window.run_steps(2);
+            assert_eq!(window.state().viewer.selected, *id, "{name} was pressed, from {target:?}");
+        }
+    }
+    // One after the other in one window, as they unfold; every row is met in the end.
+    let mut window = without_pictures(NaifId::EARTH);
+    let mut met = std::collections::BTreeSet::new();
+    for turn in 0..200 {
+        let shown = rows(&window);
+        let Some((id, name, place)) = shown.iter().find(|(id, ..)| !met.contains(&id.0)).cloned() else { break };
+        met.insert(id.0);
+        window.hover_at(place.center());
+        window.run_steps(1);
+        window.event(button(place.center(), true));
+        window.run_steps(1);
+        let at_press = rows(&window);
+        // What else selects meanwhile moves nothing under the finger.
+        window.state_mut().viewer.selected = NaifId(599 + 100 * (turn % 4));
+        window.run_steps(2);
+        window.event(button(place.center(), false));
+        window.run_steps(1);
+        assert_eq!(rows(&window), at_press, "the list moved under a click on {name}");
+        window.run_steps(1);
+        assert_eq!(window.state().viewer.selected, id, "{name} was pressed");
+        (0..3).for_each(|_| later(&mut window, 0.25));
+    }
+    assert_eq!(met.len(), window.state().viewer.subjects().len(), "rows that never showed");
+}
+
+#[test]
+fn a_second_click_meets_the_row_of_the_first() {
+    for target in [NaifId(599), SATURN, NaifId(799), NaifId(899)] {
+        let mut window = without_pictures(NaifId::EARTH);
+        let place = rows(&window).into_iter().find(|r| r.0 == target).expect("a row").2.center();
+        click(&mut window, place, false);
+        click(&mut window, place, false);
+        window.run_steps(1);
+        assert!(window.state().viewer.is_flying() && window.state().viewer.settled().target == target, "{target:?}");
+    }
+}
+
+#[test]
+fn arrows_stay_as_a_hand_leaves_them() {
+    let arrow = |window: &Window, name: &str| {
+        let label = format!("Moons of {name}");
+        let node = window.get_by_role_and_label(Role::DisclosureTriangle, &label);
+        (node.rect().center(), node.accesskit_node().toggled() == Some(Toggled::True))
+    };
+    for (id, name) in [(399, "Earth"), (499, "Mars"), (599, "Jupiter"), (699, "Saturn"), (799, "Uranus"), (899, "Neptune")] {
+        for selected in [NaifId(id), NaifId::SUN] {
+            let mut window = without_pictures(selected);
+            let (place, mut is_open) = arrow(&window, name);
+            for turn in 0..4 {
+                click(&mut window, place, turn % 2 == 0);
+                (0..3).for_each(|_| later(&mut window, 0.25));
+                let now = arrow(&window, name).1;
+                assert!(now != is_open, "{name}'s arrow does nothing at click {turn}, {selected:?} selected");
+                is_open = now;
+            }
+            assert_eq!(window.state().viewer.selected, selected);
+        }
+    }
+}
+
+#[test]
+fn a_moon_that_is_selected_elsewhere_shows_in_the_list() {
+    let mut window = held(interface(NaifId::EARTH, TIME), &Arc::default(), 640.0);
+    window.run_steps(3);
+    for id in [NaifId(501), NaifId(606), NaifId(801), NaifId::MOON] {
+        window.state_mut().viewer.selected = id;
+        for _ in 0..8 {
+            later(&mut window, 0.2);
+        }
+        let place = rows(&window).into_iter().find(|r| r.0 == id).map(|r| r.2);
+        let list = window.get_by_label("Fly").rect().top();
+        assert!(place.is_some_and(|p| p.top() > 30.0 && p.bottom() < list), "{id:?} at {place:?}");
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Search {
+    Untouched,
+    Empty,
+    Typed,
+    Failed,
+    Left,
+    Menu,
+}
+
+fn field(window: &Window) -> (bool, String) {
+    let field = window.get_by_role_and_label(Role::TextInput, SEARCH);
+    (field.is_focused(), field.value().unwrap_or_default())
+}
+
+fn typed(window: &mut Window, text: &str) {
+    window.event(Event::Text(text.into()));
+    window.run_steps(2);
+}
+
+fn prepared(window: &mut Window, search: Search) {
+    if matches!(search, Search::Empty | Search::Typed | Search::Failed | Search::Left) {
+        typed(window, "/");
+    }
+    match search {
+        Search::Untouched | Search::Empty => {}
+        Search::Typed => typed(window, "satu"),
+        Search::Failed => {
+            typed(window, "nowhere");
+            window.key_press(Key::Enter);
+            window.run_steps(2);
+        }
+        Search::Left => {
+            typed(window, "satu");
+            // On the empty sky.
+            click(window, Pos2::new(620.0, 300.0), false);
+        }
+        Search::Menu => {
+            window.get_by_role_and_label(Role::ComboBox, "View from").click();
+            window.run_steps(3);
+        }
+    }
+}
+
+/// How many things are open that Escape closes.
+fn open_things(window: &Window) -> usize {
+    let state = window.state();
+    let (is_focused, text) = field(window);
+    let things = [
+        is_focused || !text.is_empty() || window.query_by_label_contains("No body is called").is_some(),
+        window.query_by_label("Centre of Mars").is_some(),
+        state.warning.is_some(),
+        state.help_shown,
+        state.tab.is_some(),
+        state.fullscreen,
+    ];
+    things.into_iter().filter(|open| *open).count()
+}
+
+/// Every combination of search, menu, warning, help, panel and full screen: each Escape closes one of them, the last ones nothing, none the program.
+#[test]
+fn escape_closes_one_thing_at_a_time_and_never_the_program() {
+    let tabs: Vec<Option<Tab>> = std::iter::once(None).chain(Tab::ALL.map(Some)).collect();
+    let mut window = held(interface(SATURN, TIME), &Arc::default(), 700.0);
+    window.run_steps(2);
+    for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Left, Search::Menu] {
+        for tab in &tabs {
+            for bits in 0..8 {
+                let [help, full, warned] = [1, 2, 4].map(|bit| bits & bit != 0);
+                // The window that warns has the keyboard.
+                if warned && search != Search::Untouched {
+                    continue;
+                }
+                // Once all is closed it is as it was opened.
+                assert_eq!(open_things(&window), 0);
+                prepared(&mut window, search);
+                let state = window.state_mut();
+                (state.tab, state.help_shown) = (*tab, help);
+                state.warning = warned.then(|| "why".into());
+                if full {
+                    window.key_press(Key::F11);
+                }
+                window.run_steps(2);
+                let case = format!("{search:?}, {tab:?}, help {help}, full screen {full}, warned {warned}");
+                let mut open = open_things(&window);
+                let expected =
+                    usize::from(search != Search::Untouched) + [tab.is_some(), help, full, warned].map(usize::from).iter().sum::<usize>();
+                assert_eq!(open, expected, "{case}");
+                for press in 0..expected + 3 {
+                    window.key_press(Key::Escape);
+                    window.run_steps(2);
+                    let now = open_things(&window);
+                    assert!(!window.state().quits, "{case}: Escape {press} quits");
+                    assert_eq!(now, open.saturating_sub(1), "{case}: Escape {press}");
+                    // What lies below is not closed first.
+                    assert!(
+                        now == 0 || window.state().fullscreen == full,
+                        "{case}: Escape {press} leaves the full screen before what lies over it"
+                    );
+                    open = now;
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_letter_quits_and_ctrl_q_does() {
+    for search in [Search::Untouched, Search::Empty, Search::Typed, Search::Failed, Search::Left] {
+        let mut window = held(interface(SATURN, TIME), &Arc::default(), 700.0);
+        window.run_steps(2);
+        prepared(&mut window, search);
+        for letter in (' '..='~').filter(|c| *c != '/') {
+            typed(&mut window, &letter.to_string());
+            assert!(!window.state().quits, "{search:?}: `{letter}` quits");
+        }
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Q);
+        window.run_steps(2);
+        assert!(window.state().quits, "{search:?}");
+    }
+}
+
+#[test]
+fn a_failed_search_is_said_at_its_field_and_replaced_by_what_is_typed_next() {
+    for (wrong, said) in [
+        ("nowhere", "No body is called “nowhere”"),
+        ("satrun", "did you mean `Saturn`?"),
+        ("tritan", "`Titan`"),
+        ("+wings", "wings"),
+        ("zz 9", "No body is called “zz 9”"),
+    ] {
+        let mut window = without_pictures(SATURN);
+        typed(&mut window, "/");
+        typed(&mut window, wrong);
+        window.key_press(Key::Enter);
+        window.run_steps(2);
+        let line = window.get_by_label_contains(said).rect();
+        let below = window.get_by_role_and_label(Role::TextInput, SEARCH).rect();
+        assert!(line.top() >= below.bottom() && line.top() < below.bottom() + 20.0 && (line.left() - below.left()).abs() < 20.0, "{line}");
+        assert_eq!(field(&window), (true, wrong.to_owned()));
+        typed(&mut window, "mars");
+        assert_eq!(field(&window).1, "mars");
+        assert!(window.query_by_label_contains(said).is_none(), "the failure of another text is shown");
+        window.key_press(Key::Enter);
+        window.run_steps(2);
+        assert_eq!(window.state().viewer.settled().target, NaifId(499));
+        assert_eq!(field(&window), (false, String::new()));
+    }
+    // Left and gone back to: by key, by key with a letter in the same turn, by mouse.
+    for way in 0..3 {
+        let mut window = without_pictures(SATURN);
+        prepared(&mut window, Search::Left);
+        assert_eq!(field(&window), (false, "satu".to_owned()));
+        let place = window.get_by_role_and_label(Role::TextInput, SEARCH).rect().center();
+        match way {
+            0 => {
+                typed(&mut window, "/");
+                typed(&mut window, "i");
+            }
+            1 => {
+                window.input_mut().events.extend([Event::Text("/".into()), Event::Text("i".into())]);
+                window.run_steps(3);
+            }
+            _ => {
+                click(&mut window, place, false);
+                typed(&mut window, "i");
+            }
+        }
+        assert_eq!(field(&window), (true, "i".to_owned()), "way {way}");
+    }
+}
+
+/// The share panel with small pictures of a name in a folder.
+fn sharing(file: &Path) -> Window {
+    let mut window = harness(interface(SATURN, TIME));
+    window.state_mut().tab = Some(Tab::Share);
+    settle(&mut window);
+    window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&file.display().to_string());
+    window.run_steps(2);
+    for (field, value) in [("Width, pixels", 24.0), ("Height, pixels", 16.0), ("Number of frames", 3.0)] {
+        window.get_by_label(field).set_value_accesskit(value);
+        window.run_steps(2);
+    }
+    window
+}
+
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let mut names: Vec<String> = entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn pictures_are_saved_beside_what_is_there_and_the_whole_path_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("p.png"), "mine").expect("a file");
+    let mut window = sharing(&at("p.png"));
+    for (k, tab) in [None, Some(Tab::Share), Some(Tab::Effects)].into_iter().enumerate() {
+        window.state_mut().tab = tab;
+        window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        settle(&mut window);
+        let path = at(&format!("p-{}.png", k + 2));
+        assert_eq!(window.state().message, format!("Saved {}", path.display()), "said after the pictures that came since");
+        assert_eq!(window.state().said(), window.state().message);
+        assert_eq!(image::image_dimensions(&path).expect("a picture"), (24, 16));
+        assert_eq!(window.state().tab, tab, "saving opens no panel");
+    }
+    assert_eq!(std::fs::read_to_string(at("p.png")).expect("a file"), "mine");
+    // A sequence under the same plain name, twice; the second beside the first.
+    window.state_mut().tab = Some(Tab::Share);
+    for first in ["p-00000.png", "p-5-00000.png"] {
+        if first.starts_with("p-5") {
+            (2..5).for_each(|n| std::fs::write(at(&format!("p-{n}-00001.png")), "another's").expect("a file"));
+        }
+        settle(&mut window);
+        window.get_by_label("Export sequence").click();
+        settle(&mut window);
+        assert!(window.state().message.starts_with("3 of 3: Saved ") && !window.state().is_saving(), "{}", window.state().message);
+        assert!(at(first).exists(), "{first} of {:?}", names_in(folder.path()));
+    }
+    assert_eq!(names_in(folder.path()).len(), 4 + 3 + 3 + 3);
+    // Time goes on by a minute between frames: they are three pictures.
+    let bytes = |n: usize| std::fs::read(at(&format!("p-0000{n}.png"))).expect("a frame");
+    assert!(bytes(0) != bytes(1) && bytes(1) != bytes(2));
+    // What cannot be written says where.
+    let nowhere = PathBuf::from("none").join("p.png");
+    window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&at("").join(nowhere).display().to_string());
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    settle(&mut window);
+    assert!(window.state().message.contains(&at("none").display().to_string()), "{}", window.state().message);
+}
+
+/// As `render` writes them, so that a run of frames knows its own pictures and no other's.
+#[test]
+fn saved_pictures_tell_which_request_they_are_of() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, purpose) in [("p.png", Purpose::Display), ("p.exr", Purpose::of_file(true))] {
+        let path = folder.path().join(name);
+        let mut window = sharing(&path);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        settle(&mut window);
+        let view = &window.state().viewer.view;
+        let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
+        let request = ViewRequest { purpose, ..request };
+        assert_eq!(session().mark(&request).earlier(&path, (24, 16)), Earlier::Same, "{name}");
+        let wider = ViewRequest { fov_deg: Some(46.0), ..request };
+        assert!(matches!(session().mark(&wider).earlier(&path, (24, 16)), Earlier::Other(why) if why.contains("fov")), "{name}");
+    }
+}
+
+#[test]
+fn a_view_that_is_shared_paused_stays_paused_and_one_that_runs_runs() {
+    for paused in [true, false] {
+        let mut window = harness(interface(SATURN, TIME));
+        if !paused {
+            window.state_mut().viewer.time_rate.toggle_pause();
+        }
+        settle(&mut window);
+        window.event(Event::Copy);
+        window.run_steps(1);
+        let copied = window.output().platform_output.commands.iter().find_map(|c| match c {
+            OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        });
+        let link = copied.expect("a link");
+        let view = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
+        // In a window of its own, and in one where time does the other.
+        let subjects = window.state().viewer.subjects().to_vec();
+        let opened = orrery::view::app::viewer::Viewer::new(subjects, view.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
+        assert_eq!(opened.time_rate.is_paused(), paused);
+        let mut other = harness(interface(NaifId::EARTH, TIME));
+        if paused {
+            other.state_mut().viewer.time_rate.toggle_pause();
+        }
+        other.state_mut().show(view, &InlineWorker::new(session()));
+        let shown_s = other.state().viewer.view.tdb_s;
+        settle(&mut other);
+        assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
+        assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time goes on, or does not");
+        // What is kept goes back to the link that it came from.
+        let again = other.state().viewer.shared();
+        assert_eq!(again.paused, Some(paused));
+        assert!(other.state().viewer.view.paused.is_none());
+    }
+}
+
+/// Width, height and middle of what is brighter than the black sky within a rectangle.
+fn lit(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
+    // Its arrow is bright, too.
+    window.remove_cursor();
+    window.run_steps(1);
+    let picture = window.render().expect("a picture");
+    let mut found = Rect::NOTHING;
+    for (x, y, pixel) in picture.enumerate_pixels() {
+        let at = Pos2::new(x as f32 + 0.5, y as f32 + 0.5);
+        if sky.shrink(2.0).contains(at) && pixel.0[..3].iter().any(|c| *c > 40) {
+            found.extend_with(at);
+        }
+    }
+    (found.width(), found.height(), found.center())
+}
+
+#[test]
+fn a_picture_keeps_its_shape_until_the_next_one_is_there() {
+    let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
+    (shown.settings.names, shown.settings.markers, shown.settings.outline) = (false, false, false);
+    let draws: Arc<AtomicBool> = Arc::new(true.into());
+    let mut window = held(shown, &draws, 640.0);
+    settle(&mut window);
+    let sky = |w: &Window| w.get_by_label_contains("The sky:").rect();
+    let before_sky = sky(&window);
+    let (width, height, _) = lit(&mut window, before_sky);
+    assert!(width > 200.0 && (width / height - 1.0).abs() < 0.1, "the Moon's disc is {width} by {height}");
+    draws.store(false, Ordering::Relaxed);
+    for size in [[1100.0, 640.0], [1400.0, 640.0], [900.0, 640.0], [1100.0, 900.0], [1300.0, 480.0]] {
+        for (tab, bodies) in [(None, true), (Some(Tab::Information), true), (Some(Tab::Compare), false), (None, false)] {
+            window.set_size(size.into());
+            (window.state_mut().tab, window.state_mut().bodies_shown) = (tab, bodies);
+            window.run_steps(3);
+            let now = sky(&window);
+            let (w, h, middle) = lit(&mut window, now);
+            let case = format!("{size:?}, {tab:?}, list {bodies}: {w} by {h} in {now}");
+            // The vertical field of view stays: at each size the disc takes the same part of the height.
+            let scale = now.height() / before_sky.height();
+            assert!((w - width * scale).abs() < 3.0 && (h - height * scale).abs() < 3.0, "{case}, {width} by {height} before");
+            assert!((middle.x - now.center().x).abs() < 3.0, "{case}: middle at {middle}");
+            // What is clicked is what shows there.
+            window.state_mut().viewer.selected = NaifId::SUN;
+            click(&mut window, middle, false);
+            window.run_steps(1);
+            assert_eq!(window.state().viewer.selected, NaifId::MOON, "{case}");
+        }
+    }
+    // The next picture has it at the same place.
+    let now = sky(&window);
+    let (w, h, middle) = lit(&mut window, now);
+    draws.store(true, Ordering::Relaxed);
+    window.state_mut().viewer.view.quality = Quality::Standard;
+    settle(&mut window);
+    let now = sky(&window);
+    let drawn = lit(&mut window, now);
+    assert!(
+        (drawn.0 - w).abs() < 3.0 && (drawn.1 - h).abs() < 3.0 && (drawn.2 - middle).length() < 3.0,
+        "{drawn:?} after {w} by {h} at {middle}"
+    );
+}
+
+/// The compared pictures in windows of other shapes than the one that they were drawn for.
+#[test]
+fn compared_pictures_are_never_stretched() {
+    let mut shown = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
+    (shown.settings.names, shown.settings.markers, shown.settings.outline) = (false, false, false);
+    let draws: Arc<AtomicBool> = Arc::new(true.into());
+    let mut window = held(shown, &draws, 640.0);
+    window.state_mut().tab = Some(Tab::Compare);
+    settle(&mut window);
+    let request = window.state().drawing().expect("a picture").job.request.clone();
+    let shape = f64::from(request.width) / f64::from(request.height);
+    draws.store(false, Ordering::Relaxed);
+    let mut seen = std::collections::BTreeSet::new();
+    for size in [[1100.0, 640.0], [1500.0, 640.0], [900.0, 700.0], [1100.0, 1000.0], [1300.0, 560.0]] {
+        window.set_size(size.into());
+        for (page, image) in
+            [("Split", "draft to the left"), ("Side by side", "draft"), ("Side by side", "reference"), ("Difference", "Difference of")]
+        {
+            window.get_by_label(page).click_accesskit();
+            window.run_steps(3);
+            let image = |n: &egui_kittest::Node<'_>| n.accesskit_node().label().is_some_and(|l| l.starts_with(image));
+            let rect = window.query_all_by_role(Role::Image).find(image).unwrap_or_else(|| panic!("{page} at {size:?}: no picture")).rect();
+            let case = format!("{page} at {size:?}: {rect}, of shape {shape}");
+            seen.insert(((rect.width() * 10.0) as i32, (rect.height() * 10.0) as i32));
+            if page != "Side by side" {
+                assert!((f64::from(rect.width() / rect.height()) / shape - 1.0).abs() < 0.02, "{case}");
+            }
+            // The Moon is round in what is painted there, wherever none of it is cut off.
+            if page == "Side by side" && rect.bottom() < size[1] - 40.0 {
+                let (width, height, _) = lit(&mut window, rect);
+                assert!(width > 20.0 && (width / height - 1.0).abs() < 0.15, "{case}: the Moon is {width} by {height}");
+            }
+        }
+    }
+    assert!(seen.len() > 5, "one size in all windows shows nothing");
+}

@@ -1,0 +1,151 @@
+//! The panels that take a picture's shaders apart, pressed by name without a window or a renderer of their own.
+
+use crate::view::interface::{interface, session};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::session::{Session, Sources};
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::shader_watcher::ShaderWatcher;
+use orrery::view::worker::render_worker::InlineWorker;
+use std::collections::BTreeSet;
+
+/// Saturn from its lit side, the ring's shadow on the globe; time stands still.
+fn saturn() -> Interface {
+    interface(NaifId(699), "2017-05-17T00:00:00Z")
+}
+
+fn harness<'a>(worker: &'a InlineWorker<'a>, interface: Interface) -> Harness<'a, Interface> {
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(1280.0, 800.0))
+        .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, worker), interface);
+    harness.run_steps(12);
+    harness
+}
+
+fn press(harness: &mut Harness<'_, Interface>, label: &str) {
+    harness.get_by_label(label).click();
+    harness.run_steps(6);
+}
+
+/// Every name on screen that holds a text, each once.
+fn names(harness: &Harness<'_, Interface>, part: &str) -> Vec<String> {
+    let all = harness.query_all_by(|node| node.label().or(node.value()).is_some_and(|l| l.contains(part)));
+    let names: BTreeSet<String> = all.filter_map(|n| n.accesskit_node().label().or(n.accesskit_node().value())).collect();
+    names.into_iter().collect()
+}
+
+fn open(harness: &mut Harness<'_, Interface>, page: &str) {
+    harness.state_mut().tab = Some(Tab::Shader);
+    harness.run_steps(6);
+    press(harness, page);
+}
+
+#[test]
+fn the_source_names_the_feature_that_draws_the_rings_shadow() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
+    open(&mut harness, "Source");
+    let features = names(&harness, "ring-shadow.");
+    assert!(!features.is_empty(), "no line of the globe is for the ring's shadow");
+    let legend = features.iter().find(|f| f.split(' ').count() == 2).expect("a legend").clone();
+    press(&mut harness, &legend);
+    assert!(!names(&harness, "ring_").is_empty(), "its lines come into sight");
+    for (language, word) in
+        [("HLSL", "float4"), ("MSL", "metal"), ("GLSL", "version"), ("SPIR-V", "07230203"), ("SPIR-V text", "OpCapability")]
+    {
+        press(&mut harness, language);
+        assert!(!names(&harness, word).is_empty(), "{language} without {word}");
+        assert!(names(&harness, ", needed by ").is_empty(), "{language} has no source map");
+    }
+    // The ring itself throws no shadow on itself.
+    press(&mut harness, "WGSL");
+    press(&mut harness, "ring");
+    assert!(names(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "no line for the ring's shadow");
+}
+
+#[test]
+fn another_dimension_is_another_key_with_its_difference() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
+    open(&mut harness, "Key");
+    assert!(names(&harness, "changed by hand").is_empty() && names(&harness, "features differ").is_empty());
+    assert_eq!(names(&harness, "Reachable: one of").len(), 1, "what is drawn can be drawn");
+    press(&mut harness, "Gallery");
+    let tile = names(&harness, "Inspect ring-shadow: none");
+    // It may lie below what is in sight.
+    harness.get_by_label(tile.first().expect("a tile without the ring's shadow")).click_accesskit();
+    harness.run_steps(6);
+    press(&mut harness, "Key");
+    assert_eq!(names(&harness, "changed by hand").len(), 1);
+    let first = names(&harness, "features differ");
+    assert!(first[0].contains("lines removed"), "{first:?}");
+    assert!(!names(&harness, "ring-shadow.").is_empty(), "the difference is told by feature");
+    press(&mut harness, "Back to the drawn key");
+    assert!(names(&harness, "features differ").is_empty());
+}
+
+#[test]
+fn a_pixel_is_told_in_both_precisions() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
+    open(&mut harness, "Probe");
+    assert!(names(&harness, "f64 difference").is_empty(), "nothing before a click");
+    press(&mut harness, "Centre of the image");
+    let head = names(&harness, "f64 difference");
+    assert!(head.iter().any(|h| h.contains("f32") && h.contains("f64")), "{head:?}");
+    let red = names(&harness, "colour red");
+    let numbers: Vec<f64> = red[0].split_whitespace().filter_map(|w| w.parse().ok()).collect();
+    let &[single, double, apart] = &numbers[..] else { panic!("{red:?}") };
+    assert!(single > 0.0 && (single - double).abs() < 1e-4 * double && apart < 1e-4 * double, "{red:?}");
+}
+
+#[test]
+fn two_ways_are_drawn_and_told_apart() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, saturn());
+    harness.state_mut().tab = Some(Tab::Compare);
+    harness.run_steps(8);
+    let figures = names(&harness, "PSNR");
+    assert_eq!(figures.len(), 1, "one line of figures");
+    assert!(!figures[0].contains("infinite"), "draft and reference differ: {}", figures[0]);
+    // The same way on both sides: no difference at all.
+    harness.get_all_by_label("draft").nth(1).expect("the right side's").click();
+    harness.run_steps(8);
+    let figures = names(&harness, "PSNR");
+    assert!(figures[0].contains("mean 0.0000") && figures[0].contains("infinite"), "{}", figures[0]);
+}
+
+#[test]
+fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown() {
+    let (cache, folder) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+    let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
+    let built_in = session.library().generator();
+    assert!(ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.contains("no *.wgsl")), "an empty folder is a mistake");
+    let (path, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wgsl").expect("a fragment");
+    let file = folder.path().join(path);
+    std::fs::create_dir_all(file.parent().expect("a parent")).expect("made");
+    std::fs::write(&file, text).expect("written");
+    let watch = ShaderWatcher::open(folder.path(), &session).expect("reads");
+    assert_eq!(session.library().generator(), built_in, "the same text is the same generator");
+    let worker = InlineWorker::new(&session);
+    let mut harness = harness(&worker, saturn());
+    let shown = harness.state().drawing().expect("a picture").took_ms;
+    // Something that no shader may say.
+    std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
+    watch.look(&worker);
+    assert_ne!(session.library().generator(), built_in);
+    harness.state_mut().tab = Some(Tab::Shader);
+    harness.run_steps(8);
+    assert_eq!(harness.state().drawing().expect("the last good picture").took_ms, shown);
+    assert!(harness.state().said().contains(path), "{}", harness.state().said());
+    let told = names(&harness, "fn broken( {");
+    assert!(told.iter().any(|t| t.contains('^') && t.contains(path)), "source with a caret: {told:?}");
+    // Mended.
+    std::fs::write(&file, format!("{text}\n// mended\n")).expect("written");
+    watch.look(&worker);
+    harness.run_steps(8);
+    assert!(harness.state().said().is_empty(), "{}", harness.state().said());
+    assert!(names(&harness, "fn broken( {").is_empty());
+}

@@ -1,0 +1,356 @@
+//! The window's interface without a window: its buttons are pressed by their accessible names, its pictures painted by our own painter.
+
+use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::{Harness, TestRenderer};
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::request::{Quality, ViewRequest};
+use orrery::session::{Session, Sources};
+use orrery::time::Instant;
+use orrery::view::app::places::{Places, SessionPlaces};
+use orrery::view::app::settings::Settings;
+use orrery::view::app::view_state::ViewState;
+use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::link::restored;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::window::cpu_painter::{Canvas, Painter};
+use orrery::view::worker::render_worker::{Drawing, InlineWorker, RenderJob, RenderWorker, Task, ThreadedWorker};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
+
+/// One session for all tests: its maps and modules are read once.
+pub fn session() -> &'static Session {
+    static SESSION: OnceLock<Session> = OnceLock::new();
+    SESSION.get_or_init(|| {
+        let cache = tempfile::tempdir().expect("a folder").keep();
+        let sources = Sources { cache: Some(cache), ..Sources::default() };
+        Session::open(&sources, |line| panic!("{line}")).expect("a session")
+    })
+}
+
+const SATURN: NaifId = NaifId(699);
+
+/// An interface that looks at a body from its lit side, time at rest, in draft.
+pub fn interface(target: NaifId, utc: &str) -> Interface {
+    let session = session();
+    let time = Instant::parse(utc).expect(utc);
+    let catalog = session.catalog();
+    let subjects = orrery::ephemeris::order::by_distance(catalog, session.ephemeris());
+    let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(Subject::of);
+    let places = SessionPlaces(session);
+    let radius_km = catalog.body(target).expect("a body").radii_km.x;
+    let sunward = places.between_km(target, NaifId::SUN, time).expect("a place").normalize();
+    let pole = places.body_from_icrf(target, time).expect("an orientation").row(2);
+    let mut view = ViewState::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
+    view.quality = Quality::Draft;
+    let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
+    viewer.time_rate.toggle_pause();
+    Interface::new(viewer, Settings::default())
+}
+
+/// Paints with the window's own painter.
+pub struct OwnPainter(pub Painter);
+
+impl TestRenderer for OwnPainter {
+    fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
+        for (id, deltas) in delta.set.drain() {
+            deltas.iter().for_each(|d| self.0.set_texture(id, d));
+        }
+        delta.free.drain().for_each(|id| self.0.free_texture(id));
+    }
+    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
+        let size = ctx.content_rect().size() * output.pixels_per_point;
+        let (width, height) = (size.x.round() as usize, size.y.round() as usize);
+        let mut pixels = vec![0; width * height];
+        let primitives = ctx.tessellate(output.shapes.clone(), output.pixels_per_point);
+        self.0.paint(&mut Canvas { width, height, pixels: &mut pixels }, output.pixels_per_point, &primitives);
+        let bytes = pixels.iter().flat_map(|p| [(p >> 16) as u8, (p >> 8) as u8, *p as u8, 255]).collect();
+        image::RgbaImage::from_raw(width as u32, height as u32, bytes).ok_or_else(|| "the size is wrong".into())
+    }
+}
+
+pub fn harness(interface: Interface) -> Harness<'static, Interface> {
+    harness_of(session(), interface)
+}
+
+pub fn harness_of(session: &'static Session, interface: Interface) -> Harness<'static, Interface> {
+    let worker = InlineWorker::new(session);
+    Harness::builder()
+        .with_size([1100.0, 640.0])
+        .with_max_steps(40)
+        .renderer(OwnPainter(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
+}
+
+/// Lets time pass until the interface rests and its whole picture is there.
+pub fn settle(harness: &mut Harness<'static, Interface>) {
+    // Flights, folds and the still frame are over within three seconds.
+    for _ in 0..14 {
+        harness.run_steps(1);
+        harness.input_mut().predicted_dt = 0.25;
+        let next = harness.input_mut().time.unwrap_or(0.0) + 0.25;
+        harness.input_mut().time = Some(next);
+    }
+    harness.run_steps(2);
+}
+
+fn sky_pixels(harness: &Harness<'static, Interface>) -> (u32, u32) {
+    let d = harness.state().drawing().expect("a picture");
+    (d.width, d.height)
+}
+
+#[test]
+fn saturn_is_found_by_search_and_flown_to() {
+    let mut harness = harness(interface(NaifId::EARTH, "2017-05-17T00:00:00Z"));
+    harness.run_steps(2);
+    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search for a body").focus();
+    harness.run_steps(1);
+    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search for a body").type_text("satu");
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(1);
+    assert!(harness.state().viewer.is_flying());
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.view.target, SATURN);
+    let drawing = harness.state().drawing().expect("a picture");
+    let saturn = drawing.scene.body(SATURN).expect("Saturn");
+    assert!(saturn.diameter_px > 150.0, "{} px", saturn.diameter_px);
+    assert!(harness.state().settings.recent.len() == 1, "the view that was left is remembered");
+}
+
+#[test]
+fn an_effect_switched_off_changes_the_picture_and_says_so() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut harness);
+    let before = harness.render().expect("a picture");
+    assert!(sky_pixels(&harness).0 > 300);
+    harness.state_mut().tab = Some(Tab::Effects);
+    settle(&mut harness);
+    let toggle = harness.get_by_role_and_label(egui::accesskit::Role::CheckBox, "ring-shadow");
+    assert_eq!(toggle.accesskit_node().toggled(), Some(egui::accesskit::Toggled::True));
+    toggle.click();
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.view.effects.to_text(), "-ring-shadow");
+    let decided = harness.state().drawing().expect("a picture").scene.body(SATURN).expect("Saturn").decisions.clone();
+    let shadow = decided.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
+    assert!(!shadow.on);
+    harness.state_mut().tab = None;
+    settle(&mut harness);
+    let after = harness.render().expect("a picture");
+    let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 4)).count();
+    let all = (before.width() * before.height()) as usize;
+    assert!(changed > 200 && changed < all / 4, "{changed} of {all} pixels changed");
+    // Given back to the scene it is as it was.
+    harness.state_mut().tab = Some(Tab::Effects);
+    settle(&mut harness);
+    harness.get_by_label("Reset to automatic").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.view.effects.to_text(), "");
+}
+
+#[test]
+fn a_moment_is_one_click_away() {
+    let mut harness = harness(interface(NaifId(499), "2000-01-01T12:00:00Z"));
+    harness.state_mut().tab = Some(Tab::Moments);
+    settle(&mut harness);
+    harness.get_by_label("Total eclipse over North America").click();
+    settle(&mut harness);
+    let state = harness.state();
+    assert_eq!(state.viewer.view.target, NaifId::EARTH);
+    assert!(state.viewer.view.time().to_utc_iso().starts_with("2024-04-08T18:17:1"));
+    assert!(state.viewer.time_rate.is_paused());
+    let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    assert!(earth.decisions.iter().any(|d| d.feature == "eclipse" && d.on), "{:?}", earth.decisions);
+    // Back leads to Mars.
+    harness.get_by_label("Back").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.view.target, NaifId(499));
+}
+
+#[test]
+fn time_is_typed_stepped_and_refused() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut harness);
+    let enter = |h: &mut Harness<'static, Interface>, text: &str| {
+        let name = "Date and time, UTC (ISO 8601)";
+        h.get_by_role_and_label(egui::accesskit::Role::TextInput, name).focus();
+        h.run_steps(1);
+        h.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+        h.run_steps(1);
+        h.get_by_role_and_label(egui::accesskit::Role::TextInput, name).type_text(text);
+        h.run_steps(2);
+    };
+    enter(&mut harness, "1999-08-11T11:03:05Z");
+    harness.key_press(egui::Key::Enter);
+    settle(&mut harness);
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().message);
+    harness.get_by_label("+d").click();
+    settle(&mut harness);
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+    enter(&mut harness, "next Tuesday");
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(1);
+    assert!(harness.state().message.contains("next Tuesday"), "{}", harness.state().message);
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+}
+
+#[test]
+fn one_stands_on_the_ground_and_looks_from_one_body_to_another() {
+    use orrery::view::app::view_state::CameraPose;
+    let mut harness = harness(interface(NaifId::EARTH, "2024-04-08T18:17:16Z"));
+    settle(&mut harness);
+    harness.get_by_label("Stand on surface").click();
+    settle(&mut harness);
+    let state = harness.state();
+    assert!(matches!(state.viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }));
+    assert!(state.said().is_empty() && state.drawing().is_some(), "{}", state.said());
+    harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "View from").click();
+    harness.run_steps(2);
+    harness.get_by_label("Centre of Mars").click();
+    settle(&mut harness);
+    let state = harness.state();
+    assert_eq!(state.viewer.view.eye, CameraPose::Centre { body: NaifId(499) });
+    let earth = state.drawing().expect("a picture").scene.body(NaifId::EARTH).expect("the Earth").clone();
+    assert!(earth.distance_km > 5e7, "{} km", earth.distance_km);
+}
+
+#[test]
+fn the_information_panel_tells_of_the_selected_body() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    harness.state_mut().tab = Some(Tab::Information);
+    settle(&mut harness);
+    for label in ["distance", "illuminated", "right ascension", "rise"] {
+        harness.get_by_label(label);
+    }
+    harness.state_mut().tab = Some(Tab::Performance);
+    settle(&mut harness);
+    harness.get_by_label("bodies shown");
+}
+
+#[test]
+fn every_panel_fits_the_window_and_names_its_controls() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    for tab in Tab::ALL {
+        harness.state_mut().tab = Some(tab);
+        settle(&mut harness);
+        let (width, _) = sky_pixels(&harness);
+        assert!(width > 150, "{}: the sky keeps {width} pixels", tab.title());
+        // The harness itself refuses a control without a name and a glyph that no font has.
+        let picture = harness.render().expect("a picture");
+        let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        picture.save(folder.join(format!("{}.png", tab.title().to_lowercase()))).expect("a file");
+    }
+    harness.state_mut().tab = None;
+    harness.state_mut().help_shown = true;
+    settle(&mut harness);
+    harness.get_by_label("Double-click, g");
+}
+
+#[test]
+fn a_link_restores_the_view_in_another_window() {
+    let mut first = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut first);
+    let link = first.state().viewer.view.to_link();
+    let mut second = harness(interface(NaifId::EARTH, "2000-01-01T12:00:00Z"));
+    settle(&mut second);
+    let view = restored(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a link");
+    second.state_mut().show(view, &InlineWorker::new(session()));
+    settle(&mut second);
+    let pictures = [&mut first, &mut second].map(|h| h.state().drawing().expect("a picture").job.request.clone());
+    assert_eq!(pictures[0], pictures[1]);
+}
+
+#[test]
+fn a_window_of_nothing_draws_nothing_and_comes_back() {
+    let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
+    settle(&mut harness);
+    harness.set_size(egui::vec2(1.0, 1.0));
+    harness.run_steps(3);
+    harness.set_size(egui::vec2(900.0, 500.0));
+    settle(&mut harness);
+    assert!(sky_pixels(&harness).0 > 300);
+    // The panels have their room again.
+    assert!(harness.get_by_label_contains("The sky:").rect().left() > 165.0);
+}
+
+#[test]
+fn a_picture_waits_for_no_question() {
+    let (woken, wakes) = std::sync::mpsc::channel();
+    let worker = ThreadedWorker::new(session(), move || {
+        let _ = woken.send(());
+    });
+    let (free, held) = std::sync::mpsc::channel::<()>();
+    let request =
+        ViewRequest { width: 16, height: 16, ..ViewRequest::of(NaifId(301), Instant::parse("2024-04-08T18:17:16Z").expect("a time")) };
+    let (drawn, answered) = std::thread::scope(|scope| {
+        scope.spawn(|| worker.draw());
+        scope.spawn(|| worker.answer());
+        // A question that lasts until it is freed.
+        worker.run(Box::new(move |_| {
+            let _ = held.recv();
+        }));
+        worker.submit(RenderJob { fineness: Fineness::of(request.quality), request: request.clone(), on_device: false });
+        let patience = std::time::Duration::from_secs(120);
+        let drawn = wakes.recv_timeout(patience).is_ok() && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
+        drop(free);
+        let answered = wakes.recv_timeout(patience).is_ok();
+        worker.close();
+        (drawn, answered)
+    });
+    assert!(drawn, "the picture waited for the question");
+    assert!(answered, "the question was not answered once it could be");
+}
+
+/// Counts the pictures that are asked for.
+struct Counting(InlineWorker<'static>, Arc<AtomicU32>);
+
+impl RenderWorker for Counting {
+    fn session(&self) -> &Session {
+        self.0.session()
+    }
+    fn submit(&self, job: RenderJob) {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        self.0.submit(job);
+    }
+    fn take(&self) -> Option<Result<Drawing, String>> {
+        self.0.take()
+    }
+    fn run(&self, task: Task) {
+        self.0.run(task);
+    }
+}
+
+#[test]
+fn real_time_is_kept_with_few_pictures() {
+    let mut interface = interface(SATURN, "2017-05-17T00:00:00Z");
+    interface.viewer.time_rate.toggle_pause();
+    assert_eq!(interface.viewer.time_rate.rate(), 1.0);
+    let orders: Arc<AtomicU32> = Arc::default();
+    let worker = Counting(InlineWorker::new(session()), Arc::clone(&orders));
+    let mut harness = Harness::builder()
+        .with_size([700.0, 400.0])
+        .with_max_steps(40)
+        .renderer(OwnPainter(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
+    settle(&mut harness);
+    let turns = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {
+        let (orders_before, tdb_before_s) = (orders.load(Ordering::Relaxed), harness.state().viewer.view.tdb_s);
+        for _ in 0..count {
+            let next = harness.input_mut().time.unwrap_or(0.0) + step_s;
+            harness.input_mut().time = Some(next);
+            harness.run_steps(1);
+        }
+        (orders.load(Ordering::Relaxed) - orders_before, harness.state().viewer.view.tdb_s - tdb_before_s)
+    };
+    // Ten turns a second for six seconds: the picture follows once a second at most.
+    let (pictures, passed_s) = turns(&mut harness, 60, 0.1);
+    assert!((1..=7).contains(&pictures), "{pictures} pictures in six seconds");
+    assert!((passed_s - 6.0).abs() < 0.2, "{passed_s} s went by in six");
+    // The window itself turns once a second.
+    let (_, passed_s) = turns(&mut harness, 10, 1.0);
+    assert!((passed_s - 10.0).abs() < 0.2, "{passed_s} s went by in ten");
+    // A hand on the view is answered at once.
+    harness.state_mut().viewer.view.fov_deg *= 0.9;
+    assert!(turns(&mut harness, 1, 0.05).0 == 1, "the view changed and no picture was asked for");
+}

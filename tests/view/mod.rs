@@ -1,0 +1,9 @@
+//! The window: panels, input, accessibility, and its own frame.
+
+mod access;
+mod hands;
+mod inspect;
+pub mod interface;
+mod panels;
+#[cfg(feature = "gpu")]
+mod window_frame;

@@ -1,0 +1,181 @@
+//! Each panel as screen readers meet it: the tree of its controls, kept as text. What is measured anew in each run is left out of it.
+
+use crate::view::interface::{harness, harness_of, interface, session, settle};
+use egui::accesskit::{Role, Toggled};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::render::plan::Fineness;
+use orrery::scene::effects::Effect;
+use orrery::scene::request::{ExposureRequest, Position, Quality, ToneMap, ViewRequest};
+use orrery::session::{Readiness, RendererWish, Session, Sources};
+use orrery::time::Instant;
+use orrery::view::panels::{Interface, Tab};
+use std::fmt::Write;
+
+const SATURN: NaifId = NaifId(699);
+const EQUINOX: &str = "2017-05-17T00:00:00Z";
+/// Units of what a run measures.
+const MEASURED: [&str; 3] = ["ms", "MiB", "µs"];
+
+/// A line without the numbers that differ from run to run: those before a unit of measurement, and in `counts` all.
+fn without_measurements(line: &str, counts: bool) -> String {
+    let words: Vec<&str> = line.split(' ').collect();
+    let number = |w: &str| w.trim_matches(|c| "+-−(,%".contains(c)).parse::<f64>().is_ok();
+    let unit = |w: Option<&&str>| w.is_some_and(|w| MEASURED.contains(&w.trim_end_matches(',')));
+    let kept = words.iter().enumerate().map(|(k, w)| if number(w) && (counts || unit(words.get(k + 1))) { "#" } else { w });
+    kept.collect::<Vec<_>>().join(" ")
+}
+
+/// Indented lines: role, name or value, and what is switched on.
+fn outline(harness: &Harness<'static, Interface>, counts: bool) -> String {
+    fn walk(node: &egui_kittest::Node<'_>, depth: usize, counts: bool, out: &mut String) {
+        let n = node.accesskit_node();
+        let said = n.label().or_else(|| n.value()).unwrap_or_default();
+        // Runs repeat their label; lines of source are another test's.
+        let listing = n.role() == Role::Unknown || said.starts_with("    ");
+        if n.role() == Role::TextRun || listing && !said.is_empty() {
+            return;
+        }
+        let silent = matches!(n.role(), Role::GenericContainer | Role::Unknown | Role::Window);
+        let below = if silent && said.is_empty() { depth } else { depth + 1 };
+        if below > depth {
+            let state = match n.toggled() {
+                Some(Toggled::True) => " [on]",
+                Some(Toggled::False) => " [off]",
+                _ => "",
+            };
+            let said = said.split("view?").next().unwrap_or_default().replace('\n', " / ");
+            // Wherever the tests run.
+            let here = std::env::current_dir().map_or(String::new(), |d| d.display().to_string());
+            let said = if here.is_empty() { said } else { said.replace(&here, "(here)") };
+            let line = without_measurements(&said, counts);
+            let _ = writeln!(out, "{}{:?} {line}{state}", "  ".repeat(depth), n.role());
+        }
+        for child in node.children() {
+            walk(&child, below, counts, out);
+        }
+    }
+    let mut out = String::new();
+    walk(&harness.root(), 0, counts, &mut out);
+    out
+}
+
+#[test]
+fn each_panel_is_as_recorded() {
+    let mut harness = harness(interface(SATURN, EQUINOX));
+    for tab in Tab::ALL {
+        harness.state_mut().tab = Some(tab);
+        settle(&mut harness);
+        let name = format!("panel_{}", tab.title().to_lowercase());
+        insta::assert_snapshot!(name, outline(&harness, matches!(tab, Tab::Performance | Tab::Shader)));
+    }
+    harness.state_mut().tab = None;
+    harness.state_mut().help_shown = true;
+    settle(&mut harness);
+    insta::assert_snapshot!("panel_help", outline(&harness, false));
+}
+
+#[test]
+fn measurements_are_left_out_of_the_record_and_nothing_else() {
+    assert_eq!(without_measurements("software · 300x200 · 12 ms", false), "software · 300x200 · # ms");
+    assert_eq!(without_measurements("+1.2 ms, -3.9 % light (4.1 %)", false), "# ms, -3.9 % light (4.1 %)");
+    assert_eq!(without_measurements("1 429 000 km", false), "1 429 000 km");
+    assert_eq!(without_measurements("draws 12", true), "draws #");
+}
+
+fn saturn_view() -> ViewRequest {
+    let time = Instant::parse(EQUINOX).expect("a time");
+    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(5.0) };
+    ViewRequest { position, width: 240, height: 160, quality: Quality::Draft, ..ViewRequest::of(SATURN, time) }
+}
+
+#[test]
+fn a_price_tells_what_an_effect_does_to_the_light() {
+    let view = saturn_view();
+    let price = |effect, on, body| session().price(&view, 2.0, (effect, on), body).expect("a price");
+    let shadow = price(Effect::RingShadow, true, None);
+    assert!(shadow.light.net < -1e-3 && shadow.light.moved >= -shadow.light.net, "a shadow takes light: {shadow:?}");
+    assert_eq!(price(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "it is Saturn's alone");
+    let rings = price(Effect::Rings, true, None);
+    assert!(rings.light.net > 0.05, "half of the light is the rings': {rings:?}");
+    // What nothing here has changes nothing, asked for or not.
+    let night = price(Effect::Night, false, None);
+    assert!(night.light.net == 0.0 && night.light.moved == 0.0, "{night:?}");
+    assert!(price(Effect::RingShadow, true, Some("Titan")).light.moved == 0.0, "Titan has no rings");
+}
+
+#[test]
+fn prices_stand_beside_the_effects_once_the_view_rests() {
+    let mut harness = harness(interface(SATURN, EQUINOX));
+    harness.state_mut().tab = Some(Tab::Effects);
+    let prices = |h: &Harness<'static, Interface>| h.query_all_by_label_contains("% light").count();
+    let time_rate = &mut harness.state_mut().viewer.time_rate;
+    time_rate.toggle_pause();
+    (0..8).for_each(|_| time_rate.faster());
+    settle(&mut harness);
+    assert!(harness.state().viewer.races());
+    assert_eq!(prices(&harness), 0, "nothing is measured while the view moves");
+    harness.state_mut().viewer.time_rate.toggle_pause();
+    settle(&mut harness);
+    assert!(prices(&harness) > 5, "{} prices", prices(&harness));
+}
+
+#[test]
+fn the_tone_map_cuts_or_bends_what_is_beyond_white() {
+    // The Moon is a little brighter than its exposure: with stops added some of it passes white.
+    let time = Instant::parse("2024-04-20T00:00:00Z").expect("a time");
+    let view = ViewRequest { width: 48, height: 48, exposure: ExposureRequest::Stops(4.5), ..ViewRequest::of(NaifId::MOON, time) };
+    let drawn = |tone_map| {
+        let view = ViewRequest { tone_map, ..view.clone() };
+        session().draw(&view, Fineness::of(Quality::Standard), true).expect("a picture").frame
+    };
+    let (film, plain) = (drawn(ToneMap::Film), drawn(ToneMap::Plain));
+    assert_eq!(film.hdr, plain.hdr, "the light is the same");
+    let peak = |rgba: [f32; 4]| rgba[..3].iter().fold(0.0_f32, |a, b| a.max(*b)) * 4.5_f32.exp2();
+    let mut seen = [0, 0];
+    for ((light, f), p) in film.hdr.iter().zip(&film.display).zip(&plain.display) {
+        if peak(*light) < 0.79 {
+            assert_eq!(f, p, "below 0.8 of white both are true");
+            seen[0] += 1;
+        } else if peak(*light) > 1.01 {
+            assert_eq!(p[..3].iter().max(), Some(&255), "plain is cut at white");
+            assert!(f[..3].iter().all(|c| *c < 255), "film keeps a difference: {f:?}");
+            seen[1] += 1;
+        }
+    }
+    assert!(seen.iter().all(|n| *n > 20), "dark and bright pixels: {seen:?}");
+}
+
+#[test]
+fn the_renderer_is_chosen_in_the_window() {
+    // A session of its own: the others' pictures stay the software renderer's.
+    let cache = tempfile::tempdir().expect("a folder").keep();
+    let sources = Sources { cache: Some(cache), ..Sources::default() };
+    let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| println!("{line}")).expect("a session")));
+    let mut harness = harness_of(session, interface(SATURN, EQUINOX));
+    harness.set_size(egui::vec2(700.0, 400.0));
+    harness.state_mut().tab = Some(Tab::Effects);
+    settle(&mut harness);
+    harness.get_by_label("clipped").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().viewer.view.tone_map, ToneMap::Plain);
+    assert_eq!(harness.state().drawing().expect("a picture").scene.tone_map, ToneMap::Plain);
+    let (choices, now) = session.renderers();
+    assert_eq!(now, RendererWish::Software);
+    if choices.len() == 1 {
+        assert!(harness.query_by_label("auto").is_none(), "a build with one renderer offers no choice");
+        return;
+    }
+    for (name, wish) in [("gpu", RendererWish::Gpu), ("software", RendererWish::Software)] {
+        harness.get_by_label(name).click();
+        settle(&mut harness);
+        assert_eq!(session.renderers().1, wish);
+        assert!(harness.state().drawing().is_some() && harness.state().said().is_empty(), "{}", harness.state().said());
+        // This session is never given back: were a driver still at work when the process ends, it would break off.
+        while session.readiness() == Readiness::Preparing {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+    }
+    assert_eq!(harness.state().drawing().expect("a picture").by.renderer, "software");
+}
