@@ -6,7 +6,7 @@
 //! only clip coordinates are narrowed. Open orbits have no line.
 
 use crate::ephemeris::{Ephemeris, State};
-use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar};
+use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::Placed;
@@ -198,7 +198,7 @@ pub fn pieces(camera: &Camera, ellipse: &Ellipse, body_km: DVec3, strength: f64,
                 k if k + 1 == screen.len() => direction(k - 1),
                 k => (direction(k - 1) + direction(k)).try_normalize().unwrap_or(direction(k)),
             };
-            DVec2::new(-mean.y, mean.x).as_vec2()
+            narrow2(DVec2::new(-mean.y, mean.x))
         };
         let end = |k: usize| {
             let clip = screen[k] / camera.half_size();

@@ -106,6 +106,11 @@ pub fn narrow(v: DVec3) -> Vec3 {
     v.as_vec3()
 }
 
+/// The same of two components.
+pub fn narrow2(v: DVec2) -> Vec2 {
+    v.as_vec2()
+}
+
 /// The same of four components.
 pub fn narrow4(v: glam::DVec4) -> Vec4 {
     v.as_vec4()

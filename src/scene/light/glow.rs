@@ -8,7 +8,7 @@
 //! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
 
 use crate::catalog::NaifId;
-use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
+use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
 use crate::scene::placed::Placed;
 use crate::scene::purpose::Bound;
 use crate::units::luminance;
@@ -120,7 +120,7 @@ pub(crate) fn glow(camera: &Camera, placed: &[Placed<'_>], bound: Bound, through
         sun_direction: narrow(in_camera),
         least_sq: narrow_scalar(least_sq),
         strength: narrow(strength),
-        tan_half_fov: camera.tan_half_fov.as_vec2(),
+        tan_half_fov: narrow2(camera.tan_half_fov),
     };
     Some((glow, on, reason))
 }

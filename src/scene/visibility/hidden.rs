@@ -8,7 +8,7 @@
 //! a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
 
 use crate::catalog::NaifId;
-use crate::scene::camera::{Camera, Placement, narrow_scalar};
+use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, Part, Point, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_law;
@@ -164,7 +164,7 @@ pub(crate) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
         let Some(p) = found(point.body) else { continue };
         let left = part_left(placed, p);
         note(p, left);
-        point.flux *= left.as_vec3();
+        point.flux *= narrow(left);
     }
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.needs.shape)).collect();
     for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.needs.surface == Surface::Emissive) {
@@ -180,7 +180,7 @@ pub(crate) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
         }
         let left = part_left(placed, of);
         note(of, left);
-        let from_px = camera.pixel_from_clip(middle).as_vec2();
+        let from_px = narrow2(camera.pixel_from_clip(middle));
         let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));
         let at = ray(from_px.as_dvec2());
         let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - at, ray(from_px.as_dvec2() + DVec2::Y) - at);
