@@ -34,7 +34,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "view",
-        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render::plan", "image", "session", "probe", "view"],
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render::plan", "image", "session", "probe", "view", "wording"],
         &["naga", "wgpu"],
     ),
     (
@@ -53,7 +53,11 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe", "view", "cli", "wording"],
         &["naga", "wgpu", "winit", "egui", "softbuffer"],
     ),
-    ("lib", &[], &["naga", "wgpu", "winit", "egui", "softbuffer", "std::fs"]),
+    (
+        "lib",
+        &["time", "catalog", "ephemeris", "scene", "shader", "render", "session"],
+        &["naga", "wgpu", "winit", "egui", "softbuffer", "std::fs"],
+    ),
     ("main", &["cli"], &["naga", "wgpu", "winit", "egui", "softbuffer"]),
 ];
 

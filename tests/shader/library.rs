@@ -210,7 +210,9 @@ fn child_fills_a_library() {
 
 fn child(cache: &Path) -> Command {
     let mut command = Command::new(std::env::current_exe().expect("this binary"));
-    command.args(["--exact", "library::child_fills_a_library", "--nocapture"]).env(CHILD, cache);
+    // The test binary names its tests by their path below the crate.
+    let own_path = module_path!().split_once("::").map_or("", |(_, path)| path);
+    command.args(["--exact", &format!("{own_path}::child_fills_a_library"), "--nocapture"]).env(CHILD, cache);
     command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
     command
 }

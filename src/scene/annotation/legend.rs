@@ -28,7 +28,7 @@ pub fn legend(view: PixelView, exposure: &Exposure) -> String {
     let grey = "grey";
     match view {
         PixelView::Shaded => format!(
-            "shaded: radiance in red, green, blue; {}; film's shoulder above 0.8 of white; 1 is a white plane facing the Sun at 1 au",
+            "final: radiance in red, green, blue; {}; filmic shoulder above 0.8 of white; 1 is a white plane facing the Sun at 1 au",
             range("")
         ),
         PixelView::Depth => format!(
