@@ -36,7 +36,7 @@ pub use shaders::{Stamps, fragment_stamps, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
-use crate::catalog::{Body, Catalog, CatalogError, EclipseRadii, NaifId};
+use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{Letters, MapStore, Reading, SharedTexture};
 use crate::memo::Memo;

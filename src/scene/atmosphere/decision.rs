@@ -2,8 +2,8 @@
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::{air, air_spread};
-use crate::scene::camera::ClipRect;
 use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{ClipRect, Placement};
 use crate::scene::draw::needs::{AirTier, MapSet, PixelView, RingShadow};
 use crate::scene::draw::{Draw, MapFiles, Part};
 use crate::scene::features::case::{Case, Decided};
@@ -17,15 +17,21 @@ fn bound(case: &Case<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (b
     air::bound(body, air, inside, case.diameter_px, case.bound())
 }
 
+/// Whether some pixel may show the air: the camera is in it, or it is in the frame.
+fn may_be_seen(case: &Case<'_, '_>, shell: &Placement) -> bool {
+    let camera = case.frame.camera;
+    shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || case.rect.is_some()
+}
+
 /// Whether the body's draws may read a table of multiple scattering.
 pub(crate) fn wants_table(case: &Case<'_, '_>) -> bool {
     let body = case.body();
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &case.placed.placement)) else { return false };
-    let inside = shell.camera_is_inside();
     let request = case.frame.context.request;
-    let drawn = case.effects().asked(Effect::Atmosphere).unwrap_or_else(|| bound(case, body, air, inside).0);
-    let in_frame = inside || Outline::of(case.frame.camera, &shell).rect(case.frame.camera).is_some() || case.rect.is_some();
-    drawn && in_frame && case.share > 0.0 && air::tier(request.effects.air_tier(), request.quality).0 == AirTier::Table
+    let drawn = case.effects().asked(Effect::Atmosphere).unwrap_or_else(|| bound(case, body, air, shell.camera_is_inside()).0);
+    // Air alone is drawn however small its body is.
+    let decides = case.share > 0.0 || case.rect.is_none() && case.ring_view.is_none();
+    drawn && decides && may_be_seen(case, &shell) && air::tier(request.effects.air_tier(), request.quality).0 == AirTier::Table
 }
 
 /// Decides on the air: sets the tier of the globe, and makes the draw of the air beside the ground.
@@ -39,7 +45,8 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         return so_far;
     }
     let (mut tier, mut reason) = air::tier(context.request.effects.air_tier(), context.request.quality);
-    if tier == AirTier::Table && !context.resources.scattering_tables.contains_key(&body.id) {
+    let at_hand = context.resources.scattering_tables.contains_key(&body.id);
+    if tier == AirTier::Table && !at_hand && may_be_seen(case, &shell) {
         (tier, reason) = (AirTier::Pixel16, "8 or 16 samples along each ray: the table of further scattering is not at hand");
     }
     log.note("air-samples", true, reason.into());
