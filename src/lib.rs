@@ -49,6 +49,7 @@ pub mod catalog;
 pub mod cli;
 pub mod ephemeris;
 pub mod image;
+mod memo;
 pub mod mesh;
 pub mod probe;
 pub mod render;

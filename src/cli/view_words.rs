@@ -4,10 +4,10 @@
 
 use super::CliError;
 use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::horizon::ground_point_km;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
-use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
 use crate::wording::{echo, or_one_of};
 use std::path::PathBuf;

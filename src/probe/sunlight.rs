@@ -6,10 +6,10 @@
 use super::lanes::{Lanes, Numbers};
 use super::{Kind, Prober, fields, must, or};
 use crate::catalog::{Body, NaifId, Photometry};
+use crate::ephemeris::horizon::ground_point_km;
 use crate::render::plan::uniforms_of;
 use crate::scene::draw::{Amounts, Eclipse, EclipseAmounts, EclipseModel, Light, Needs};
 use crate::scene::eclipse::{self, Caster, Extent, Receiver, Wanted};
-use crate::scene::viewpoint::ground_point_km;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 /// Nodes of Gauss-Legendre quadrature in 0 to 1, ascending, with their weights, which sum to 1. Exact for polynomials of degree `2 count - 1`.
-pub(super) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     let node = |k: usize| {
         let mut x = -(PI * (k as f64 + 0.75) / (n + 0.5)).cos();
@@ -24,7 +24,7 @@ pub(super) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
 }
 
 /// Hermite interpolation from 0 at 0 to 1 at 1, flat at both ends and beyond them: WGSL's `smoothstep(0, 1, x)`.
-pub(super) fn smoothstep(x: f64) -> f64 {
+pub(crate) fn smoothstep(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }

@@ -4,7 +4,7 @@
 //! is left out that changes a pixel by more than the floor of what is there; where nothing else is, any light counts. Not here: bounds of size (a disc
 //! under a pixel is a point, a rim thinner than half a pixel is none), which no light moves, and the number of lights and casters that a draw takes.
 
-use super::effects::VISIBLE_CHANGE;
+use crate::scene::thresholds::VISIBLE_CHANGE;
 
 /// What the pixels are for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@
 //! bound by which the tier is chosen ([`sphere_aside`] is measured; that of `point-sun` is the penumbra's own width). Not here: which tier a draw
 //! gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
-use super::draw::{AirTier, BodyShadow, EclipseModel, RingShadow};
+use crate::scene::draw::{AirTier, BodyShadow, EclipseModel, RingShadow};
 use std::fmt;
 
 /// A way of computing an effect, with its error.

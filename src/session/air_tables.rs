@@ -5,21 +5,22 @@
 //! cannot be written is no reason to stop.
 
 use crate::catalog::Body;
+use crate::memo::Memo;
 use crate::scene::air_table;
 use glam::Vec4;
 use sha2::{Digest, Sha256};
-use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
+/// Airs whose tables are kept in memory.
+const KEPT: usize = 64;
 const MAGIC: &[u8; 8] = b"ORRAIR01";
 
-#[derive(Default)]
 pub struct AirTables {
     /// None: in memory only.
     folder: Option<PathBuf>,
-    held: Mutex<HashMap<String, Arc<Vec<Vec4>>>>,
+    held: Memo<String, Arc<Vec<Vec4>>>,
 }
 
 /// Digest of the sources that compute a table.
@@ -74,45 +75,36 @@ fn decode(bytes: &[u8]) -> Option<Vec<Vec4>> {
 /// A whole file or none.
 fn write(folder: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
-    let mut file = tempfile_in(folder)?;
-    file.1.write_all(bytes)?;
-    file.1.sync_all()?;
-    std::fs::rename(&file.0, path).inspect_err(|_| drop(std::fs::remove_file(&file.0)))
-}
-
-fn tempfile_in(folder: &Path) -> std::io::Result<(PathBuf, std::fs::File)> {
-    static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-    let n = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-    let path = folder.join(format!(".{}-{n}.tmp", std::process::id()));
-    Ok((path.clone(), std::fs::File::create(path)?))
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    Ok(())
 }
 
 impl AirTables {
     /// `cache`: the folder that holds `orrery/`.
     pub fn open(cache: Option<PathBuf>) -> Self {
-        Self { folder: cache.map(|c| c.join("orrery").join("air")), held: Mutex::default() }
+        Self { folder: cache.map(|c| c.join("orrery").join("air")), held: Memo::holding(KEPT) }
     }
 
     /// The table of a body's air; empty without air.
     pub fn get(&self, body: &Body) -> Arc<Vec<Vec4>> {
         let name = digest(body);
-        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(table) = held.get(&name) {
-            return table.clone();
-        }
+        self.held.get(name.clone(), || Arc::new(self.read_or_compute(body, &name)))
+    }
+
+    fn read_or_compute(&self, body: &Body, name: &str) -> Vec<Vec4> {
         let path = self.folder.as_ref().map(|f| f.join(format!("{name}.table")));
         let kept = path.as_ref().and_then(|p| decode(&std::fs::read(p).ok()?));
-        let table = kept.unwrap_or_else(|| {
+        kept.unwrap_or_else(|| {
             let made = air_table::table(body).unwrap_or_default();
             if let (Some(folder), Some(path)) = (&self.folder, &path) {
                 // The next run computes it again.
                 drop(write(folder, path, &encode(&made)));
             }
             made
-        });
-        let table = Arc::new(table);
-        held.insert(name, table.clone());
-        table
+        })
     }
 }
 
@@ -160,18 +152,22 @@ mod tests {
     /// A source that uses more of scene than the sources that are in the digest, and the narrowing to f32, could change a table unseen.
     #[test]
     fn the_code_that_computes_a_table_is_all_in_the_digest() {
-        let covered = ["extinction", "camera", "constants"];
+        let covered = ["atmosphere::extinction", "camera", "constants"];
         let used = |text: &str| -> Vec<String> {
             let code = text.split("#[cfg(test)]").next().unwrap_or("").lines().map(|l| l.split("//").next().unwrap_or(""));
             let code = code.collect::<Vec<_>>().join("\n");
-            let identifier = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            code.match_indices("super::").map(|(at, found)| identifier(&code[at + found.len()..])).collect()
+            let path = |rest: &str| -> String { rest.chars().take_while(|c| c.is_alphanumeric() || "_:".contains(*c)).collect() };
+            // A list of names ends the path of their module.
+            let module = |path: String| path.trim_end_matches("::").to_owned();
+            code.match_indices("crate::scene::").map(|(at, found)| module(path(&code[at + found.len()..]))).collect()
         };
         for source in air_table::SOURCES {
             assert!(used(source).iter().all(|name| covered.contains(&name.as_str())), "{:?}", used(source));
+            // Whole paths only, but for the unit tests.
+            assert_eq!(source.matches("super::").count(), source.matches("use super::*;").count());
             // Of the camera, only the narrowing.
             assert_eq!(source.matches("camera::").count(), source.matches("camera::narrow(").count());
         }
-        assert_eq!(used("use super::eclipse::Shade;"), ["eclipse"]);
+        assert_eq!(used("use crate::scene::eclipse::{Shade};"), ["eclipse"]);
     }
 }

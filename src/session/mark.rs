@@ -108,10 +108,6 @@ impl Mark {
             quality,
             pixel_view,
             purpose,
-            // What the session found of the catalog's files, which the sources cover.
-            missing_maps: _,
-            meshes: _,
-            lamps: _,
         } = request;
         let usual = || "as usual".to_owned();
         let axes = |a: &Axes| match a {

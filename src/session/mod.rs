@@ -7,10 +7,14 @@
 mod air_tables;
 mod cpu;
 mod devices;
+#[cfg(feature = "gpu")]
+mod gpu_device;
 mod mark;
 mod meshes;
 mod pictures;
 mod price;
+mod renderers;
+mod requirements;
 mod sample;
 mod screen;
 mod shaders;
@@ -20,34 +24,33 @@ mod standard_scenes;
 
 pub use crate::render::software::{TapeCost, tape_costs};
 pub use cpu::process_cpu;
-use devices::{Devices, Done, Keep};
-pub use devices::{DrawnBy, Readiness, RendererWish};
+use devices::Devices;
 pub use mark::{Earlier, MARK_CHUNK, Mark};
 pub use pictures::{Readers, is_exr, write_new, write_new_picture, write_picture, write_whole};
 pub use price::{LightChange, Price};
+use renderers::{Done, Keep};
+pub use renderers::{DrawnBy, Readiness, RendererWish};
 pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
 pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};
 pub use shaders::{Stamps, fragment_stamps, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
-use crate::catalog::{Body, Catalog, CatalogError, EclipseRadii, NaifId};
+use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{Letters, MapStore, Reading, SharedTexture};
+use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
 use crate::render::software::SoftwareRenderer;
-use crate::scene::air_spread;
-use crate::scene::draw::{AirTier, Shape};
 use crate::scene::lamps::Lamps;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Caches, Scene, SceneError};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
-use glam::Vec4;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -107,8 +110,8 @@ pub struct Drawn {
     pub by: DrawnBy,
 }
 
-/// Texels around the equator of the lamps that the light meter reads: 20 km on the Earth.
-const LAMPS_WIDTH: u32 = 2048;
+/// Bodies whose lamps are kept.
+const LAMPS_KEPT: usize = 16;
 
 pub struct Session {
     catalog: Catalog,
@@ -118,9 +121,10 @@ pub struct Session {
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
     /// By body, each read once when an exposure first asks for it.
-    lamps: Mutex<BTreeMap<NaifId, Arc<Lamps>>>,
+    lamps: Memo<NaifId, Option<Arc<Lamps>>>,
     /// Those of the last size that was asked for.
-    letters: Mutex<Option<(f64, Arc<Letters>)>>,
+    letters: Memo<u64, Arc<Letters>>,
+    scene_caches: Caches,
     devices: Devices,
     /// Map and mesh files that could not be read, said once.
     missing: Mutex<BTreeSet<String>>,
@@ -213,8 +217,9 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
-            lamps: Mutex::default(),
-            letters: Mutex::default(),
+            lamps: Memo::holding(LAMPS_KEPT),
+            letters: Memo::holding(1),
+            scene_caches: Caches::default(),
             devices,
             missing: Mutex::default(),
             say,
@@ -311,109 +316,31 @@ impl Session {
         done
     }
 
-    fn scene_of_what_is_read(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
-        let mut request = request.clone();
-        request.missing_maps.extend(self.missing.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());
-        request.meshes = self.meshes.read();
-        request.lamps = self.lamps.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        Ok(self.measured(Stage::Scene, || Scene::build(&self.catalog, &self.ephemeris, &request))?)
-    }
-
-    /// The scene of a view. Maps already found missing are left out. A shape model that cannot be read is said once.
-    pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
-        let mut scene = self.scene_of_what_is_read(request)?;
-        if !scene.unread_meshes.is_empty() {
-            self.measured(Stage::Maps, || {
-                for body in scene.unread_meshes.iter().filter_map(|id| self.catalog.body(*id)) {
-                    let (Some(named), Err(why)) = (&body.mesh, self.meshes.load(body)) else { continue };
-                    if self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(named.file.clone()) {
-                        (self.say)(&format!("{why}; {} is drawn as its ellipsoid", body.name));
-                    }
-                }
-            });
-            scene = self.scene_of_what_is_read(request)?;
-        }
-        if !scene.unread_lamps.is_empty() {
-            self.measured(Stage::Maps, || {
-                let bodies = scene.unread_lamps.iter().filter_map(|id| self.catalog.body(*id));
-                let read = bodies.filter_map(|body| Some((body.id, self.read_lamps(body)?))).collect::<Vec<_>>();
-                self.lamps.lock().unwrap_or_else(PoisonError::into_inner).extend(read);
-            });
-            scene = self.scene_of_what_is_read(request)?;
-        }
-        for mesh in scene.draws.iter_mut().filter_map(|d| d.amounts.mesh.as_mut()) {
-            mesh.sun_heights = self.measured(Stage::Scene, || self.meshes.heights(mesh));
-        }
-        // Ground and sky of a body share one.
-        let mut spread: Option<(NaifId, Vec<Vec4>, Vec<Vec4>)> = None;
-        for draw in scene.draws.iter_mut().filter(|d| d.needs.air.tier == AirTier::Table) {
-            if let Some(body) = self.catalog.body(draw.body) {
-                draw.amounts.air.many = self.air_tables.get(body);
-                let eclipse = &mut draw.amounts.eclipse;
-                if !eclipse.places.is_empty() && spread.as_ref().is_none_or(|(id, places, _)| *id != draw.body || *places != eclipse.places)
-                {
-                    let tables = self.measured(Stage::Scene, || air_spread::tables(body, eclipse));
-                    spread = Some((draw.body, eclipse.places.clone(), tables));
-                }
-                if let Some((_, _, tables)) = &spread {
-                    eclipse.spread.clone_from(tables);
-                }
-            }
-        }
-        Ok(scene)
-    }
-
-    /// The lamps of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
-    fn read_lamps(&self, body: &Body) -> Option<Arc<Lamps>> {
-        let night = body.maps.night.as_ref()?;
-        let map = self.maps.get_as(&night.file, plan::map_reading(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
-        let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
-        let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
-        let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
-        Lamps::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
-    }
-
     /// Scene and plan of a view. A map that cannot be read is said once, and its body is drawn without it.
+    ///
+    /// # Errors
+    /// No scene, or a module that cannot be made.
     pub fn plan(&self, request: &ViewRequest, fineness: Fineness) -> Result<(Scene, Plan), SessionError> {
         loop {
-            let scene = self.scene(request)?;
-            self.fetch(&scene)?;
+            let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
+            let modules = plan::modules(&scene);
+            self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.measured(Stage::Plan, || plan::plan(&scene, self, fineness)) {
                 Ok(plan) => return Ok((scene, plan)),
-                Err(PlanError::Map { file, why }) => {
-                    let new = self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.clone());
-                    if !new {
-                        return Err(PlanError::Map { file, why }.into());
-                    }
-                    let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
-                    let instead = if overlay { "without it" } else { "in its mean colour" };
-                    (self.say)(&format!("{why}; drawn {instead}"));
-                }
+                // A map that the requirements did not name; without it the scene is another one.
+                Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
                 Err(e) => return Err(e.into()),
             }
         }
     }
 
     /// What is drawn in which order for a view, for a reader.
+    ///
+    /// # Errors
+    /// As [`Self::plan`].
     pub fn passes(&self, request: &ViewRequest, fineness: Fineness) -> Result<String, SessionError> {
-        // A map that cannot be read is found, said and left out here.
         let (scene, plan) = self.plan(request, fineness)?;
         Ok(plan::graph::outline(&plan::steps(&scene, self, fineness)?, &plan))
-    }
-
-    /// Brings in modules and maps by all threads, so that the plan finds them in memory. Failures come out of the plan.
-    fn fetch(&self, scene: &Scene) -> Result<(), SessionError> {
-        let modules = plan::modules(scene);
-        self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-        let wanted: Vec<(&str, Reading)> = scene
-            .draws
-            .iter()
-            .flat_map(|d| d.map_files.bindings().map(|(binding, file)| (binding, file, d.needs.shape)))
-            .filter(|(b, ..)| !plan::OVERLAY_BINDINGS.contains(b))
-            .map(|(binding, file, shape)| (file, plan::map_reading(binding, shape)))
-            .collect();
-        self.measured(Stage::Maps, || self.maps.bring(&wanted));
-        Ok(())
     }
 
     /// Draws a view with the renderer that was asked for, or in software where that cannot.
@@ -469,15 +396,9 @@ impl Supplies for Session {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
     fn letters(&self, size_px: f64) -> Arc<Letters> {
-        let mut kept = self.letters.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*kept {
-            Some((size, letters)) if *size == size_px => Arc::clone(letters),
-            _ => {
-                let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
-                let letters = Arc::new(Letters::draw(names, size_px as f32, marks::MARKER_RADIUS as f32));
-                *kept = Some((size_px, Arc::clone(&letters)));
-                letters
-            }
-        }
+        self.letters.get(size_px.to_bits(), || {
+            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
+            Arc::new(Letters::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
+        })
     }
 }

@@ -40,7 +40,7 @@ mod some {
     pub use crate::render::gpu::Showable;
     use crate::render::gpu::{AdapterKind, GpuRenderer, GpuScreen};
     use crate::render::plan;
-    use crate::session::devices::gpu::Standing;
+    use crate::session::gpu_device::Standing;
     use std::sync::Arc;
 
     pub struct DeviceScreen {

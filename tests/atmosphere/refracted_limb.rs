@@ -3,6 +3,7 @@
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{NaifId, Photometry};
+use orrery::ephemeris::horizon::ground_point_km;
 use orrery::probe::Prober;
 use orrery::probe::sunlight::Sky;
 use orrery::render::plan::{Fineness, plan};
@@ -12,7 +13,6 @@ use orrery::scene::draw::EclipseModel;
 use orrery::scene::eclipse::{Receiver, Wanted};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
-use orrery::scene::viewpoint::ground_point_km;
 use orrery::time::Instant;
 use orrery::units::KM_PER_AU;
 use std::f64::consts::PI;

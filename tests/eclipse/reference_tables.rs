@@ -3,6 +3,7 @@
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec4};
 use orrery::catalog::{NaifId, Photometry};
+use orrery::ephemeris::horizon::ground_point_km;
 use orrery::image::{Reading, SharedTexture};
 use orrery::probe::Prober;
 use orrery::probe::sunlight::{Sky, left_by};
@@ -14,7 +15,6 @@ use orrery::scene::eclipse::{Receiver, Wanted};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, Quality, ViewRequest};
 use orrery::scene::tiers;
-use orrery::scene::viewpoint::ground_point_km;
 use orrery::session::{Session, Sources};
 use orrery::shader::Layout;
 use orrery::time::Instant;

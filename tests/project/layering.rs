@@ -10,8 +10,13 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("memo", &["memo"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("scene", &["units", "time", "catalog", "ephemeris", "mesh", "scene", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    (
+        "scene",
+        &["units", "time", "catalog", "ephemeris", "mesh", "memo", "scene", "wording"],
+        &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
+    ),
     ("image", &["units", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("shader/key", &["scene::draw", "shader::key", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("shader", &["scene::draw", "shader", "wording"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
@@ -19,7 +24,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("render/frame", &["image", "render::frame"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
         "session",
-        &["units", "time", "catalog", "ephemeris", "mesh", "scene", "shader", "render", "image", "session", "wording"],
+        &["units", "time", "catalog", "ephemeris", "mesh", "memo", "scene", "shader", "render", "image", "session", "wording"],
         &["naga", "wgpu", "winit", "softbuffer"],
     ),
     (

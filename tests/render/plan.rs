@@ -8,6 +8,7 @@ use orrery::scene::air_table::NODES;
 use orrery::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, Needs, RingAmounts};
 use orrery::scene::effects::possible_needs;
 use orrery::shader::emit::emit_fragment;
+use orrery::shader::fragments::Fragments;
 use orrery::shader::key::{ShaderKey, features, keys_of};
 use orrery::shader::reflect::LayoutError;
 use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
@@ -109,6 +110,22 @@ fn every_possible_structure_is_filled_by_name() {
     println!("{} structures, {} keys, {} blocks", all.len(), keys.len(), blocks.len());
     assert!(keys.len() > 50 && blocks.len() > 20, "{} keys, {} blocks", keys.len(), blocks.len());
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// Whether some fragment declares a field of this name.
+fn is_declared(name: &str) -> bool {
+    let is_name = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    let fields =
+        |line: &str| line.trim_end().ends_with(',') && line.split(|c| !is_name(c)).any(|word| word.strip_suffix(':') == Some(name));
+    Fragments::default().all().any(|(_, text)| text.lines().any(fields))
+}
+
+/// The reverse: no value is made that no module has a place for.
+#[test]
+fn every_value_has_a_field() {
+    let without: Vec<&str> = Amounts::uniforms().filter(|name| !is_declared(name)).collect();
+    assert!(without.is_empty(), "no fragment declares {without:?}");
+    assert!(Amounts::uniforms().count() > 50 && !is_declared("albedo_of_nothing") && !is_declared("rect_in"));
 }
 
 #[test]

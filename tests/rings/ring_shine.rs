@@ -193,12 +193,12 @@ fn the_equator_and_the_poles_get_none_and_switched_off_there_is_night() {
 /// All that falls on the globe, against all sunlight that falls on the rings.
 #[test]
 fn no_more_light_than_falls_on_the_rings() {
-    use orrery::scene::ring_shine::{COLUMNS, ROWS};
+    use orrery::scene::ring_shine::{COLUMNS, ROWS, RingShines};
     let rings = [Ring { name: "x".into(), inner_km: 1.05, outer_km: 2.5, tau_normal: 3.0, albedo: [1.0; 3], dust: 0.0 }];
     let rings: Vec<&Ring> = rings.iter().collect();
     for sine in [0.02, 0.4, 0.95] {
         let lit = Lit { rings: &rings, radius_km: 1.0, polar: 1.0, sine, sun_tangent: 5e-4 };
-        let shine = lit.shine().expect("a table");
+        let shine = lit.shine(&RingShines::default()).expect("a table");
         let mut power = 0.0;
         for row in 0..2 * ROWS {
             // Rows are squares of height: half the stretch to either neighbour.

@@ -3,8 +3,10 @@
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
 use orrery::scene::request::{Axes, CameraFile, Look, Position, ViewRequest};
-use orrery::scene::{Appearance, Scene};
+use orrery::scene::{Appearance, Caches, Resources, Scene, SceneBuilder};
+use orrery::session::standard_scenes;
 use orrery::time::Instant;
+use std::collections::BTreeSet;
 
 fn sky() -> (Catalog, Ephemeris) {
     let catalog = Catalog::embedded();
@@ -210,4 +212,28 @@ fn what_no_camera_can_do_is_refused_by_name() {
     assert!(file(r#"{"position":{"body":"earth"},"look":{"at":"sun"}}"#).contains("radii, km, or latitude_deg"));
     assert!(file(r#"{"position":{"body":"earth","radii":[2,0,0]},"look":{"direction":[0,0,0]}}"#).contains("must not be zero"));
     assert!(file(r#"{"position":{"body":"earth","radii":[2,0,0],"tilt":3},"look":{"at":"sun"}}"#).contains("tilt"));
+}
+
+#[test]
+fn what_a_view_requires_covers_what_it_draws() {
+    let (catalog, ephemeris) = sky();
+    let caches = Caches::default();
+    let total_eclipse = ViewRequest::of(NaifId::EARTH, at("2024-04-08T18:17:16Z"));
+    let beside_saturn = ViewRequest { fov_deg: Some(20.0), ..ViewRequest::of(NaifId(606), at("2024-12-07T20:00:00Z")) };
+    let requests = standard_scenes(640, 360).into_iter().map(|s| s.request).chain([total_eclipse, beside_saturn]);
+    let (mut maps, mut tables) = (0, 0);
+    for request in requests {
+        let builder = SceneBuilder::new(&catalog, &ephemeris, &request, &caches).expect("a view");
+        let wanted = builder.requirements(&Resources::default());
+        let scene = builder.build(&Resources::default());
+        let named: BTreeSet<&str> = wanted.maps.iter().flat_map(|(files, _)| files.bindings().map(|(_, file)| file)).collect();
+        let drawn: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.bindings().map(|(_, file)| file)).collect();
+        assert!(drawn.is_subset(&named), "{drawn:?} of {named:?}");
+        // Nothing is at hand: whatever lacks its table says so.
+        let lacks = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.ends_with("is not at hand"));
+        let lacking: Vec<NaifId> = scene.bodies.iter().filter(lacks).map(|b| b.id).collect();
+        assert!(lacking.iter().all(|id| wanted.scattering_tables.contains(id)), "{lacking:?} of {:?}", wanted.scattering_tables);
+        (maps, tables) = (maps + drawn.len(), tables + lacking.len());
+    }
+    assert!(maps > 5 && tables > 1, "{maps} maps and {tables} tables");
 }

@@ -6,12 +6,15 @@
 //! the device, pipelines, uploaded textures within a budget, targets of the last size.
 
 mod adapters;
+mod bytes;
+mod clock;
 mod pictures;
 mod pipelines;
 mod readback;
 mod renderer;
 mod resolve;
 mod screen;
+mod targets;
 mod uploads;
 
 pub use adapters::{AdapterFacts, AdapterKind, adapters};

@@ -4,10 +4,13 @@
 //! that is lost stays lost, and says so to every later call.
 
 use super::adapters::{AdapterFacts, AdapterKind, Opened, open, open_gl};
+use super::bytes::{Buffers, Bytes};
+use super::clock::{Clock, MOST_TIMED, timed};
 use super::pictures::Pictures;
-use super::pipelines::{DEPTH_FORMAT, Pipeline, PipelineKey, Pipelines};
-use super::readback::{Readback, mapped};
-use super::resolve::{Resolve, Resolves};
+use super::pipelines::{Pipeline, PipelineKey, Pipelines};
+use super::readback::Readback;
+use super::resolve::Resolves;
+use super::targets::Target;
 use super::uploads::Uploads;
 use super::{GpuError, caught};
 use crate::image::TexelFormat;
@@ -16,14 +19,10 @@ use crate::render::plan::{ColourFormat, ModuleName, Modules, Pass, PictureOnDevi
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use wgpu::{
-    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Color,
-    Device, Extent3d, IndexFormat, Instance, LoadOp, Operations, PollType, QuerySet, QuerySetDescriptor, QueryType, Queue,
-    RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPassTimestampWrites, StoreOp,
-    TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
+    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, BufferBinding, Color, Device, IndexFormat, Instance, LoadOp,
+    Operations, PollType, Queue, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor,
+    RenderPassTimestampWrites, StoreOp, TextureFormat,
 };
-
-/// Passes of a frame that are timed at most.
-const MOST_TIMED: u32 = 32;
 
 /// Where a GPU frame's time went.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -36,22 +35,6 @@ pub struct GpuTimings {
     pub wall_ms: f64,
 }
 
-/// What the passes of the last frame drew into.
-struct Target {
-    width: u32,
-    height: u32,
-    format: TextureFormat,
-    samples: u32,
-    /// The colour that a later pass reads: resolved.
-    colour: wgpu::Texture,
-    view: TextureView,
-    /// With several samples.
-    sampled: Option<TextureView>,
-    /// `None`: the driver resolves.
-    resolve: Option<Resolve>,
-    depth: Option<TextureView>,
-}
-
 /// What lives between the frames of one sequence.
 #[derive(Default)]
 pub(super) struct State {
@@ -59,14 +42,17 @@ pub(super) struct State {
     resolves: Resolves,
     uploads: Uploads,
     targets: Vec<Target>,
-    uniforms: Option<Buffer>,
-    attributes: Option<Buffer>,
-    indices: Option<Buffer>,
+    buffers: Buffers,
     readback: Readback,
     clock: Option<Clock>,
 }
 
 impl State {
+    /// Milliseconds on the device by pass, where the adapter tells.
+    fn clocked(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
+        self.clock.as_ref().map_or_else(|| Ok(Vec::new()), |clock| clock.read(device, queue, plan))
+    }
+
     /// Whether nothing has to be made for a plan whose passes draw into these formats.
     pub fn is_ready(&self, plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> bool {
         keys(plan, format).iter().all(|key| self.pipelines.has(key))
@@ -80,13 +66,6 @@ pub(super) enum Onto<'a> {
     Own { hdr: bool },
     /// A texture that is there, a window's for one.
     Given(&'a wgpu::Texture),
-}
-
-/// Timestamps: two for each pass.
-struct Clock {
-    queries: QuerySet,
-    resolved: Buffer,
-    read: Buffer,
 }
 
 /// Executes plans on one device.
@@ -121,19 +100,6 @@ struct Prepared<'a> {
     attributes: Vec<(u64, u64)>,
     /// Start of the indices, bytes.
     indices: Option<u64>,
-}
-
-/// Bytes of a frame that go to the device in one write.
-#[derive(Default)]
-struct Bytes {
-    uniforms: Vec<u8>,
-    attributes: Vec<u8>,
-    indices: Vec<u8>,
-}
-
-/// Passes of the plan that are timed.
-fn timed(plan: &Plan) -> u32 {
-    (plan.passes.len() as u32).min(MOST_TIMED)
 }
 
 /// Bindings of textures of 32-bit floats, which are not filtered.
@@ -253,7 +219,7 @@ impl GpuRenderer {
         let (frame, mut timings) = self.guarded(plan, || {
             let sent_bytes = self.submit(&mut state, plan, modules, Onto::Own { hdr: keep_hdr })?;
             let frame = self.read(&mut state, keep_hdr)?;
-            Ok((frame, GpuTimings { sent_bytes, passes: self.clocked(&state, plan)?, wall_ms: 0.0 }))
+            Ok((frame, GpuTimings { sent_bytes, passes: state.clocked(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
         Ok((frame, timings))
@@ -284,7 +250,7 @@ impl GpuRenderer {
             let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
             // Whoever orders the next picture waits for this one: frames do not pile up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
-            let passes = self.clocked(&state, plan)?;
+            let passes = state.clocked(&self.device, &self.queue, plan)?;
             let picture = self.pictures.lock().unwrap_or_else(PoisonError::into_inner).keep(last.view, [last.width, last.height]);
             Ok((picture, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
         })?;
@@ -330,8 +296,9 @@ impl GpuRenderer {
         let mut bytes = Bytes::default();
         let mut prepared = Vec::new();
         // Places first, because the buffers' sizes follow from all draws.
-        let places: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| self.place(d, &mut bytes)).collect()).collect();
-        self.send(state, &bytes);
+        let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
+        let places: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.place(d, align)).collect()).collect();
+        state.buffers.send(&self.device, &self.queue, &bytes);
         let formats: Vec<TextureFormat> = state.targets.iter().map(|t| t.format).collect();
         let keys = keys(plan, |k| formats[k]);
         state.pipelines.make(&self.device, &keys, modules)?;
@@ -342,7 +309,7 @@ impl GpuRenderer {
             prepared.push(all?);
         }
         if self.timestamps && state.clock.is_none() && matches!(onto, Onto::Own { .. }) {
-            state.clock = Some(self.clock());
+            state.clock = Some(Clock::new(&self.device));
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for (k, (pass, draws)) in plan.passes.iter().zip(&prepared).enumerate() {
@@ -379,34 +346,6 @@ impl GpuRenderer {
         Ok(frame)
     }
 
-    /// Milliseconds on the device by pass, where the adapter tells.
-    fn clocked(&self, state: &State, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
-        let Some(clock) = &state.clock else { return Ok(Vec::new()) };
-        let tick_ms = f64::from(self.queue.get_timestamp_period()) * 1e-6;
-        mapped(&self.device, &clock.read, u64::from(16 * timed(plan)), |bytes| {
-            let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();
-            let spent = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
-            plan.passes.iter().map(|p| p.name.to_owned()).zip(spent).collect()
-        })
-    }
-
-    fn clock(&self) -> Clock {
-        let buffer = |usage| {
-            self.device.create_buffer(&BufferDescriptor {
-                label: Some("clock"),
-                size: u64::from(16 * MOST_TIMED),
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let queries = QuerySetDescriptor { label: Some("clock"), ty: QueryType::Timestamp, count: 2 * MOST_TIMED };
-        Clock {
-            queries: self.device.create_query_set(&queries),
-            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            read: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
-        }
-    }
-
     /// Targets as the plan's passes want them; those of the last frame stay where they fit.
     fn targets(&self, state: &mut State, plan: &Plan, onto: Onto<'_>) -> Result<(), GpuError> {
         let most = self.device.limits().max_texture_dimension_2d;
@@ -427,94 +366,11 @@ impl GpuRenderer {
             if given.is_none() && state.targets.get(k).is_some_and(fits) {
                 continue;
             }
-            let made = self.target(&mut state.resolves, pass, format, samples, given);
+            let resolves = self.resolves.then_some(&mut state.resolves);
+            let made = Target::new(&self.device, resolves, pass, format, samples, given);
             if k < state.targets.len() { state.targets[k] = made } else { state.targets.push(made) }
         }
         Ok(())
-    }
-
-    fn target(&self, resolves: &mut Resolves, pass: &Pass, format: TextureFormat, samples: u32, given: Option<&wgpu::Texture>) -> Target {
-        let texture = |format: TextureFormat, samples: u32, usage: TextureUsages| {
-            self.device.create_texture(&TextureDescriptor {
-                label: Some(pass.name),
-                size: Extent3d { width: pass.width, height: pass.height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: samples,
-                dimension: TextureDimension::D2,
-                format,
-                usage,
-                view_formats: &[],
-            })
-        };
-        let view = |t: &wgpu::Texture| t.create_view(&wgpu::TextureViewDescriptor::default());
-        let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let own = || texture(format, 1, drawn | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC);
-        let colour = given.cloned().unwrap_or_else(own);
-        let usage = if self.resolves { drawn | TextureUsages::TEXTURE_BINDING } else { drawn };
-        let sampled = (samples > 1).then(|| view(&texture(format, samples, usage)));
-        let own = sampled.as_ref().filter(|_| self.resolves);
-        let resolve = own.map(|s| resolves.of(&self.device, s, format, samples));
-        Target {
-            width: pass.width,
-            height: pass.height,
-            format,
-            samples,
-            view: view(&colour),
-            colour,
-            sampled,
-            resolve,
-            depth: pass.depth.then(|| view(&texture(DEPTH_FORMAT, samples, drawn))),
-        }
-    }
-
-    /// Puts a draw's bytes behind those of the draws before.
-    fn place(&self, draw: &PlanDraw, bytes: &mut Bytes) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
-        let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
-        let uniform_offset = (!draw.uniforms.is_empty()).then(|| {
-            bytes.uniforms.resize(bytes.uniforms.len().next_multiple_of(align), 0);
-            let at = bytes.uniforms.len() as u32;
-            bytes.uniforms.extend_from_slice(&draw.uniforms);
-            at
-        });
-        let (of_vertices, indices) = match &draw.vertices {
-            Vertices::Count(_) => (&[][..], None),
-            Vertices::Mesh { attributes, indices } => (&attributes[..], Some(indices)),
-        };
-        let mut put = |values: &[f32]| {
-            let at = bytes.attributes.len() as u64;
-            bytes.attributes.extend_from_slice(bytemuck::cast_slice(values));
-            (at, 4 * values.len() as u64)
-        };
-        let attributes = of_vertices.iter().chain(&draw.instances.attributes).map(|a| put(&a.values)).collect();
-        let indices = indices.map(|indices| {
-            let at = bytes.indices.len() as u64;
-            bytes.indices.extend_from_slice(bytemuck::cast_slice(indices));
-            at
-        });
-        (uniform_offset, attributes, indices)
-    }
-
-    /// All bytes of the frame to the device; buffers grow and stay.
-    fn send(&self, state: &mut State, bytes: &Bytes) {
-        let send = |buffer: &mut Option<Buffer>, bytes: &[u8], usage: BufferUsages, label: &str| {
-            let size = (bytes.len() as u64).next_multiple_of(4);
-            if size == 0 {
-                return;
-            }
-            if buffer.as_ref().is_none_or(|b| b.size() < size) {
-                let size = size.next_power_of_two().max(4096);
-                let usage = usage | BufferUsages::COPY_DST;
-                *buffer = Some(self.device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false }));
-            }
-            let mut padded = bytes.to_vec();
-            padded.resize(size as usize, 0);
-            if let Some(buffer) = buffer {
-                self.queue.write_buffer(buffer, 0, &padded);
-            }
-        };
-        send(&mut state.uniforms, &bytes.uniforms, BufferUsages::UNIFORM, "uniforms");
-        send(&mut state.attributes, &bytes.attributes, BufferUsages::VERTEX, "attributes");
-        send(&mut state.indices, &bytes.indices, BufferUsages::INDEX, "indices");
     }
 
     fn prepare<'a>(
@@ -550,7 +406,7 @@ impl GpuRenderer {
         }
         let mut entries = Vec::new();
         if pipeline.layout.uniform_size > 0 {
-            let (Some(buffer), true) = (&state.uniforms, draw.uniforms.len() == pipeline.layout.uniform_size as usize) else {
+            let (Some(buffer), true) = (&state.buffers.uniforms, draw.uniforms.len() == pipeline.layout.uniform_size as usize) else {
                 return Err(fault(format!("{} uniform bytes, of {}", draw.uniforms.len(), pipeline.layout.uniform_size)));
             };
             let size = std::num::NonZeroU64::new(u64::from(pipeline.layout.uniform_size));
@@ -609,12 +465,12 @@ impl GpuRenderer {
             rendering.set_pipeline(&p.pipeline.pipeline);
             rendering.set_bind_group(0, &p.group, p.uniform_offset.as_slice());
             rendering.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
-            if let Some(buffer) = &state.attributes {
+            if let Some(buffer) = &state.buffers.attributes {
                 for (slot, (at, length)) in (0..).zip(&p.attributes) {
                     rendering.set_vertex_buffer(slot, buffer.slice(*at..at + length));
                 }
             }
-            match (&p.draw.vertices, p.indices, &state.indices) {
+            match (&p.draw.vertices, p.indices, &state.buffers.indices) {
                 (Vertices::Count(n), ..) => rendering.draw(0..*n, 0..p.draw.instances.count),
                 (Vertices::Mesh { indices, .. }, Some(at), Some(buffer)) => {
                     rendering.set_index_buffer(buffer.slice(at..at + 4 * indices.len() as u64), IndexFormat::Uint32);

@@ -3,47 +3,26 @@
 //! In: the scene, the layouts of the modules (read from the modules themselves) and the decoded maps. Out: a [`Plan`]. Uniform fields are
 //! filled by name from [`Amounts`]; a field that the module wants and scene does not give is an error, not a zero.
 
-use super::graph::{self, GraphError, Step, Target, Write};
-use super::shared;
-use super::{
+use super::error::PlanError;
+use super::graph::{self, Step, Target, Write};
+use super::passes::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Plan, PlanDraw, SamplerBinding, SamplerState,
     TextureBinding, TextureSource, Vertices,
 };
-use crate::image::{Letters, Level, Poles, Reading, SharedTexture, TexelFormat, Texture};
+use super::provider::Supplies;
+use super::scissor::scissor;
+use super::shared;
+use crate::image::{Level, Poles, Reading, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::air_nodes;
-use crate::scene::draw::{Amounts, Draw, Light, Needs, Part, PixelView, RingTable, Shape};
+use crate::scene::draw::uniforms::UniformValue;
+use crate::scene::draw::{Amounts, Draw, Needs, Part, PixelView, RingTable, Shape};
 use crate::scene::request::Quality;
 use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
-use glam::Vec4;
 use std::sync::Arc;
-
-#[derive(Debug, thiserror::Error)]
-pub enum PlanError {
-    #[error("module {module}: {source}")]
-    Layout { module: String, source: LayoutError },
-    #[error("{0}")]
-    Module(String),
-    #[error(transparent)]
-    Graph(#[from] GraphError),
-    /// The file, and why it could not be read.
-    #[error("map {file}: {why}")]
-    Map { file: String, why: String },
-}
-
-/// What the plan asks of the outside: layouts of modules and decoded maps.
-pub trait Supplies {
-    fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError>;
-    /// A map by its file name, as colour or as plain numbers.
-    fn map(&self, file: &str, reading: Reading) -> Result<SharedTexture, PlanError>;
-    /// A colour image premultiplied by its alpha.
-    fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
-    /// The letters of all bodies' names for texts of a size, pixels.
-    fn letters(&self, size_px: f64) -> Arc<Letters>;
-}
 
 /// How finely the frame is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,8 +153,6 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
 
 /// Writes each field that the layout has, by name; fails on a name that the amounts do not have. `map_taps`: taps on a map at most.
 pub fn uniforms_of(layout: &Layout, amounts: &Amounts, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
-    let directions: Vec<Vec4> = amounts.lights.iter().map(|l: &Light| l.direction_in_body.extend(0.0)).collect();
-    let irradiances: Vec<Vec4> = amounts.lights.iter().map(|l| l.irradiance.extend(0.0)).collect();
     let mut w = layout.writer();
     for field in &layout.fields {
         // The module says how many samples it takes.
@@ -188,83 +165,20 @@ pub fn uniforms_of(layout: &Layout, amounts: &Amounts, map_taps: u8) -> Result<V
             name @ ("air_samples" | "air_many_samples") => w.vec4_array(name, &air_nodes::samples(rows))?,
             name @ "air_many_nodes" => w.vec4_array(name, &air_nodes::many(&amounts.air, rows / air_nodes::POWERS))?,
             name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
-            name => put(&mut w, name, amounts, &directions, &irradiances)?,
+            name => put(&mut w, name, &amounts.uniform(name).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
         }
     }
     w.finish()
 }
 
-fn put(w: &mut UniformWriter<'_>, name: &str, a: &Amounts, directions: &[Vec4], irradiances: &[Vec4]) -> Result<(), LayoutError> {
-    match name {
-        "rect_in_clip" => w.vec4(name, a.rect_in_clip),
-        "anchor_origin" => w.vec3(name, a.anchor_origin),
-        "anchor_du" => w.vec3(name, a.anchor_du),
-        "anchor_dv" => w.vec3(name, a.anchor_dv),
-        "ray_origin" => w.vec3(name, a.ray_origin),
-        "ray_du" => w.vec3(name, a.ray_du),
-        "ray_dv" => w.vec3(name, a.ray_dv),
-        "anchor_excess" => w.f32(name, a.anchor_excess),
-        "anchor_is_camera" => w.f32(name, a.anchor_is_camera),
-        "depth_row" => w.vec4(name, a.depth_row),
-        "axis_ratios" => w.vec3(name, a.axis_ratios),
-        "albedo" => w.vec3(name, a.albedo),
-        "light_direction" => w.vec4_array(name, directions),
-        "light_irradiance" => w.vec4_array(name, irradiances),
-        "photometric_parameter" => w.f32(name, a.photometric_parameter),
-        "limb_u1" => w.vec3(name, a.limb_u1),
-        "limb_u2" => w.vec3(name, a.limb_u2),
-        "map_latitude_stretch" => w.f32(name, a.map_latitude_stretch),
-        "night_radiance" => w.vec3(name, a.night_radiance),
-        "specular_strength" => w.f32(name, a.specular_strength),
-        "wave_slope_sq" => w.f32(name, a.wave_slope_sq),
-        "overlay" => w.vec4_array(name, &a.overlays.iter().flat_map(|o| o.rows).collect::<Vec<_>>()),
-        "normal_strength" => w.f32(name, a.normal_strength),
-        "cloud_clear" => w.f32(name, a.clouds.clear),
-        "cloud_full" => w.f32(name, a.clouds.full),
-        "cloud_radius" | "shell_scale" => w.f32(name, a.clouds.radius),
-        "cloud_albedo" => w.f32(name, a.clouds.albedo),
-        "air_top" => w.f32(name, a.air.top),
-        "air_gas_height" => w.f32(name, a.air.gas_height),
-        "air_gas_scattering" => w.vec3(name, a.air.gas_scattering),
-        "air_gas_extinction" => w.vec3(name, a.air.gas_extinction),
-        "air_skylight" => w.vec3(name, a.air.skylight),
-        "air_night" => w.f32(name, a.air.night),
-        "air_haze_height" => w.f32(name, a.air.haze_height),
-        "air_haze_asymmetry" => w.f32(name, a.air.haze_asymmetry),
-        "air_haze_scattering" => w.vec3(name, a.air.haze_scattering),
-        "air_haze_extinction" => w.vec3(name, a.air.haze_extinction),
-        "air_veil" => w.f32(name, a.air.veil),
-        "air_many_heights" => w.vec2(name, a.air.many_heights),
-        "air_many" => w.vec4_array(name, &a.air.many),
-        "air_layer" => w.vec3(name, a.air.layer),
-        "air_layer_extinction" => w.vec3(name, a.air.layer_extinction),
-        "camera_in_unit_sphere" => w.vec3(name, a.camera_in_unit_sphere),
-        "clip_from_unit_sphere" => w.mat4(name, a.clip_from_unit_sphere),
-        "mesh_anchor" => w.vec3(name, a.mesh_anchor),
-        "eclipse_axis" => w.vec4(name, a.eclipse.axis),
-        "eclipse_across" => w.vec4_array(name, &a.eclipse.across),
-        "eclipse_limb" => w.vec4_array(name, &a.eclipse.limb),
-        "caster_place" => w.vec4_array(name, &a.eclipse.places),
-        "caster_shape" => w.vec4_array(name, &a.eclipse.shapes),
-        "caster_spread" => w.vec4_array(name, &a.eclipse.spread),
-        "caster_air_edges" => w.vec4_array(name, &a.eclipse.air_edges),
-        "caster_air_passes" => w.vec4_array(name, &a.eclipse.air_passes),
-        "ring_nodes" => w.f32(name, a.ring.nodes()),
-        "ring_reach" => w.vec2(name, a.ring.reach),
-        "ring_blur" => w.f32(name, a.ring.blur),
-        "ring_phase" => w.vec3(name, a.ring.phase),
-        "ring_dust_asymmetry" => w.vec3(name, a.ring.dust_asymmetry),
-        "ring_dust_share" => w.vec3(name, a.ring.dust_share),
-        "ring_opposition" => w.vec2(name, a.ring.opposition),
-        "ring_shine" => w.vec4(name, a.ring.shine_frame),
-        "ring_half" => w.f32(name, a.ring.half),
-        "sun_tangent" => w.f32(name, a.ring.sun_tangent),
-        "shadow_axes" => w.vec3(name, a.ring.shadow_axes),
-        "sun_limb_u1" => w.vec3(name, a.ring.sun_limb_u1),
-        "sun_limb_u2" => w.vec3(name, a.ring.sun_limb_u2),
-        "hider" => w.vec4_array(name, &a.hiders.rows),
-        "pixel_size" => w.vec2(name, a.pixel_size),
-        _ => Err(LayoutError::Unknown(name.to_owned())),
+fn put(w: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Result<(), LayoutError> {
+    match value {
+        UniformValue::F32(v) => w.f32(name, *v),
+        UniformValue::Vec2(v) => w.vec2(name, *v),
+        UniformValue::Vec3(v) => w.vec3(name, *v),
+        UniformValue::Vec4(v) => w.vec4(name, *v),
+        UniformValue::Mat4(v) => w.mat4(name, *v),
+        UniformValue::Rows(rows) => w.vec4_array(name, rows),
     }
 }
 
@@ -282,22 +196,10 @@ pub fn ring_shine(table: &RingShine) -> SharedTexture {
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
-/// Pixels that a clip rectangle touches.
-pub(super) fn scissor(rect: Vec4, width: u32, height: u32) -> [u32; 4] {
-    let across = |clip: f32, size: u32| f64::from(clip).mul_add(0.5, 0.5) * f64::from(size);
-    let (x0, x1) = (across(rect.x, width), across(rect.z, width));
-    let (y0, y1) = (across(-rect.y, height), across(-rect.w, height));
-    // `as` saturates: nothing outside the viewport survives.
-    [x0.floor() as u32, y0.floor() as u32, (x1.ceil() as u32).min(width), (y1.ceil() as u32).min(height)]
-}
-
 /// A closed shape hides its far side before depth does.
 fn cull_of(needs: &Needs) -> Cull {
     if needs.flags.two_sided { Cull::None } else { Cull::Back }
 }
-
-/// Heights of a Sun that nothing hides, in its radii.
-const SUN_IS_UP: f32 = 1e3;
 
 /// The attributes of shaders/lib/mesh.wesl by location: place, normal, map place, height of the Sun, colour.
 fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
@@ -305,9 +207,12 @@ fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     let mesh = draw.amounts.mesh.as_ref().ok_or_else(|| missing("triangles"))?;
     let model = &mesh.model;
     let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: values.clone() };
-    let heights = mesh.sun_heights.clone().unwrap_or_else(|| Arc::new(vec![SUN_IS_UP; model.vertices()]));
-    let mut attributes =
-        vec![attribute(3, &model.positions), attribute(3, &model.normals), attribute(2, &model.map_places), attribute(1, &heights)];
+    let mut attributes = vec![
+        attribute(3, &model.positions),
+        attribute(3, &model.normals),
+        attribute(2, &model.map_places),
+        attribute(1, &mesh.sun_heights),
+    ];
     if key.needs().flags.vertex_colour {
         attributes.push(attribute(4, model.colours.as_ref().ok_or_else(|| missing("colours"))?));
     }

@@ -5,7 +5,7 @@
 //! depth never leave the renderer. Always holds: each resource is made once, each read has a maker, everything that is drawn reaches the picture; what breaks this is a
 //! [`GraphError`] that names the step. Both renderers walk the resulting passes and know nothing of resources.
 
-use super::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
+use super::passes::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
 use std::collections::BTreeMap;
 
 /// A colour target that a step makes.

@@ -4,12 +4,13 @@
 //! interface's (premultiplied, in display colours). It is a plan of its own because a window turns more often than its picture is drawn: what the
 //! picture's plan made comes in as a texture. It knows nothing of panels.
 
-use super::build::{PlanError, Supplies};
+use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
-use super::shared::over_all;
-use super::{
+use super::passes::{
     AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices,
 };
+use super::provider::Supplies;
+use super::shared::over_all;
 use crate::image::{Level, TexelFormat, Texture};
 use std::sync::Arc;
 

@@ -3,9 +3,13 @@
 //! In: the scene and the layouts of the shared modules. Out: draws and steps with their uniform bytes filled by field name. Always: a module that
 //! [`modules`] does not name is not run. Not here: what is drawn (scene decides), planets.
 
-use super::build::{PlanError, Supplies, scissor};
+use super::error::PlanError;
 use super::graph::{Read, Step, Target, Write};
-use super::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, PlanDraw, TextureBinding, TextureSource, Vertices};
+use super::passes::{
+    Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, PlanDraw, TextureBinding, TextureSource, Vertices,
+};
+use super::provider::Supplies;
+use super::scissor::scissor;
 use crate::image::{Cell, Letters};
 use crate::scene::Scene;
 use crate::scene::camera::ViewRays;

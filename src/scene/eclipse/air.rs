@@ -5,12 +5,12 @@
 //! along the straight grazing ray, and haze and gaps between clouds where the catalog's body has clouds. Left out: weather, and the path's own curvature in the extinction (under 2 % of its length for
 //! the Earth).
 
-use super::super::air::gas;
-use super::super::extinction::optical_depth;
 use crate::catalog::{Atmosphere, Body};
+use crate::scene::atmosphere::extinction::optical_depth;
+use crate::scene::atmosphere::species::gas;
 use glam::{DVec3, DVec4};
 
-pub use super::super::constants::REFRACTION_LAYERS as LAYERS;
+pub use crate::scene::constants::REFRACTION_LAYERS as LAYERS;
 /// Heights in a layer whose transmissions are averaged.
 const HEIGHTS: usize = 4;
 
@@ -24,7 +24,7 @@ const HAZE_HEIGHT_KM: f64 = 5.0;
 /// Length over which cloud is of one piece: that of a weather front.
 const CLOUD_FIELD_KM: f64 = 300.0;
 
-pub(in super::super) struct Layers {
+pub(crate) struct Layers {
     /// Thickness of the air.
     pub top: f64,
     /// Radius and bending (radians) at the lower edge, then at the upper.
@@ -47,18 +47,18 @@ impl Layers {
 }
 
 /// Whether the catalog knows how strongly the body's air bends light.
-pub(in super::super) fn bends(body: &Body) -> bool {
+pub(crate) fn bends(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && gas(air).is_some())
 }
 
 /// Part of a bending by which the place that it shows of the Sun moves on the sky of a point: all of it for a Sun at infinity. `depth`: of the
 /// body from the point, `sun`: of the Sun.
-pub(in super::super) fn shown(depth: f64, sun: f64) -> f64 {
+pub(crate) fn shown(depth: f64, sun: f64) -> f64 {
     (1.0 - depth / sun).clamp(0.0, 1.0)
 }
 
 /// Layers of a body's air in units of `unit_km`; `radius` is that of its outline, `shown` [`shown`] from where it is looked at.
-pub(in super::super) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Option<Layers> {
+pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Option<Layers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, gas) = (air.refractivity?, gas(air)?);
     let radius_km = radius * unit_km;

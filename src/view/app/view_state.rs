@@ -4,10 +4,10 @@
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
+use crate::ephemeris::horizon::ground_point_km;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, ToneMap, Up, ViewRequest};
-use crate::scene::viewpoint::ground_point_km;
 use crate::time::Instant;
 use crate::view::app::option_text;
 use crate::view::app::orbit::Orbit;

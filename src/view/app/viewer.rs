@@ -4,7 +4,7 @@
 //! carries it; time moves only by its rate; going back restores the previous view. It reads no clock but the one it is given.
 
 use crate::catalog::{Body, Kind, NaifId};
-use crate::scene::viewpoint::ground_point_km;
+use crate::ephemeris::horizon::ground_point_km;
 use crate::time::Instant;
 use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit::Orbit;

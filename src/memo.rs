@@ -1,0 +1,131 @@
+//! A small memo: values that take long to make and stay the same from frame to frame.
+//!
+//! In: a key and how to make its value. Out: the value, made once. Always: whole keys are compared; a handful is kept and the oldest goes first; while
+//! one thread makes a value, others wait for that key alone. Its owner decides how long it lives: there is no process-wide one.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Keys with their values, each made once; the oldest first.
+type Slots<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
+
+/// Values by key.
+pub(crate) struct Memo<K, V> {
+    slots: Mutex<Slots<K, V>>,
+    capacity: usize,
+}
+
+impl<K, V: Clone> Memo<K, V> {
+    /// `capacity`: values that are kept at most.
+    pub fn holding(capacity: usize) -> Self {
+        Self { slots: Mutex::new(VecDeque::new()), capacity }
+    }
+
+    /// The value of a kept key that serves as well as `key`, else that of `key` itself. `serves` is given the kept key and the wanted one.
+    pub fn get_like(&self, serves: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
+        let slot = {
+            let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
+            let found = slots.iter().find(|(kept, _)| serves(kept, &key)).map(|(_, slot)| Arc::clone(slot));
+            found.unwrap_or_else(|| {
+                while slots.len() >= self.capacity.max(1) {
+                    slots.pop_front();
+                }
+                let slot = Arc::default();
+                slots.push_back((key, Arc::clone(&slot)));
+                slot
+            })
+        };
+        slot.get_or_init(make).clone()
+    }
+}
+
+impl<K: PartialEq, V: Clone> Memo<K, V> {
+    /// The value of a key.
+    pub fn get(&self, key: K, make: impl FnOnce() -> V) -> V {
+        self.get_like(|kept, wanted| kept == wanted, key, make)
+    }
+}
+
+impl<K, V> fmt::Debug for Memo<K, V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let held = self.slots.lock().unwrap_or_else(PoisonError::into_inner).len();
+        write!(f, "Memo({held} of {})", self.capacity)
+    }
+}
+
+/// Numbers as a key: two are equal where every bit is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Numbers(Vec<u64>);
+
+impl FromIterator<f64> for Numbers {
+    fn from_iter<I: IntoIterator<Item = f64>>(numbers: I) -> Self {
+        Self(numbers.into_iter().map(f64::to_bits).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    #[test]
+    fn a_value_is_made_once_and_the_oldest_goes() {
+        const CAPACITY: usize = 4;
+        let memo = Memo::holding(CAPACITY);
+        let mut made = 0;
+        let mut ask = |n: usize| {
+            let value = memo.get(n, || {
+                made += 1;
+                10 * n
+            });
+            assert_eq!(value, 10 * n);
+            made
+        };
+        assert_eq!((ask(1), ask(1), ask(2)), (1, 1, 2));
+        for n in 3..=CAPACITY + 1 {
+            ask(n);
+        }
+        assert_eq!(ask(2), CAPACITY + 1, "still kept");
+        assert_eq!(ask(1), CAPACITY + 2, "made anew");
+    }
+
+    #[test]
+    fn another_key_serves_where_it_is_near_enough() {
+        let memo: Memo<f64, f64> = Memo::holding(4);
+        let near = |kept: &f64, wanted: &f64| (kept - wanted).abs() < 0.1;
+        assert_eq!(memo.get_like(near, 1.0, || 1.0), 1.0);
+        assert_eq!(memo.get_like(near, 1.05, || 1.05), 1.0);
+        assert_eq!(memo.get_like(near, 1.2, || 1.2), 1.2);
+    }
+
+    /// A value that asks for another one while it is made: a lock held meanwhile would never be given back.
+    #[test]
+    fn other_keys_can_be_asked_for_while_a_value_is_made() {
+        let (memo, made) = (Memo::holding(4), AtomicUsize::new(0));
+        let value = memo.get(1, || {
+            made.fetch_add(1, Ordering::SeqCst);
+            memo.get(2, || 20) + 1
+        });
+        assert_eq!((value, made.into_inner()), (21, 1));
+        std::thread::scope(|scope| {
+            let all: Vec<_> = (0..8)
+                .map(|k| {
+                    scope.spawn({
+                        let memo = &memo;
+                        move || memo.get(3, || k)
+                    })
+                })
+                .collect();
+            let answers: Vec<i32> = all.into_iter().map(|t| t.join().expect("answers")).collect();
+            assert!(answers.windows(2).all(|w| w[0] == w[1]), "one of them made it for all: {answers:?}");
+        });
+    }
+
+    #[test]
+    fn numbers_differ_where_a_bit_does() {
+        let key = |v: &[f64]| v.iter().copied().collect::<Numbers>();
+        assert_eq!(key(&[1.0, 0.5]), key(&[1.0, 0.5]));
+        assert!(key(&[0.0]) != key(&[-0.0]) && key(&[1.0]) != key(&[1.0, 0.0]));
+    }
+}

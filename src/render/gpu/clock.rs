@@ -1,0 +1,50 @@
+//! Time on the device by pass.
+
+use super::GpuError;
+use super::readback::mapped;
+use crate::render::plan::Plan;
+use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, QuerySet, QuerySetDescriptor, QueryType, Queue};
+
+/// Passes of a frame that are timed at most.
+pub(super) const MOST_TIMED: u32 = 32;
+
+/// Passes of the plan that are timed.
+pub(super) fn timed(plan: &Plan) -> u32 {
+    (plan.passes.len() as u32).min(MOST_TIMED)
+}
+
+/// Timestamps: two for each pass.
+pub(super) struct Clock {
+    pub queries: QuerySet,
+    pub resolved: Buffer,
+    pub read: Buffer,
+}
+
+impl Clock {
+    pub fn new(device: &Device) -> Self {
+        let buffer = |usage| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some("clock"),
+                size: u64::from(16 * MOST_TIMED),
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let queries = QuerySetDescriptor { label: Some("clock"), ty: QueryType::Timestamp, count: 2 * MOST_TIMED };
+        Self {
+            queries: device.create_query_set(&queries),
+            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+            read: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
+        }
+    }
+
+    /// Milliseconds by pass of the plan that was drawn last.
+    pub fn read(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
+        let tick_ms = f64::from(queue.get_timestamp_period()) * 1e-6;
+        mapped(device, &self.read, u64::from(16 * timed(plan)), |bytes| {
+            let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();
+            let spent = ticks.chunks_exact(2).map(|t| tick_ms * t[1].saturating_sub(t[0]) as f64);
+            plan.passes.iter().map(|p| p.name.to_owned()).zip(spent).collect()
+        })
+    }
+}

@@ -1,0 +1,177 @@
+//! The render plan as plain values: passes, draws, bindings.
+
+use crate::image::SharedTexture;
+pub use crate::shader::ModuleId as ModuleName;
+use crate::shader::{Library, ShaderModule};
+use std::sync::Arc;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AddressMode {
+    Repeat,
+    ClampToEdge,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SamplerState {
+    pub address_u: AddressMode,
+    pub address_v: AddressMode,
+    /// Trilinear when true, nearest when false.
+    pub linear: bool,
+}
+
+/// What a texture binding reads.
+#[derive(Clone, Debug)]
+pub enum TextureSource {
+    Image(SharedTexture),
+    /// The same, of an owner that holds it while it is unchanged: known by its place in memory, however often it is read.
+    Kept(SharedTexture),
+    /// The colour target that an earlier pass wrote (resolved), by pass index.
+    PassOutput(usize),
+    /// What an earlier plan made, on the device that drew it.
+    OnDevice(PictureOnDevice),
+}
+
+/// A finished picture that stays on the device that drew it until the last of these is dropped.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureOnDevice {
+    /// One of its kind in this process.
+    pub id: Arc<u64>,
+    pub width: u32,
+    pub height: u32,
+}
+
+#[derive(Clone, Debug)]
+pub struct TextureBinding {
+    pub binding: u32,
+    pub source: TextureSource,
+}
+
+#[derive(Clone, Debug)]
+pub struct SamplerBinding {
+    pub binding: u32,
+    pub state: SamplerState,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Blend {
+    Replace,
+    /// dst = src + dst * (1 - src.a); src premultiplied.
+    PremultipliedOver,
+    Add,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cull {
+    None,
+    /// Front faces wind counter-clockwise.
+    Back,
+}
+
+/// Reversed depth: greater is nearer, cleared to 0 (infinitely far).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct DepthState {
+    pub test: bool,
+    pub write: bool,
+}
+
+/// Where vertices come from. Attribute `k` is `@location(k)`.
+#[derive(Clone, Debug)]
+pub enum Vertices {
+    /// `count` vertices from `@builtin(vertex_index)` alone.
+    Count(u32),
+    /// Indexed triangles; each attribute has `components` f32 per vertex.
+    Mesh { attributes: Vec<Attribute>, indices: Arc<Vec<u32>> },
+}
+
+#[derive(Clone, Debug)]
+pub struct Attribute {
+    pub components: u32,
+    pub values: Arc<Vec<f32>>,
+}
+
+/// Per-instance attributes, numbered after the vertex attributes.
+#[derive(Clone, Debug)]
+pub struct Instances {
+    pub count: u32,
+    pub attributes: Vec<Attribute>,
+}
+
+/// One draw: triangles through a module into the pass's targets. Uniform bytes are group 0, binding 0.
+#[derive(Clone, Debug)]
+pub struct PlanDraw {
+    pub label: String,
+    pub module: ModuleName,
+    pub uniforms: Vec<u8>,
+    pub textures: Vec<TextureBinding>,
+    pub samplers: Vec<SamplerBinding>,
+    pub vertices: Vertices,
+    pub instances: Instances,
+    pub blend: Blend,
+    pub cull: Cull,
+    pub depth: DepthState,
+    /// Pixels that may be touched: x0, y0, x1, y1 (exclusive).
+    pub scissor: [u32; 4],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ColourFormat {
+    /// Linear HDR working target.
+    Rgba32Float,
+    /// Display-ready bytes, already encoded by the shader.
+    Rgba8Unorm,
+}
+
+#[derive(Clone, Debug)]
+pub struct Pass {
+    pub name: &'static str,
+    pub width: u32,
+    pub height: u32,
+    pub format: ColourFormat,
+    /// 1 or 4.
+    pub samples: u8,
+    pub clear: [f32; 4],
+    pub depth: bool,
+    pub draws: Vec<PlanDraw>,
+}
+
+/// Passes in order; the last one is the picture.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub passes: Vec<Pass>,
+}
+
+/// What a shared module was given for one of its draws.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SharedDraw {
+    pub module: &'static str,
+    /// The pass that it draws in, and the draw.
+    pub label: String,
+    pub uniforms: Vec<u8>,
+}
+
+impl Plan {
+    /// The draws of shared modules, in their order.
+    pub fn shared_draws(&self) -> Vec<SharedDraw> {
+        let of_draw = |pass: &Pass, d: &PlanDraw| match d.module {
+            ModuleName::Simple(module) => {
+                let label = format!("{}, for {}", d.label, pass.name);
+                Some(SharedDraw { module, label, uniforms: d.uniforms.clone() })
+            }
+            _ => None,
+        };
+        self.passes.iter().flat_map(|p| p.draws.iter().filter_map(move |d| of_draw(p, d))).collect()
+    }
+}
+
+/// Where a plan's modules come from.
+pub trait Modules: Sync {
+    /// # Errors
+    /// One line that says why there is no such module.
+    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String>;
+}
+
+impl Modules for Library {
+    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+        self.get(name).map_err(|e| e.to_string())
+    }
+}

@@ -1,0 +1,164 @@
+//! Names and markers beside the bodies of a picture, thinned where they crowd, and what a click means.
+//!
+//! In: the bodies that a camera sees and which is selected. Out: marks in pixels of its picture, the important ones first, and the body under a place.
+//! Always: two shown names do not overlap, as far as a letter's mean width tells; the selected body is shown whenever it is before the camera. A body behind
+//! the disc of a nearer one has none. Not here: letters.
+
+use crate::catalog::NaifId;
+use crate::scene::camera::Camera;
+use crate::scene::in_view::Appearance;
+use crate::scene::in_view::BodyInView;
+use glam::DVec2;
+
+/// One body on the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    pub body: NaifId,
+    pub name: String,
+    /// Pixels from the picture's top left corner.
+    pub centre_px: DVec2,
+    /// Of its disc.
+    pub radius_px: f64,
+    /// Where there is room for its name.
+    pub named: Option<Side>,
+}
+
+/// The side of its body on which a name stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Side {
+    pub left: bool,
+    pub below: bool,
+}
+
+impl Side {
+    pub const USUAL: Self = Self { left: false, below: false };
+    /// In the order in which they are tried.
+    pub const ALL: [Self; 4] =
+        [Self::USUAL, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
+
+    /// From the body to the near end of the middle line of its name, pixels.
+    pub fn way_px(self, beside_px: f64) -> DVec2 {
+        let along = |back: bool| if back { -beside_px } else { beside_px };
+        DVec2::new(along(self.left), along(!self.below))
+    }
+}
+
+/// A body's rank among those that want room: lower comes first.
+fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
+    let planet = parents(body.id).is_none_or(|p| p == NaifId::SUN);
+    let class = match () {
+        () if body.id == selected => 0,
+        () if body.id == NaifId::SUN => 1,
+        () if body.appearance == Appearance::Disc && body.diameter_px > 24.0 => 2,
+        () if planet => 3,
+        () => 4,
+    };
+    (class, body.magnitude.unwrap_or(99.0))
+}
+
+/// Room that a name takes: a letter's mean width and a line's height, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lettering {
+    pub letter_px: f64,
+    pub line_px: f64,
+}
+
+/// sRGB of a name and of the selected body's name, marker and outline.
+pub const NAME_COLOUR: [u8; 3] = [200, 208, 220];
+pub const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
+/// Opacity of a marker beside that of a name, of a body that is not selected.
+pub const MARKER_OPACITY: f32 = 0.55;
+/// Radius of a marker in parts of the size of the letters; bodies smaller than it have one.
+pub const MARKER_RADIUS: f64 = 5.0 / 13.0;
+/// A letter's mean width in parts of its size (Ubuntu Light, over English names).
+pub const LETTER_WIDTH: f64 = 6.6 / 13.0;
+/// A line's height in parts of the size of its letters.
+pub const LINE_HEIGHT: f64 = 15.0 / 13.0;
+/// Part of the picture's height beyond which a body needs no name: it fills the picture.
+pub const FILLS: f64 = 0.45;
+
+/// The names of a picture, for letters of `size_px`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Labels {
+    pub size_px: f64,
+    pub selected: NaifId,
+    pub marks: Vec<Mark>,
+}
+
+/// Letters of a picture: readable in a small one, in proportion in a large one, pixels.
+pub fn letter_size_px(height: u32) -> f64 {
+    (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
+}
+
+impl Lettering {
+    pub fn of_size(size_px: f64) -> Self {
+        Self { letter_px: LETTER_WIDTH * size_px, line_px: LINE_HEIGHT * size_px }
+    }
+
+    /// Pixels from a body's centre to its name, right and up.
+    pub fn beside_px(&self, radius_px: f64) -> f64 {
+        let size_px = self.line_px / LINE_HEIGHT;
+        (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
+    }
+}
+
+/// Marks nearer than this to a more important one are left out, pixels.
+const CROWDED_PX: f64 = 7.0;
+
+/// The marks of the bodies that a camera sees, most important first.
+pub fn marks(
+    camera: &Camera,
+    bodies: &[BodyInView],
+    selected: NaifId,
+    parent: impl Fn(NaifId) -> Option<NaifId>,
+    lettering: &Lettering,
+) -> Vec<Mark> {
+    let size = camera.half_size() * 2.0;
+    let mut seen: Vec<(&BodyInView, DVec2, f64)> = bodies
+        .iter()
+        .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
+        .filter_map(|b| {
+            let centre = camera.pixel_from_clip(camera.clip(b.placement.centre_km)?);
+            let angular_radius = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
+            let radius_px = angular_radius.tan() / camera.pixel_tangent();
+            // A body too large for its centre to be in the picture needs no mark.
+            let inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
+            inside.then_some((b, centre, radius_px))
+        })
+        .collect();
+    let hidden = |b: &BodyInView, at: DVec2, radius_px: f64, others: &[(&BodyInView, DVec2, f64)]| {
+        others
+            .iter()
+            .any(|(o, centre, r)| o.id != b.id && o.distance_km < b.distance_km && *r > 3.0 && centre.distance(at) + radius_px < 0.97 * r)
+    };
+    let all = seen.clone();
+    seen.retain(|(b, at, r)| !hidden(b, *at, *r, &all));
+    seen.sort_by(|a, b| {
+        let (x, y) = (rank(a.0, selected, &parent), rank(b.0, selected, &parent));
+        x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
+    });
+    let mut kept: Vec<Mark> = Vec::new();
+    let mut names: Vec<(DVec2, DVec2)> = Vec::new();
+    for (b, centre_px, radius_px) in seen {
+        if kept.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
+            continue;
+        }
+        let of_side = |side: Side| (side, name_box(centre_px, radius_px, &b.name, lettering, side));
+        let apart = |a: &(DVec2, DVec2), b: &(DVec2, DVec2)| a.1.cmplt(b.0).any() || a.0.cmpgt(b.1).any();
+        let fits = |(_, place): &(Side, (DVec2, DVec2))| {
+            names.iter().all(|n| apart(place, n)) && place.0.cmpge(DVec2::ZERO).all() && place.1.cmple(size).all()
+        };
+        let named = Side::ALL.map(of_side).into_iter().find(fits);
+        names.extend(named.map(|(_, place)| place));
+        kept.push(Mark { body: b.id, name: b.name.clone(), centre_px, radius_px, named: named.map(|(side, _)| side) });
+    }
+    kept
+}
+
+/// Least and greatest corner of a body's name beside its disc or marker.
+pub fn name_box(centre_px: DVec2, radius_px: f64, name: &str, lettering: &Lettering, side: Side) -> (DVec2, DVec2) {
+    let width_px = name.chars().count() as f64 * lettering.letter_px;
+    let near_end = centre_px + side.way_px(lettering.beside_px(radius_px));
+    let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * lettering.line_px);
+    (corner, corner + DVec2::new(width_px, lettering.line_px))
+}

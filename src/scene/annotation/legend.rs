@@ -1,0 +1,92 @@
+//! What the colours of a picture mean: one line for its metadata.
+//!
+//! In: the pixel view and the exposure. Out: a text of what each channel shows, its unit, and what black and white are. EXR files hold the numbers
+//! in that unit; PNG files hold them times 2^stops, cut at 1 and encoded as sRGB.
+
+use crate::scene::draw::PixelView;
+use crate::scene::finished::Scene;
+use crate::scene::light::exposure::Exposure;
+
+/// Instructions that a texture read is shown as, so that 16 reads are white.
+pub const SHOWN_PER_READ: f64 = 1024.0;
+
+/// The legend of a picture, and which of the maps and shapes in it are invented.
+pub fn legend_of(scene: &Scene) -> String {
+    let mut text = legend(scene.pixel_view, &scene.exposure);
+    for body in &scene.bodies {
+        for (file, how) in &body.invented {
+            text.push_str(&format!("; invented: {file} of {}, {how}", body.name));
+        }
+    }
+    text
+}
+
+/// What a pixel view's colours mean.
+pub fn legend(view: PixelView, exposure: &Exposure) -> String {
+    let white = exposure.white();
+    let range = |unit: &str| format!("linear; black 0, white {white:.6} {unit}");
+    let grey = "grey";
+    match view {
+        PixelView::Shaded => format!(
+            "final: radiance in red, green, blue; {}; filmic shoulder above 0.8 of white; 1 is a white plane facing the Sun at 1 au",
+            range("")
+        ),
+        PixelView::Depth => format!(
+            "depth: {grey}; 1 the point of the body nearest along the view axis, 0.5 its centre's plane, 0 the farthest; {}",
+            range("(no unit, the body's own extent; of a ring, the ring's)")
+        ),
+        PixelView::Normal => {
+            "normal: red, green, blue are 0.5 + 0.5 (x, y, z) of the unit normal in body-fixed axes, x to the prime meridian, z \
+            to the north pole, relief included; linear; black -1, white 1 (no unit)"
+                .into()
+        }
+        PixelView::Albedo => format!(
+            "albedo: factor of the surface's photometric law in red, green, blue; of a ring, its particles' albedo times its opacity; {}",
+            range("(no unit)")
+        ),
+        PixelView::Uv => {
+            "uv: red is the map's u, 0 at the left edge, growing eastwards; green is v, 0 at the north pole, 1 at the south pole; of a \
+            ring, red is the radius from its inner to its outer edge, green the longitude; linear; black 0, white 1 (no unit)"
+                .into()
+        }
+        PixelView::Sunlight => {
+            format!(
+                "sunlight: irradiance on the surface by the Sun and bodies that shine on it; {}",
+                range("of the Sun's at 1 au on a facing plane")
+            )
+        }
+        PixelView::Eclipse => {
+            format!("eclipse: part of the Sun's light that bodies before it leave, red, green, blue; {}", range("(no unit; 1 no eclipse)"))
+        }
+        PixelView::Ring => {
+            format!("ring: part of the Sun's light that the ring leaves; on the ring its opacity along the view; {}", range("(no unit)"))
+        }
+        PixelView::OpticalDepth => format!(
+            "optical-depth: of the air along the view to the ground or to space in red, green, blue; of a ring along the view; {}",
+            range("(natural logarithm)")
+        ),
+        PixelView::Cost => format!(
+            "cost: red is what the software renderer ran for the pixel, in instructions of its tape (several operations joined into one count once, \
+             loops by their turns, all draws added up), green texture reads times {SHOWN_PER_READ}; {}; full green {} reads",
+            range("instructions"),
+            white / SHOWN_PER_READ
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::light::exposure::COST_STOPS;
+
+    #[test]
+    fn each_view_says_what_it_shows_and_what_white_is() {
+        let exposure = Exposure::of(-2.0, "");
+        for view in PixelView::ALL {
+            let text = legend(view, &exposure);
+            assert!(text.starts_with(&format!("{}: ", view.name())) && text.contains("white") && !text.contains('\n'), "{text}");
+        }
+        assert!(legend(PixelView::OpticalDepth, &exposure).contains("white 4.000000"));
+        assert!(legend(PixelView::Cost, &Exposure::of(COST_STOPS, "")).contains("white 16384"));
+    }
+}

@@ -1,0 +1,27 @@
+//! The body that a click means.
+
+use crate::catalog::NaifId;
+use crate::scene::annotation::labels::Mark;
+use crate::scene::finished::Scene;
+use crate::scene::in_view::Appearance;
+use glam::DVec2;
+
+/// A click this far from a mark still means it, pixels.
+pub const REACH_PX: f64 = 14.0;
+
+/// The body that a click at `at_px` means: the nearest small one within reach, else the disc under it, the nearest to the viewer first.
+pub fn hit(marks: &[Mark], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
+    let near = marks
+        .iter()
+        .filter(|m| m.radius_px < REACH_PX)
+        .map(|m| (m.centre_px.distance(at_px), m.body))
+        .filter(|(d, _)| *d <= REACH_PX)
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let camera = &scene.camera;
+    let under = scene
+        .bodies
+        .iter()
+        .filter(|b| b.appearance == Appearance::Disc && camera.surface_under_pixel(&b.placement, at_px).is_some())
+        .min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+    near.map(|(_, id)| id).or(under.map(|b| b.id))
+}

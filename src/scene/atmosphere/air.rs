@@ -1,0 +1,258 @@
+//! The air of a body: when it is drawn, with what amounts, and what it does to light from beyond.
+//!
+//! In: the catalog's species. Out: one gas with Rayleigh's phase function, one haze, one absorbing layer, lengths in equatorial radii, in the
+//! frame where the ground is the unit sphere. Not here: how the light is summed (shaders/lib/air).
+
+use crate::catalog::{Atmosphere, Body, Species};
+use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
+use crate::scene::atmosphere::species::{gas, haze, layer, vertical_depth};
+use crate::scene::camera::{self, Placement};
+use crate::scene::draw::{AirAmounts, AirTier, Amounts};
+use crate::scene::purpose::Bound;
+use crate::scene::request::view_request::Quality;
+use crate::scene::thresholds::VISIBLE_CHANGE;
+use glam::{DVec3, Vec2};
+use std::collections::BTreeSet;
+
+/// Part of the extinguished light that comes down again as light of the sky: half goes each way in Rayleigh's scattering.
+const DOWNWARDS: f64 = 0.5;
+/// Luminance of a white plane that faces the Sun at 1 au: 133 000 lux over pi.
+const UNIT_CD_M2: f64 = 133_000.0 / std::f64::consts::PI;
+/// What shines through any air at night, mean over the sky: zodiacal light and starlight, 75 stars of tenth magnitude in a square degree (60 and 15 of the 220 that make
+/// the darkest sky of the Earth, 21.9 magnitudes in a square second, with the airglow's 145), 8.3e-7 cd/m2 each. It differs by a factor of two over the sky and
+/// between the planets, whose zodiacal light is fainter farther out.
+const BEYOND_CD_M2: f64 = 75.0 * 8.3e-7;
+
+/// Radiance of the sky at night where no moon shines; lamps are left out.
+fn night_radiance(air: &Atmosphere) -> f64 {
+    if vertical_depth(air).max_element() <= 0.0 {
+        return 0.0;
+    }
+    (BEYOND_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / UNIT_CD_M2
+}
+
+/// Steps of the transmittance towards a body beyond the air; against 1000 steps within 1e-4.
+const STEPS: usize = 64;
+
+/// Height of the Sun in degrees and the radiance that pictures of the Earth's ground and sky are exposed for: chosen by eye.
+const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
+
+/// Every tier that a draw of the body can have.
+pub(crate) fn possible_tiers(body: &Body) -> BTreeSet<AirTier> {
+    let drawn = AirTier::CHOICES.into_iter().filter(|_| body.atmosphere.is_some());
+    drawn.chain([AirTier::None]).collect()
+}
+
+/// How finely the air is summed, and why. The fewer samples are those of rays that only rise or fall, by day. `None`: the viewer chose none.
+pub(crate) fn tier(chosen: Option<AirTier>, quality: Quality) -> (AirTier, &'static str) {
+    let tier = chosen.unwrap_or(match quality {
+        Quality::Draft => AirTier::Pixel8,
+        Quality::Standard | Quality::Reference => AirTier::Table,
+    });
+    let reason = match (tier, chosen) {
+        (AirTier::None, _) => "no air is drawn",
+        (AirTier::Vertex, _) => "4 or 5 samples along each ray: asked for",
+        (AirTier::Pixel8, Some(_)) => "6 or 8 samples along each ray: asked for",
+        (AirTier::Pixel8, None) => "6 or 8 samples along each ray: draft quality",
+        (AirTier::Pixel16, _) => "8 or 16 samples along each ray: asked for",
+        (AirTier::Pixel32, _) => "16 or 32 samples along each ray: asked for",
+        (AirTier::Table, Some(_)) => "8 or 16 samples along each ray, and a table of further scattering: asked for",
+        (AirTier::Table, None) => "8 or 16 samples along each ray, and a table of further scattering",
+    };
+    (tier, reason)
+}
+
+/// Whether the colours of the body's map and disc are those of the ground alone; the others have their air in them already.
+pub(crate) fn ground_is_bare(body: &Body) -> bool {
+    body.clear_sky_albedo.is_some()
+}
+
+/// Optical depth straight up, of the clearest channel, from which on air shows over the disc: Mars' dust of 0.5 does, the giants' clear gas does not.
+const LEAST_VEIL: f64 = 0.3;
+
+/// Whether its own light goes on where the disc's ends, past the terminator: then it is drawn over a map that holds it, too.
+pub(crate) fn is_opaque(air: &Atmosphere) -> bool {
+    vertical_depth(air).min_element() > LEAST_VEIL
+}
+
+/// The shell that holds the air: the ground's ellipsoid made larger by one factor.
+pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
+    let air = body.atmosphere.as_ref()?;
+    Some(Placement { radii_km: placement.radii_km * (1.0 + air.top_km / body.radii_km.x), ..*placement })
+}
+
+/// Whether the air can change the picture, with the numbers.
+pub(crate) fn bound(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, least: Bound) -> (bool, String) {
+    if inside {
+        return (true, format!("the camera is in it, below {} km", air.top_km));
+    }
+    let rim_px = rim_px(body, air, diameter_px);
+    let change = 1.0 - (-vertical_depth(air).max_element()).exp();
+    let reason = format!("its rim is {rim_px:.2} px high against {RIM_PX}, and straight down it takes {}", least.said_part(change));
+    (rim_px >= RIM_PX || (least.counts_part(change) && diameter_px >= 1.0), reason)
+}
+
+/// A thinner rim is left out: each pixel at the limb would show it as if it were a pixel wide.
+pub(crate) const RIM_PX: f64 = 0.5;
+/// Scale heights over which a limb is bright.
+const BRIGHT_HEIGHTS: f64 = 4.0;
+
+/// Height of the air that shines beside the disc.
+pub(crate) fn rim_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
+    let heights = air.species.iter().filter(|s| s.tent_centre_km.is_none()).map(|s| s.scale_height_km);
+    let rim_km = (BRIGHT_HEIGHTS * heights.fold(0.0, f64::max)).min(air.top_km);
+    rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
+}
+
+fn excess_of(height_radii: f64) -> f64 {
+    height_radii * (2.0 + height_radii)
+}
+
+/// The air above a floor: the body's ellipsoid made larger by one factor, 1 for the ground itself. Lengths are the floor's equatorial radii.
+pub(crate) fn amounts(body: &Body, floor: f64) -> AirAmounts {
+    let Some(air) = &body.atmosphere else { return AirAmounts::default() };
+    let radius_km = body.radii_km.x * floor;
+    let floor_km = radius_km - body.radii_km.x;
+    // A species that the air lacks is given the other's height, so that the quadrature fits what there is.
+    let height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
+    let of = |s: Option<&Species>, what: fn(&Species) -> DVec3| {
+        // A tent keeps its peak; an exponential begins with what it has at the floor.
+        let there = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
+        camera::narrow(s.map_or(DVec3::ZERO, what) * there * radius_km)
+    };
+    let tent = layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
+    let knots = tent.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
+    let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
+    AirAmounts {
+        top: camera::narrow_scalar(excess_of(((air.top_km - floor_km) / radius_km).max(0.0))),
+        ends: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
+        gas_height: height(gas(air).or(haze(air))),
+        gas_scattering: of(gas(air), scattering),
+        gas_extinction: of(gas(air), extinction),
+        skylight: camera::narrow(DOWNWARDS * scattered / vertical_depth(air).max(DVec3::splat(1e-30))),
+        haze_height: height(haze(air).or(gas(air))),
+        haze_asymmetry: camera::narrow_scalar(haze(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
+        haze_scattering: of(haze(air), scattering),
+        haze_extinction: of(haze(air), extinction),
+        layer: camera::narrow(knots.map(excess_of)),
+        layer_extinction: of(layer(air), extinction),
+        veil: 0.0,
+        night: camera::narrow_scalar(night_radiance(air)),
+        many_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
+        many: std::sync::Arc::default(),
+    }
+}
+
+/// Where rays of a draw begin and end that only rise or only fall: from the camera, or the top above it, to the ground or, a sky's, to the top.
+pub(crate) fn set_ends(amounts: &mut Amounts, sky: bool) {
+    let height = |excess: f32| excess / (1.0 + (1.0 + excess).sqrt());
+    let top = height(amounts.air.top);
+    let camera = if amounts.anchor_is_camera > 0.5 { height(amounts.anchor_excess.max(0.0)).min(top) } else { top };
+    amounts.air.ends = Vec2::new(camera, if sky { top } else { 0.0 });
+}
+
+/// The air that the camera stands in.
+pub(crate) struct Around<'a> {
+    pub body: &'a Body,
+    air: &'a Atmosphere,
+    placement: Placement,
+}
+
+impl<'a> Around<'a> {
+    pub fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
+        let air = body.atmosphere.as_ref()?;
+        // From a body's centre one looks out as if it were not there.
+        if placement.camera_is_inside() {
+            return None;
+        }
+        shell(body, placement)?.camera_is_inside().then_some(Self { body, air, placement: *placement })
+    }
+
+    /// Colour that light from beyond takes on its way to the camera: transmittance per channel over its mean. The draw of the sky takes the mean.
+    /// `direction`: towards the light, ICRF.
+    pub fn tint(&self, direction: DVec3) -> DVec3 {
+        let through = self.transmittance(direction);
+        let mean = through.element_sum() / 3.0;
+        if mean > 1e-12 { through / mean } else { DVec3::new(3.0, 0.0, 0.0) }
+    }
+
+    /// Whether there is enough of it to make a day.
+    pub fn is_bright(&self) -> bool {
+        vertical_depth(self.air).max_element() > VISIBLE_CHANGE
+    }
+
+    /// What the eye settles on under this sky, as a radiance: [`SKY_LEVELS`] between the heights of a light. `towards`: from the body.
+    pub fn level(&self, towards: DVec3, irradiance: f64) -> f64 {
+        let height_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
+        let above = SKY_LEVELS.iter().rposition(|(deg, _)| *deg <= height_deg).unwrap_or(0);
+        let ((d0, l0), (d1, l1)) = (SKY_LEVELS[above.min(SKY_LEVELS.len() - 2)], SKY_LEVELS[(above + 1).min(SKY_LEVELS.len() - 1)]);
+        let part = ((height_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
+        irradiance * (l0.ln() + part * (l1 / l0).ln()).exp()
+    }
+
+    /// What the air leaves of light from beyond, the mean of the channels.
+    pub fn passes(&self, direction: DVec3) -> f64 {
+        self.transmittance(direction).element_sum() / 3.0
+    }
+
+    /// What is left of light from beyond, per channel: of what is drawn after the air.
+    pub fn transmittance(&self, direction: DVec3) -> DVec3 {
+        let radius_km = self.body.radii_km.x;
+        let along = self.placement.direction_in_unit_sphere(direction).normalize();
+        let scale = (along * self.placement.radii_km).length();
+        let from = self.placement.camera_in_unit_sphere();
+        let start = from.dot(along);
+        let low = from.length_squared() - 1.0 - start * start;
+        let edge = (excess_of(self.air.top_km / radius_km) - low).max(0.0).sqrt();
+        // Along the ray from the camera, where the air is densest on the way out.
+        let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
+            let s = start + s_km / scale;
+            let excess = (low + s * s).max(0.0);
+            excess / (1.0 + (1.0 + excess).sqrt()) * radius_km
+        });
+        (-depth).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+    use glam::DMat3;
+
+    #[test]
+    fn the_low_sun_is_red_and_the_high_one_nearly_white() {
+        let catalog = Catalog::embedded();
+        let earth = catalog.body(crate::catalog::NaifId(399)).expect("the Earth");
+        let up = DVec3::X;
+        let place = Placement { centre_km: -up * (earth.radii_km.x + 0.002), body_from_icrf: DMat3::IDENTITY, radii_km: earth.radii_km };
+        let around = Around::of(earth, &place).expect("two metres up is in the air");
+        let high = around.transmittance(up);
+        // Extinction of the zenith at the three wavelengths: gas 8 km, aerosol 1.2 km, ozone 15 km.
+        let expected = (-vertical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
+        assert!((high - expected).abs().max_element() < 2e-3, "{high} for {expected}");
+        let low = around.tint(DVec3::new(0.0, 1.0, 0.01));
+        assert!(low.x > 2.0 && low.y < 0.9 && low.z < 0.01, "{low}");
+        let far = Placement { centre_km: -up * 1e6, ..place };
+        assert!(Around::of(earth, &far).is_none());
+        let centre = Placement { centre_km: DVec3::ZERO, ..place };
+        assert!(Around::of(earth, &centre).is_none());
+    }
+
+    #[test]
+    fn every_air_of_the_catalog_has_amounts_that_can_be_drawn() {
+        let catalog = Catalog::embedded();
+        for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
+            let a = amounts(body, 1.0);
+            // Above a floor there is less of it, and its top is nearer.
+            let above = amounts(body, 1.002);
+            assert!(above.top < a.top && above.gas_scattering.max_element() <= a.gas_scattering.max_element(), "{}", body.name);
+            assert!(a.top > 0.0 && a.gas_height > 0.0 && a.haze_height > 0.0, "{}", body.name);
+            assert!(a.layer.x < a.layer.y && a.layer.y < a.layer.z, "{}", body.name);
+            for c in 0..3 {
+                assert!(a.gas_extinction[c] >= a.gas_scattering[c] && a.haze_extinction[c] >= a.haze_scattering[c], "{}", body.name);
+                assert!((0.0..=0.5 + 1e-6).contains(&a.skylight[c]), "{}", body.name);
+            }
+        }
+    }
+}

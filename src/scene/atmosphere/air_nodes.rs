@@ -1,0 +1,217 @@
+//! Heights at which light is summed along rays that only rise or only fall, and what depends on the height alone.
+//!
+//! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/columns.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
+//! from the lower end up, where the density of the air that reaches highest is 1 - w². Always holds: an end outside the air stands at its top.
+
+use crate::scene::atmosphere::air_table;
+use crate::scene::camera;
+use crate::scene::constants::ERFCX_SLOPE;
+use crate::scene::draw::AirAmounts;
+use crate::scene::numeric::gauss_legendre;
+use glam::{DVec3, Vec4};
+use std::f64::consts::PI;
+
+/// Rows of one node.
+pub const ROWS: usize = 3;
+/// After the samples: the camera's end and the far end.
+pub const ENDS: usize = 2;
+
+/// Rows of lib/air/scatter.wesl's samples: place, weight, the place between this and the next.
+pub fn samples(count: usize) -> Vec<Vec4> {
+    let all = gauss_legendre(count);
+    let next = |k: usize| all.get(k + 1).map_or(1.0, |n| n.0);
+    all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, 0.5 * (x + next(k)))).extend(0.0)).collect()
+}
+
+fn excess_of(height: f64) -> f64 {
+    height * (2.0 + height)
+}
+
+struct Shells {
+    gas: f64,
+    haze: f64,
+    /// Excesses of the layer's knots.
+    layer: DVec3,
+    /// Scale height of the air that reaches highest.
+    highest: f64,
+}
+
+impl Shells {
+    /// `weight`: of the quadrature, in height.
+    fn rows(&self, height: f64, weight: f64, between: f64) -> [Vec4; ROWS] {
+        let radius = 1.0 + height;
+        let (gas, haze) = ((-height / self.gas).exp(), (-height / self.haze).exp());
+        let slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
+        let factor = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
+        let knots = self.layer - excess_of(height);
+        let per_gas = ((1.0 / self.gas - 1.0 / self.haze) * height).exp();
+        let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
+        [
+            row(excess_of(height), weight * radius * gas, per_gas, 1.0 / radius),
+            row(slope(self.gas), factor(gas, self.gas), slope(self.haze), factor(haze, self.haze)),
+            row(knots.x, knots.y, knots.z, excess_of(between)),
+        ]
+    }
+}
+
+/// The ends of a ray and the samples between, from the lower end up.
+struct Grid {
+    shells: Shells,
+    camera: f64,
+    far: f64,
+    low: f64,
+    /// w at the upper end.
+    whole: f64,
+    /// Nodes in 0 to 1, with weights.
+    at: Vec<(f64, f64)>,
+}
+
+impl Grid {
+    fn of(air: &AirAmounts, samples: usize) -> Self {
+        let (gas, haze) = (f64::from(air.gas_height), f64::from(air.haze_height));
+        let hazy = air.haze_extinction.max_element() > 0.0;
+        let highest = if hazy { gas.max(haze) } else { gas };
+        let (camera, far) = (f64::from(air.ends.x), f64::from(air.ends.y));
+        let low = camera.min(far);
+        let whole = (1.0 - (-(camera.max(far) - low) / highest).exp()).max(0.0).sqrt();
+        let shells = Shells { gas, haze, layer: air.layer.as_dvec3(), highest };
+        Self { shells, camera, far, low, whole, at: gauss_legendre(samples) }
+    }
+
+    fn height(&self, x: f64) -> f64 {
+        self.low - self.shells.highest * (1.0 - (self.whole * x).powi(2)).ln()
+    }
+}
+
+/// The rows of that many samples and of the two ends.
+pub fn nodes(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
+    let grid = Grid::of(air, samples);
+    let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (samples + ENDS));
+    for (k, (x, weight)) in grid.at.iter().enumerate() {
+        let w = grid.whole * x;
+        let next = grid.at.get(k + 1).map_or(1.0, |n| n.0);
+        let slope = 2.0 * w * grid.shells.highest / (1.0 - w * w);
+        rows.extend(grid.shells.rows(grid.height(*x), weight * grid.whole * slope, grid.height(0.5 * (x + next))));
+    }
+    // An end at the top has the air that would go on above it: the difference of two ends is what lies between.
+    for end in [grid.camera, grid.far] {
+        rows.extend(grid.shells.rows(end, 0.0, end));
+    }
+    rows
+}
+
+/// Coefficients of the polynomial in mu / (mu + 0.3) that stands for the table of many-times-scattered light at a height.
+pub const POWERS: usize = 5;
+/// Places in 0 to 1 of the cosine at which it is fitted.
+const FITTED: usize = 48;
+
+/// The polynomials of that many samples, least squares over the Sun's heights from the horizon to the zenith.
+pub fn many(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
+    let place = |k: usize| (k as f64 + 0.5) / FITTED as f64 * air_table::place(1.0);
+    let mut all = Vec::with_capacity(POWERS * samples);
+    let grid = Grid::of(air, samples);
+    for (x, _) in &grid.at {
+        let row = (grid.height(*x) + f64::from(air.many_heights.x)) * f64::from(air.many_heights.y);
+        let mut normal = [[0.0; POWERS]; POWERS];
+        let mut sides = [DVec3::ZERO; POWERS];
+        for k in 0..FITTED {
+            let at = place(k);
+            let root = air_table::root_between(&air.many, row.clamp(0.0, 1.0), at);
+            for i in 0..POWERS {
+                sides[i] += root * at.powi(i as i32);
+                for (j, n) in normal[i].iter_mut().enumerate() {
+                    *n += at.powi((i + j) as i32);
+                }
+            }
+        }
+        all.extend(solved(normal, sides).map(|c| camera::narrow(c).extend(0.0)));
+    }
+    all
+}
+
+/// Gauss's elimination; the matrix is positive definite.
+fn solved(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POWERS] {
+    for i in 0..POWERS {
+        for r in i + 1..POWERS {
+            let factor = m[r][i] / m[i][i];
+            let (row, side) = (m[i], b[i]);
+            m[r].iter_mut().zip(row).skip(i).for_each(|(here, above)| *here -= factor * above);
+            b[r] -= factor * side;
+        }
+    }
+    for i in (0..POWERS).rev() {
+        let known: DVec3 = (i + 1..POWERS).map(|c| b[c] * m[i][c]).sum();
+        b[i] = (b[i] - known) / m[i][i];
+    }
+    b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Vec2, Vec3};
+
+    /// Against the table itself, at every height of the Earth's samples and under every Sun.
+    #[test]
+    fn the_polynomials_stand_for_the_table() {
+        let catalog = crate::catalog::Catalog::embedded();
+        for name in ["Earth", "Mars", "Titan", "Venus"] {
+            let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
+            let table = air_table::table(body).expect("air");
+            let air = AirAmounts { many: std::sync::Arc::new(table.clone()), ..crate::scene::atmosphere::air::amounts(body, 1.0) };
+            let fits = many(&air, 8);
+            assert_eq!(fits.len(), 8 * POWERS);
+            let brightest = table.iter().map(|v| v.truncate().max_element()).fold(0.0, f32::max).powi(2);
+            for (k, (x, _)) in Grid::of(&air, 8).at.iter().enumerate() {
+                let row = (Grid::of(&air, 8).height(*x) * f64::from(air.many_heights.y)).clamp(0.0, 1.0);
+                for step in 0..=20 {
+                    let at = f64::from(step) / 20.0 * air_table::place(1.0);
+                    let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * at.powi(p as i32)).sum();
+                    let exact = air_table::root_between(&table, row, at);
+                    let off = (root * root - exact * exact).abs().max_element();
+                    assert!(off < 0.02 * f64::from(brightest), "{name}, sample {k}, {at}: {off} of {brightest}");
+                }
+            }
+        }
+    }
+
+    fn height_of(excess: f64) -> f64 {
+        excess / (1.0 + (1.0 + excess).sqrt())
+    }
+
+    fn air(camera: f32, far: f32) -> AirAmounts {
+        AirAmounts {
+            top: 0.032,
+            ends: Vec2::new(camera, far),
+            gas_height: 0.00125,
+            gas_extinction: Vec3::ONE,
+            haze_height: 0.0002,
+            haze_extinction: Vec3::ONE,
+            layer: Vec3::new(0.003, 0.008, 0.0125),
+            layer_extinction: Vec3::ONE,
+            ..AirAmounts::default()
+        }
+    }
+
+    /// Straight up, the samples' weights give the column of gas between the ends; the rows of a height give the layer above it.
+    #[test]
+    fn the_weights_sum_to_the_column_of_gas() {
+        for (camera, far) in [(0.0159, 0.0), (0.001, 0.0), (0.0005, 0.0159)] {
+            let rows = nodes(&air(camera, far), 8);
+            assert_eq!(rows.len(), ROWS * (8 + ENDS));
+            let scale = 0.00125;
+            let (low, high) = (f64::from(camera.min(far)), f64::from(camera.max(far)));
+            let column = scale * ((-low / scale).exp() - (-high / scale).exp());
+            // gas * step * radius, times one over the radius.
+            let sum: f64 = (0..8).map(|k| f64::from(rows[ROWS * k].y * rows[ROWS * k].w)).sum();
+            assert!((sum / column - 1.0).abs() < 1e-4, "{camera} {far}: {sum} for {column}");
+            let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
+            assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));
+        }
+        // The layer's knots over the ground, and over a place in its middle.
+        let ends = nodes(&air(height_of(0.008) as f32, 0.0), 8);
+        let knots = |row: usize| ends[ROWS * row + 2].truncate().as_dvec3();
+        assert!((knots(9) - DVec3::new(0.003, 0.008, 0.0125)).abs().max_element() < 1e-8);
+        assert!((knots(8) - DVec3::new(-0.005, 0.0, 0.0045)).abs().max_element() < 1e-8);
+    }
+}

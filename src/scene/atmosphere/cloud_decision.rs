@@ -1,0 +1,44 @@
+//! Whether a body's cloud shell is drawn over its globe.
+
+use crate::scene::atmosphere::{air, clouds};
+use crate::scene::camera;
+use crate::scene::camera::silhouette::Outline;
+use crate::scene::draw::needs::MapSet;
+use crate::scene::draw::{Draw, MapFiles, Part};
+use crate::scene::features::case::{Case, Decided};
+use crate::scene::features::globe;
+use crate::scene::light::{lights, photometry};
+use crate::scene::request::effects::Effect;
+use glam::DVec3;
+
+/// Decides on the shell of clouds.
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+    so_far.clouds = shell(case, &mut so_far);
+    so_far
+}
+
+fn shell(case: &Case<'_, '_>, so_far: &mut Decided<'_>) -> Option<Draw> {
+    let (body, p) = (case.body(), case.placed);
+    let clouds = body.clouds.as_ref()?;
+    let needs = so_far.chosen.cloud_needs(body, case.pixel_view())?;
+    let scale = clouds::shell_scale(body, clouds);
+    let shell = clouds::shell(&p.placement, scale);
+    if shell.camera_is_inside() {
+        let reason = format!("the camera is below them, {} km over the ground", clouds.height_km);
+        so_far.log.note(Effect::Clouds.name(), false, reason);
+        return None;
+    }
+    let deck = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
+    let bound = || (case.bound().counts(deck), format!("a closed deck is {}", case.bound().said(deck)));
+    if !so_far.log.map(Effect::Clouds, Some(&clouds.map), bound) {
+        return None;
+    }
+    let rect = Outline::of(case.frame.camera, &shell).rect(case.frame.camera)?;
+    let mut amounts = globe::amounts(case, &shell, rect, MapSet::default(), &so_far.shine);
+    let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);
+    amounts.air = air::amounts(body, scale);
+    air::set_ends(&mut amounts, false);
+    amounts.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * case.share));
+    let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
+    Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), needs, amounts, map_files })
+}

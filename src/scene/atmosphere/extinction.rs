@@ -1,0 +1,66 @@
+//! What air takes from light: by species at a height, and along a ray.
+//!
+//! In: the catalog's species. Out: coefficients per kilometre and optical depths, per channel (linear RGB). Heights and lengths are kilometres.
+//! Not here: which way a ray takes through the air; the caller gives the height along it.
+
+use crate::catalog::{Atmosphere, Species};
+use glam::DVec3;
+
+pub(crate) fn scattering(s: &Species) -> DVec3 {
+    DVec3::from_array(s.scattering_per_km)
+}
+
+pub(crate) fn extinction(s: &Species) -> DVec3 {
+    scattering(s) + DVec3::from_array(s.absorption_per_km)
+}
+
+/// Density of a species at a height, over that at the ground or in the middle of its tent.
+pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
+    match s.tent_centre_km {
+        Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),
+        None => (-height_km / s.scale_height_km).exp(),
+    }
+}
+
+/// A coefficient of all species together, per kilometre.
+pub(crate) fn sum(air: &Atmosphere, height_km: f64, what: fn(&Species) -> DVec3) -> DVec3 {
+    air.species.iter().map(|s| what(s) * density(s, height_km)).sum()
+}
+
+/// Fractions of a ray's length where the air is sampled, and the part of the length that each stands for. Midpoints of even steps in the square root of
+/// the length: steps grow away from the start, where the air is densest.
+pub(crate) fn steps(count: usize) -> impl Iterator<Item = (f64, f64)> {
+    (0..count).map(move |k| {
+        let u = (k as f64 + 0.5) / count as f64;
+        (u * u, 2.0 * u / count as f64)
+    })
+}
+
+/// Optical depth of a straight ray that leaves its densest air at its start. `height_km`: the height at a distance from the start.
+pub(crate) fn optical_depth(air: &Atmosphere, length_km: f64, count: usize, height_km: impl Fn(f64) -> f64) -> DVec3 {
+    steps(count).map(|(at, part)| sum(air, height_km(length_km * at), extinction) * (length_km * part)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Catalog, NaifId};
+
+    /// Straight up the heights are the lengths, and the depth is known: scale height times extinction, less what lies above the top.
+    #[test]
+    fn the_depth_straight_up_is_that_of_the_columns() {
+        let catalog = Catalog::embedded();
+        let air = catalog.body(NaifId::EARTH).and_then(|b| b.atmosphere.as_ref()).expect("air");
+        let column = |s: &Species| match s.tent_centre_km {
+            // A tent of half width w holds as much as a slab of height w.
+            Some(_) => s.scale_height_km,
+            None => s.scale_height_km * -(-air.top_km / s.scale_height_km).exp_m1(),
+        };
+        let exact: DVec3 = air.species.iter().map(|s| extinction(s) * column(s)).sum();
+        let worst = |count: usize| ((optical_depth(air, air.top_km, count, |s| s) - exact) / exact).abs().max_element();
+        assert!(worst(1000) < 1e-5, "{}", worst(1000));
+        assert!(worst(48) < 5e-3, "{}", worst(48));
+        assert!(worst(4) > 5e-3, "four steps are too few");
+        assert!((steps(48).map(|(_, part)| part).sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+}

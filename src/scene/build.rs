@@ -1,0 +1,271 @@
+//! From a request to a finished [`Scene`], in two steps.
+//!
+//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_lamps`] adds that of night
+//! lamps; [`SceneBuilder::requirements`] says what else the view needs; [`SceneBuilder::build`] decides on every feature and makes the scene of what is at hand. Nothing changes a scene afterwards.
+
+use crate::catalog::{Body, Catalog, NaifId};
+use crate::ephemeris::Ephemeris;
+use crate::scene::annotation::{labels, orbits};
+use crate::scene::atmosphere::air::Around;
+use crate::scene::atmosphere::decision::wants_table;
+use crate::scene::camera::viewpoint::{self, Viewer};
+use crate::scene::camera::{Camera, Placement};
+use crate::scene::decision::Decision;
+use crate::scene::draw::needs::{PixelView, Shape};
+use crate::scene::draw::{Draw, Part};
+use crate::scene::eclipse::refracted_limb;
+use crate::scene::error::SceneError;
+use crate::scene::features::case::{Case, Frame};
+use crate::scene::features::{self, Seen};
+use crate::scene::finished::Scene;
+use crate::scene::in_view::{Appearance, BodyInView, SubPoint};
+use crate::scene::light::exposure::Exposure;
+use crate::scene::light::lights::Reflector;
+use crate::scene::light::{auto_exposure, corona, glow, magnitude};
+use crate::scene::placed::{Placed, place};
+use crate::scene::purpose::Bound;
+use crate::scene::request::effects::Effect;
+use crate::scene::request::view_request::ViewRequest;
+use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
+use crate::scene::surface::{mesh_decision, meshes};
+use crate::scene::visibility::{hidden, order};
+use glam::{DMat3, DVec3};
+
+/// A view whose bodies are placed and whose light is metered, before anything is decided.
+pub struct SceneBuilder<'a> {
+    catalog: &'a Catalog,
+    ephemeris: &'a Ephemeris,
+    request: &'a ViewRequest,
+    caches: &'a Caches,
+    viewer: Viewer,
+    /// In the catalog's order, without those that the ephemeris could not place.
+    placed: Vec<Placed<'a>>,
+    /// Every body of the catalog: why it could not be placed, where it could not.
+    unplaced: Vec<Option<BodyInView>>,
+    reflectors: Vec<Reflector<'a>>,
+    /// The air that the camera stands in.
+    air: Option<Around<'a>>,
+    /// Without lamps until they are metered.
+    exposure: Exposure,
+}
+
+impl Scene {
+    /// The scene of a request with nothing at hand but catalog and ephemeris: no shape models, lamps or tables of multiple scattering.
+    ///
+    /// # Errors
+    /// What no camera can do, or a target that cannot be placed.
+    pub fn build(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
+        Ok(SceneBuilder::new(catalog, ephemeris, request, &Caches::default())?.build(&Resources::default()))
+    }
+}
+
+impl<'a> SceneBuilder<'a> {
+    /// Looks at the sky of `request.time` from the request's camera.
+    ///
+    /// # Errors
+    /// What no camera can do, or a target that cannot be placed.
+    pub fn new(catalog: &'a Catalog, ephemeris: &'a Ephemeris, request: &'a ViewRequest, caches: &'a Caches) -> Result<Self, SceneError> {
+        let viewer = viewpoint::viewer(catalog, ephemeris, request)?;
+        let (mut placed, mut unplaced) = (Vec::new(), Vec::new());
+        for body in catalog.bodies() {
+            match place(catalog, body, ephemeris, &viewer, request, caches) {
+                Ok(p) => {
+                    placed.push(p);
+                    unplaced.push(None);
+                }
+                Err(e @ SceneError::Inside(_)) => return Err(e),
+                Err(e) if request.target == Some(body.id) => return Err(e),
+                Err(e) => unplaced.push(Some(not_placed(body, e.to_string()))),
+            }
+        }
+        let air = placed.iter().find_map(|p| Around::of(p.body, &p.placement));
+        let reflectors: Vec<Reflector<'_>> =
+            placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
+        let context = Context { request, ephemeris, resources: &Resources::default(), caches };
+        let exposure = auto_exposure::exposure(context, &viewer.camera, &placed, &reflectors, air.as_ref());
+        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, exposure })
+    }
+
+    /// The bodies whose lamps the exposure depends on.
+    pub fn lamps_wanted(&self, known: &Resources) -> Vec<NaifId> {
+        auto_exposure::lamps_wanted(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
+    }
+
+    /// Meters the light once more, with the lamps at hand.
+    pub fn meter_lamps(&mut self, resources: &Resources) {
+        let camera = &self.viewer.camera;
+        self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
+    }
+
+    fn context<'f>(&'f self, resources: &'f Resources) -> Context<'f> {
+        Context { request: self.request, ephemeris: self.ephemeris, resources, caches: self.caches }
+    }
+
+    fn frame<'f>(&'f self, request: &'f ViewRequest, resources: &'f Resources) -> Frame<'f> {
+        Frame {
+            context: Context { request, ..self.context(resources) },
+            camera: &self.viewer.camera,
+            bound: Bound::of(self.request.purpose, self.exposure.white()),
+            reflectors: &self.reflectors,
+            air: self.air.as_ref(),
+        }
+    }
+
+    /// Whether the camera is at the body's centre.
+    fn is_inside(&self, body: &Body) -> bool {
+        self.viewer.inside == Some(body.id)
+    }
+
+    /// The request with what is asked of one body alone.
+    fn own_request(&self, body: &Body) -> Option<ViewRequest> {
+        self.request.effects.for_body(&body.name).map(|effects| ViewRequest { effects, ..self.request.clone() })
+    }
+
+    /// What [`Self::build`] needs to be at hand for the whole scene. `known`: which files are known to be unreadable.
+    pub fn requirements(&self, known: &Resources) -> Requirements {
+        let frame = self.frame(self.request, known);
+        let mut wanted = Requirements::default();
+        for p in self.placed.iter().filter(|p| !self.is_inside(p.body)) {
+            let own = self.own_request(p.body);
+            let frame = Frame { context: Context { request: own.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
+            if meshes::is_wanted(frame.context, frame.camera, p) {
+                let shaded = frame.context.request.effects.asked(Effect::SelfShadow) != Some(false);
+                wanted.meshes.push(MeshWanted { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
+            }
+            if wants_table(&Case::of(&frame, p)) {
+                wanted.scattering_tables.push(p.body.id);
+            }
+            wanted.maps.extend(features::maps_wanted(&frame, p));
+        }
+        wanted
+    }
+
+    /// Decides on every feature of every body, and makes the scene of what is at hand.
+    pub fn build(self, resources: &Resources) -> Scene {
+        let (request, camera, placed) = (self.request, &self.viewer.camera, &self.placed);
+        let context = self.context(resources);
+        let frame = self.frame(request, resources);
+        let (mut draws, mut points, mut lines) = (Vec::new(), Vec::new(), Vec::new());
+        let draws_lines = request.layers.orbits && request.pixel_view == PixelView::Shaded;
+        let mut seen_bodies = placed.iter().map(|p| {
+            let own = self.own_request(p.body);
+            let frame = Frame { context: Context { request: own.as_ref().unwrap_or(request), ..context }, ..frame };
+            let mut seen = features::decide(&frame, p, self.is_inside(p.body));
+            let (parts, point) = (std::mem::take(&mut seen.draws), seen.point.take());
+            let mut found = in_view(p, seen, &parts, magnitude::magnitude(context, p, placed));
+            if let Some((pieces, decision)) = orbits::line(camera, self.ephemeris, p).filter(|_| draws_lines) {
+                lines.extend(pieces);
+                found.decisions.push(decision);
+            }
+            draws.extend(parts);
+            points.extend(point);
+            found
+        });
+        let mut bodies: Vec<BodyInView> =
+            self.unplaced.iter().filter_map(|unplaced| unplaced.clone().or_else(|| seen_bodies.next())).collect();
+        drop(seen_bodies);
+        let tint = |to: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(to));
+        let limbs = refracted_limb::limbs(request, camera, placed, frame.bound, tint, &mut bodies);
+        let through = |to: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(to));
+        let glow = decided(request, Effect::Glow, glow::glow(camera, placed, frame.bound, through), &mut bodies);
+        let corona = corona::corona(request, camera, placed, frame.bound, tint);
+        let corona = decided(request, Effect::Corona, corona, &mut bodies);
+        hidden::take(placed, camera, &mut draws, &mut points, &mut bodies);
+        let draws = order::far_to_near(placed, draws);
+        let corona = corona.map(|c| corona::Corona { draws_behind: order::draws_behind(placed, &draws, NaifId::SUN), ..c });
+        let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
+        let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);
+        let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
+        let labels = request.layers.labels.then(|| self.labels(camera, &bodies, selected));
+        Scene {
+            time: request.time,
+            camera: camera.clone(),
+            exposure: self.exposure.clone(),
+            pixel_view: request.pixel_view,
+            tone_map: request.tone_map,
+            bodies,
+            draws,
+            points,
+            lines,
+            corona,
+            limbs,
+            glow,
+            outlined,
+            bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,
+            labels,
+            purpose: request.purpose,
+        }
+    }
+
+    fn labels(&self, camera: &Camera, bodies: &[BodyInView], selected: NaifId) -> labels::Labels {
+        let size_px = labels::letter_size_px(camera.height);
+        let parent = |id: NaifId| self.catalog.body(id).and_then(|b| b.parent);
+        let marks = labels::marks(camera, bodies, selected, parent, &labels::Lettering::of_size(size_px));
+        labels::Labels { size_px, selected, marks }
+    }
+}
+
+/// Decides on light around the Sun and notes it among the Sun's features.
+fn decided<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, String)>, bodies: &mut [BodyInView]) -> Option<T> {
+    let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Shaded)?;
+    let (on, reason) = match request.effects.asked(effect) {
+        Some(on) => (on, "asked for".into()),
+        None => (by_bound, reason),
+    };
+    let feature = effect.name();
+    bodies
+        .iter_mut()
+        .filter(|b| b.id == NaifId::SUN)
+        .for_each(|b| b.decisions.push(Decision { feature, on, reason: reason.clone(), tier: None }));
+    on.then_some(light)
+}
+
+fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw], magnitude: Option<f64>) -> BodyInView {
+    let to_viewer = p.placement.body_from_icrf * -p.placement.centre_km;
+    BodyInView {
+        id: p.body.id,
+        name: p.body.name.clone(),
+        appearance: seen.appearance,
+        distance_km: p.distance_km,
+        angular_diameter_deg: 2.0 * (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin().to_degrees(),
+        diameter_px: seen.diameter_px,
+        phase_angle_deg: p.alpha.to_degrees(),
+        magnitude,
+        sub_viewer: SubPoint::of(to_viewer),
+        sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),
+        placement: p.placement,
+        needs: parts.iter().map(|d| d.needs).collect(),
+        invented: invented(p.body, parts),
+        decisions: seen.decisions,
+    }
+}
+
+/// The entry of a body that the ephemeris could not place.
+fn not_placed(body: &Body, reason: String) -> BodyInView {
+    BodyInView {
+        id: body.id,
+        name: body.name.clone(),
+        appearance: Appearance::NotShown,
+        distance_km: f64::NAN,
+        angular_diameter_deg: f64::NAN,
+        diameter_px: 0.0,
+        phase_angle_deg: f64::NAN,
+        magnitude: None,
+        sub_viewer: SubPoint { latitude_deg: f64::NAN, longitude_deg: f64::NAN },
+        sub_solar: None,
+        placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
+        decisions: vec![Decision { feature: "visible", on: false, reason, tier: None }],
+        needs: Vec::new(),
+        invented: Vec::new(),
+    }
+}
+
+/// The invented maps and shape that a body's draws show.
+fn invented(body: &Body, parts: &[Draw]) -> Vec<(String, String)> {
+    let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
+    let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
+    let shown = |file: &String| parts.iter().any(|d| d.map_files.bindings().any(|(_, f)| f == file));
+    let meshed = parts.iter().any(|d| d.needs.shape == Shape::Mesh);
+    let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
+    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).collect()
+}

@@ -1,0 +1,237 @@
+//! The camera, and the one place where f64 becomes f32.
+//!
+//! In: the camera's place and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen places, and the affine
+//! forms of [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before.
+//! Clip coordinates: x right, y up, -1..1 over the viewport. Pixels: x right, y down, centres at halves.
+
+pub mod silhouette;
+pub mod viewpoint;
+
+use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
+
+/// View depth in km that maps to reversed depth 1: surfaces nearer than this (10 cm) are cut off.
+pub const NEAR_DEPTH_KM: f64 = 1e-4;
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Barycentric ICRF.
+    pub position_km: DVec3,
+    /// Unit axes in ICRF; `right` x `up` points back at the viewer.
+    pub right: DVec3,
+    pub up: DVec3,
+    pub forward: DVec3,
+    /// Tangent of half the field of view, horizontal and vertical.
+    pub tan_half_fov: DVec2,
+    pub width: u32,
+    pub height: u32,
+}
+
+/// Where a body appears: the frame's geometry of one draw, f64.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// From the camera to the body's apparent centre, ICRF, kilometres.
+    pub centre_km: DVec3,
+    /// Rows are the body's axes; turned with the apparent place where aberration moved it, so that the same face shows.
+    pub body_from_icrf: DMat3,
+    /// Semi-axes.
+    pub radii_km: DVec3,
+}
+
+impl Placement {
+    /// Camera in the unit-sphere frame.
+    pub fn camera_in_unit_sphere(&self) -> DVec3 {
+        self.body_from_icrf * -self.centre_km / self.radii_km
+    }
+
+    /// An ICRF vector in the unit-sphere frame, times the equatorial radius, so that directions keep their size.
+    pub fn direction_in_unit_sphere(&self, v: DVec3) -> DVec3 {
+        self.body_from_icrf * v * (self.radii_km.x / self.radii_km)
+    }
+
+    pub fn camera_is_inside(&self) -> bool {
+        self.camera_in_unit_sphere().length_squared() <= 1.0
+    }
+}
+
+/// A bounding rectangle in clip space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClipRect {
+    pub left: f64,
+    pub top: f64,
+    pub right: f64,
+    pub bottom: f64,
+}
+
+impl ClipRect {
+    pub const VIEWPORT: Self = Self { left: -1.0, top: 1.0, right: 1.0, bottom: -1.0 };
+
+    /// What lies in both.
+    pub fn common(&self, other: &Self) -> Option<Self> {
+        let both = Self {
+            left: self.left.max(other.left),
+            top: self.top.min(other.top),
+            right: self.right.min(other.right),
+            bottom: self.bottom.max(other.bottom),
+        };
+        (both.left < both.right && both.bottom < both.top).then_some(both)
+    }
+}
+
+/// The f32 forms of one draw's view rays; see [`crate::scene::draw::Amounts`], which they fill.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewRays {
+    pub rect_in_clip: Vec4,
+    pub anchor_origin: Vec3,
+    pub anchor_du: Vec3,
+    pub anchor_dv: Vec3,
+    pub ray_origin: Vec3,
+    pub ray_du: Vec3,
+    pub ray_dv: Vec3,
+    pub anchor_excess: f32,
+    pub anchor_is_camera: bool,
+    pub depth_row: Vec4,
+    pub camera_in_unit_sphere: Vec3,
+}
+
+/// Which form the rays take. `Auto` picks the one whose rounding moves the silhouette less.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnchorForm {
+    Auto,
+    Camera,
+    Plane,
+}
+
+/// f64 to f32, rounding to nearest: the only narrowing of scene.
+pub fn narrow(v: DVec3) -> Vec3 {
+    v.as_vec3()
+}
+
+/// The same of two components.
+pub fn narrow2(v: DVec2) -> Vec2 {
+    v.as_vec2()
+}
+
+/// The same of four components.
+pub fn narrow4(v: glam::DVec4) -> Vec4 {
+    v.as_vec4()
+}
+
+/// One number from f64 to f32.
+pub fn narrow_scalar(v: f64) -> f32 {
+    v as f32
+}
+
+impl Camera {
+    /// A camera whose picture has `up_hint` upwards as nearly as the line of sight allows.
+    pub fn looking(position_km: DVec3, forward: DVec3, up_hint: DVec3, fov_deg: f64, width: u32, height: u32) -> Self {
+        let forward = forward.normalize();
+        // A hint along the line of sight says nothing: fall back on the celestial pole, then on the equinox.
+        let right = [up_hint, DVec3::Z, DVec3::X]
+            .into_iter()
+            .map(|up| forward.cross(up.normalize_or_zero()))
+            .find(|right| right.length() > 1e-9)
+            .unwrap_or(DVec3::Y)
+            .normalize();
+        let up = right.cross(forward);
+        let tan_y = (fov_deg.to_radians() / 2.0).tan();
+        let tan_half_fov = DVec2::new(tan_y * f64::from(width) / f64::from(height), tan_y);
+        Self { position_km, right, up, forward, tan_half_fov, width, height }
+    }
+
+    /// Half the viewport in pixels.
+    pub fn half_size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
+    }
+
+    /// Clip units per pixel, for shaders.
+    pub fn clip_per_pixel(&self) -> Vec2 {
+        (1.0 / self.half_size()).as_vec2()
+    }
+
+    /// Tangent of the angle that one pixel spans at the picture's centre.
+    pub fn pixel_tangent(&self) -> f64 {
+        self.tan_half_fov.y / self.half_size().y
+    }
+
+    /// The view ray through a clip place, ICRF, of view depth 1.
+    pub fn ray(&self, clip: DVec2) -> DVec3 {
+        self.forward + self.right * (clip.x * self.tan_half_fov.x) + self.up * (clip.y * self.tan_half_fov.y)
+    }
+
+    /// Clip place of a direction; `None` behind the camera.
+    pub fn clip(&self, direction: DVec3) -> Option<DVec2> {
+        let depth = direction.dot(self.forward);
+        (depth > 0.0).then(|| DVec2::new(direction.dot(self.right), direction.dot(self.up)) / (depth * self.tan_half_fov))
+    }
+
+    pub fn pixel_from_clip(&self, clip: DVec2) -> DVec2 {
+        DVec2::new(1.0 + clip.x, 1.0 - clip.y) * self.half_size()
+    }
+
+    pub fn clip_from_pixel(&self, pixel: DVec2) -> DVec2 {
+        let p = pixel / self.half_size();
+        DVec2::new(p.x - 1.0, 1.0 - p.y)
+    }
+
+    /// Unit-sphere point of the body under a pixel, in front of the camera; `None` beside the body.
+    pub fn surface_under_pixel(&self, place: &Placement, pixel: DVec2) -> Option<DVec3> {
+        let origin = place.camera_in_unit_sphere();
+        let w = place.direction_in_unit_sphere(self.ray(self.clip_from_pixel(pixel))).normalize();
+        let b = origin.dot(w);
+        // |origin x w| is the distance of the ray from the centre: no large numbers cancel.
+        let disc = 1.0 - origin.cross(w).length_squared();
+        (disc >= 0.0 && b < 0.0).then(|| origin + w * (-b - disc.sqrt()))
+    }
+
+    /// Pixel of a unit-sphere point of the body; `None` behind the camera or on the far side.
+    pub fn pixel_of_surface(&self, place: &Placement, unit_point: DVec3) -> Option<DVec2> {
+        let faces = place.camera_in_unit_sphere().dot(unit_point) >= 1.0;
+        let direction = place.centre_km + place.body_from_icrf.transpose() * (unit_point * place.radii_km);
+        if faces { self.clip(direction).map(|c| self.pixel_from_clip(c)) } else { None }
+    }
+
+    /// Narrows the rays of one draw to f32.
+    ///
+    /// Both forms hold points of the same rays, value = origin + u du + v dv over the rectangle: the camera itself, or the crossing
+    /// with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
+    /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the
+    /// farthest anchor in the rectangle; `Auto` compares the two. Measured in tests/scene/silhouette.rs.
+    pub fn view_rays(&self, place: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
+        // The corners are rounded first: rays and clip places then agree exactly.
+        let rect_in_clip = glam::DVec4::new(rect.left, rect.top, rect.right, rect.bottom).as_vec4();
+        let r = rect_in_clip.as_dvec4();
+        let origin = place.direction_in_unit_sphere(self.ray(DVec2::new(r.x, r.y)));
+        let du = place.direction_in_unit_sphere(self.right * ((r.z - r.x) * self.tan_half_fov.x));
+        let dv = place.direction_in_unit_sphere(self.up * ((r.w - r.y) * self.tan_half_fov.y));
+        let camera = place.camera_in_unit_sphere();
+        let centre_depth_km = place.centre_km.dot(self.forward);
+        let centre_depth = centre_depth_km / place.radii_km.x;
+        let excess = (camera.length() - 1.0) * (camera.length() + 1.0);
+        let plane = [origin * centre_depth + camera, du * centre_depth, dv * centre_depth];
+        let farthest = [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]]
+            .iter()
+            .map(|p| p.length())
+            .fold(1.0, f64::max);
+        let plane_is_better = centre_depth > 0.0 && 3.0 * farthest < 2.0 * camera.length() * excess.max(0.0).sqrt();
+        let anchor_is_camera = match form {
+            AnchorForm::Auto => !plane_is_better,
+            AnchorForm::Camera => true,
+            AnchorForm::Plane => false,
+        };
+        let anchor = if anchor_is_camera { [camera, DVec3::ZERO, DVec3::ZERO] } else { plane };
+        let depth_axis = place.body_from_icrf * self.forward * place.radii_km / NEAR_DEPTH_KM;
+        ViewRays {
+            rect_in_clip,
+            anchor_origin: narrow(anchor[0]),
+            anchor_du: narrow(anchor[1]),
+            anchor_dv: narrow(anchor[2]),
+            ray_origin: narrow(origin),
+            ray_du: narrow(du),
+            ray_dv: narrow(dv),
+            anchor_excess: narrow_scalar(excess),
+            anchor_is_camera,
+            depth_row: narrow(depth_axis).extend(narrow_scalar(centre_depth_km / NEAR_DEPTH_KM)),
+            camera_in_unit_sphere: narrow(camera),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The outline of an ellipsoid in the picture: the conic that its tangent cone cuts from the image plane, in f64.
+//!
+//! A view ray of homogeneous image place v meets the body where vᵀQv >= 0. With c the camera and r, u the image axes in the
+//! unit-sphere frame, and the image place counted from the projected centre in units of the body's radius, Q has the closed form
+//! of [`Outline::of`]; nothing large cancels, so a kilometre-sized moon at 100 au keeps its shape.
+
+use crate::scene::camera::{Camera, ClipRect, Placement};
+use glam::{DMat2, DVec2, DVec3};
+
+/// What of the picture a body's outline takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outline {
+    /// Wholly before the camera: the ellipse's bounding box and its area in pixels, both untrimmed.
+    Ellipse {
+        bounds: ClipRect,
+        area_px: f64,
+    },
+    /// The tangent cone reaches behind the camera and into the frame: the outline is open, any pixel may show the body.
+    Open,
+    /// The same, but no view ray of the frame is in the cone: the horizon is outside of the picture.
+    Beside,
+    Behind,
+}
+
+/// Pixels added on each side of a bounding box: the limb's soft edge takes half a pixel, and a quad reaches one further.
+pub const PADDING_PX: f64 = 1.5;
+
+/// Whether a view ray of the padded frame meets the body, or would behind the camera. In the unit-sphere frame the tangent cone is round: the frame's
+/// ray nearest to its axis decides, and that is the axis itself or on the frame's edge.
+fn meets_frame(camera: &Camera, place: &Placement) -> bool {
+    // So flat, as a ring's disc, that its cone has no digits left: the whole frame is safe.
+    if place.radii_km.min_element() < 1e-3 * place.radii_km.max_element() {
+        return true;
+    }
+    let c = place.camera_in_unit_sphere();
+    let distance = c.length();
+    let axis = -c / distance;
+    let reach = DVec2::ONE + PADDING_PX / camera.half_size();
+    if camera.clip(place.centre_km).is_some_and(|p| p.abs().cmple(reach).all()) {
+        return true;
+    }
+    let ray = |x: f64, y: f64| place.direction_in_unit_sphere(camera.ray(DVec2::new(x, y) * reach));
+    let corners = [ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)];
+    let nearest = (0..4).map(|k| nearest_cosine(axis, corners[k], corners[(k + 1) % 4])).fold(-1.0, f64::max);
+    nearest >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
+}
+
+/// The greatest cosine between a unit vector and the vectors from one to another.
+fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let step = to - from;
+    let (a, b) = (axis.dot(from), axis.dot(step));
+    let stationary = (b * from.length_squared() - a * from.dot(step)) / (a * step.length_squared() - b * from.dot(step));
+    let cosine = |t: f64| axis.dot((from + step * t).normalize());
+    let inside = if (0.0..=1.0).contains(&stationary) { cosine(stationary) } else { -1.0 };
+    inside.max(cosine(0.0)).max(cosine(1.0))
+}
+
+impl Outline {
+    /// `camera` must be outside the body.
+    pub fn of(camera: &Camera, place: &Placement) -> Self {
+        let depth_km = place.centre_km.dot(camera.forward);
+        let c = place.camera_in_unit_sphere();
+        let (r, u) = (place.direction_in_unit_sphere(camera.right), place.direction_in_unit_sphere(camera.up));
+        let (n1, n2) = (c.cross(r), c.cross(u));
+        // Minus the upper block of Q: positive definite exactly when the outline is an ellipse.
+        let block = [n1.dot(n1) - r.dot(r), n1.dot(n2) - r.dot(u), n2.dot(n2) - u.dot(u)];
+        let determinant = block[0] * block[2] - block[1] * block[1];
+        let scale = block[0].abs().max(block[2].abs());
+        if block[0] <= 0.0 || block[2] <= 0.0 || determinant <= 1e-12 * scale * scale {
+            return if meets_frame(camera, place) { Self::Open } else { Self::Beside };
+        }
+        if depth_km <= 0.0 {
+            return Self::Behind;
+        }
+        let inverse = DMat2::from_cols(DVec2::new(block[2], -block[1]), DVec2::new(-block[1], block[0])) * (1.0 / determinant);
+        let linear = -DVec2::new(r.dot(c), u.dot(c));
+        let centre = inverse * linear;
+        let level = c.dot(c) + linear.dot(centre);
+        // From body radii at the centre's depth to clip units.
+        let clip_per_radius = place.radii_km.x / (depth_km * camera.tan_half_fov);
+        let Some(origin) = camera.clip(place.centre_km) else { return Self::Behind };
+        let middle = origin + centre * clip_per_radius;
+        let half = DVec2::new((level * inverse.x_axis.x).sqrt(), (level * inverse.y_axis.y).sqrt()) * clip_per_radius;
+        let px = clip_per_radius * camera.half_size();
+        Self::Ellipse {
+            bounds: ClipRect { left: middle.x - half.x, top: middle.y + half.y, right: middle.x + half.x, bottom: middle.y - half.y },
+            area_px: std::f64::consts::PI * level * inverse.determinant().sqrt() * px.x * px.y,
+        }
+    }
+
+    /// The padded box trimmed to the viewport; `None` where nothing of the body can be in the picture.
+    pub fn rect(&self, camera: &Camera) -> Option<ClipRect> {
+        match *self {
+            Self::Behind | Self::Beside => None,
+            Self::Open => Some(ClipRect::VIEWPORT),
+            Self::Ellipse { bounds, .. } => {
+                let pad = DVec2::splat(PADDING_PX) / camera.half_size();
+                let rect = ClipRect {
+                    left: (bounds.left - pad.x).max(-1.0),
+                    top: (bounds.top + pad.y).min(1.0),
+                    right: (bounds.right + pad.x).min(1.0),
+                    bottom: (bounds.bottom - pad.y).max(-1.0),
+                };
+                (rect.left < rect.right && rect.bottom < rect.top).then_some(rect)
+            }
+        }
+    }
+}

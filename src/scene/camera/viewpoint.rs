@@ -1,0 +1,206 @@
+//! From a request to a camera: where it stands and looks at the instant, and how a moving viewer sees directions.
+//!
+//! In: the request and the ephemeris. Out: a [`Viewer`]: camera, velocity where it moves with a body, and the body it stands on or in.
+//! A camera over its target stands still and is placed about the target as seen, so light time does not shift the target in the
+//! frame. Diurnal aberration (at most 0.32 arcsec on the Earth) is left out.
+
+use crate::catalog::{Body, Catalog, NaifId};
+use crate::ephemeris::Ephemeris;
+use crate::ephemeris::horizon::ground_point_km;
+use crate::scene::camera::Camera;
+use crate::scene::error::SceneError;
+use crate::scene::request::view_request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};
+use crate::time::Instant;
+use crate::units::SPEED_OF_LIGHT_KM_S;
+use glam::{DMat3, DVec3};
+
+/// A camera with what it moves with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Viewer {
+    pub camera: Camera,
+    /// Barycentric, ICRF; zero for a camera that rides on nothing.
+    pub velocity_km_s: DVec3,
+    /// The body whose centre the camera is at: not drawn.
+    pub inside: Option<NaifId>,
+    /// The body whose ground the camera stands on, and its barycentric position. Viewer and body move together, so light time and
+    /// aberration cancel between them (to the square of v/c, 1e-8): it is where it is.
+    pub stands_on: Option<(NaifId, DVec3)>,
+}
+
+/// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
+const OBLIQUITY_J2000: f64 = 84_381.406 * crate::units::RAD_PER_ARCSEC;
+
+/// Direction in which a viewer who moves with `velocity_km_s` sees light that comes from the unit direction `u` for one at rest.
+///
+/// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
+pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
+    let beta = velocity_km_s / SPEED_OF_LIGHT_KM_S;
+    let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
+    let along = u.dot(beta);
+    ((inverse_gamma * u + (1.0 + along / (1.0 + inverse_gamma)) * beta) / (1.0 + along)).normalize()
+}
+
+/// The rotation that takes unit `from` to unit `to` by the shortest way.
+pub fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
+    DMat3::from_quat(glam::DQuat::from_rotation_arc(from, to))
+}
+
+struct Places<'a> {
+    catalog: &'a Catalog,
+    ephemeris: &'a Ephemeris,
+    time: Instant,
+}
+
+impl Places<'_> {
+    fn body(&self, id: NaifId) -> Result<&Body, SceneError> {
+        self.catalog.body(id).ok_or_else(|| SceneError::NotABody(format!("{}", id.0)))
+    }
+    fn state(&self, id: NaifId) -> Result<(DVec3, DVec3), SceneError> {
+        let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
+        Ok((state.pos_km, state.vel_km_s))
+    }
+    /// Columns are the axes of the body, or those of ICRF.
+    fn icrf_from(&self, axes: Axes, body: NaifId) -> Result<DMat3, SceneError> {
+        match axes {
+            Axes::Icrf => Ok(DMat3::IDENTITY),
+            Axes::BodyFixed => Ok(self.ephemeris.body_from_icrf(body, self.time)?.transpose()),
+        }
+    }
+}
+
+/// A camera stands at most this far from what it is placed by: a thousand light years of 365.25 days. From farther away no source would know where anything
+/// was when the light left.
+pub const FARTHEST_KM: f64 = 1000.0 * 365.25 * crate::units::SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
+
+fn near_enough(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
+    if distance_km <= FARTHEST_KM {
+        return Ok(());
+    }
+    Err(SceneError::Request(format!("{}: that is {distance_km:.3e} km away; at most {FARTHEST_KM:.3e} km, 1000 light years", what())))
+}
+
+/// Places the camera of a request.
+pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Viewer, SceneError> {
+    request.check()?;
+    let places = Places { catalog, ephemeris, time: request.time };
+    let t = request.time;
+    let needs_target = || request.target.ok_or_else(|| SceneError::Request("name a target, or give the direction to look in".into()));
+    let mut fov_deg = request.fov_deg;
+    let mut velocity_km_s = DVec3::ZERO;
+    let mut inside = None;
+    let mut ground = None;
+    let mut zenith = None;
+    let near;
+    let position_km = match request.position {
+        Position::Over { towards, distance_radii } => {
+            let target = places.body(needs_target()?)?;
+            near = target.id;
+            let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
+            // A sphere's disc of angular radius a takes tan a / tan(fov / 2) of the half height.
+            let fitted = 1.0 / (FITTED_DISC * (fov.to_radians() / 2.0).tan()).atan().sin();
+            let distance_km = distance_radii.unwrap_or(fitted) * target.radii_km.max_element();
+            let asked = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
+            near_enough(distance_km, asked)?;
+            // The light seen now left the target when it was here.
+            let seen_at = t.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
+            let centre = ephemeris.state(target.id, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km;
+            let towards = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });
+            if towards == target.id {
+                return Err(SceneError::Request(format!("{} cannot be seen from its own side: name another body", target.name)));
+            }
+            let side = (places.state(towards)?.0 - centre).try_normalize().unwrap_or(DVec3::X);
+            zenith = Some(side);
+            centre + side * distance_km
+        }
+        Position::Centre(body) => {
+            near = body;
+            let (pos, vel) = places.state(body)?;
+            velocity_km_s = vel;
+            inside = Some(body);
+            pos
+        }
+        Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
+            near = body;
+            near_enough(height_km, || format!("height {height_km:?} km"))?;
+            let (point, normal) = ground_point_km(places.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
+            let icrf_from_body = places.icrf_from(Axes::BodyFixed, body)?;
+            let (pos, vel) = places.state(body)?;
+            velocity_km_s = vel;
+            ground = Some((body, pos));
+            zenith = Some(icrf_from_body * normal);
+            pos + icrf_from_body * point
+        }
+        Position::Offset { body, offset_km, axes } => {
+            near = body;
+            let offset = places.icrf_from(axes, body)? * offset_km;
+            near_enough(offset.length(), || "camera".into())?;
+            let seen_at = t.plus_seconds(-offset.length() / SPEED_OF_LIGHT_KM_S);
+            zenith = offset.try_normalize();
+            ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None)?.state.pos_km + offset
+        }
+    };
+    let forward = match request.look {
+        Look::Along { direction, axes } => places.icrf_from(axes, near)? * direction.normalize(),
+        Look::Target => {
+            let target = needs_target()?;
+            let stood_on = ground.filter(|(body, _)| *body == target);
+            let seen = match stood_on {
+                Some((_, pos)) => pos,
+                None => ephemeris.light_time_position(target, position_km, t)?.0,
+            };
+            let to_target = seen - position_km;
+            if to_target.length() < 1e-6 || inside == Some(target) {
+                return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
+            }
+            let fitted = catalog.body(target).map(|b| {
+                let angular_radius = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
+                (2.0 * (angular_radius.tan() / FITTED_DISC).atan().to_degrees()).clamp(1e-6, 60.0)
+            });
+            if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
+                fov_deg = fitted;
+            }
+            if stood_on.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }
+        }
+    };
+    let up_hint = match request.up {
+        Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(near)) {
+            Some(body) if catalog.body(body).is_some() => ephemeris.body_from_icrf(body, t)?.row(2),
+            _ => DVec3::Z,
+        },
+        Up::Zenith => zenith.unwrap_or(DVec3::Z),
+        Up::Celestial => DVec3::Z,
+        Up::Ecliptic => DVec3::new(0.0, -OBLIQUITY_J2000.sin(), OBLIQUITY_J2000.cos()),
+        Up::Along { direction, axes } => places.icrf_from(axes, near)? * direction,
+    };
+    let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);
+    let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
+    Ok(Viewer { camera, velocity_km_s, inside, stands_on: ground })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_earths_speed_shifts_a_star_abeam_by_the_constant_of_aberration() {
+        // kappa = 20.49552 arcsec (IAU 1976) at the Earth's mean speed of 29.789 km/s.
+        let seen = aberrated(DVec3::Y, DVec3::X * 29.7892);
+        let shift_arcsec = seen.x.atan2(seen.y) / crate::units::RAD_PER_ARCSEC;
+        assert!((shift_arcsec - 20.4955).abs() < 0.01, "{shift_arcsec}");
+        assert_eq!(aberrated(DVec3::Y, DVec3::ZERO), DVec3::Y);
+    }
+
+    #[test]
+    fn ground_points_of_the_earth_are_those_of_wgs84() {
+        // Paris by the closed form of the geodetic transform with a 6378.137 km, 1/f 298.257223563: 48.8584 N, 2.2945 E.
+        let a: f64 = 6378.137;
+        let b = a * (1.0 - 1.0 / 298.257_223_563);
+        let (lat, lon) = (48.8584_f64.to_radians(), 2.2945_f64.to_radians());
+        let n = a * a / ((a * lat.cos()).powi(2) + (b * lat.sin()).powi(2)).sqrt();
+        let h = 0.33;
+        let expected = DVec3::new((n + h) * lat.cos() * lon.cos(), (n + h) * lat.cos() * lon.sin(), (n * (b / a).powi(2) + h) * lat.sin());
+        let (point, normal) = ground_point_km(DVec3::new(a, a, b), 48.8584, 2.2945, h);
+        assert!((point - expected).length() < 1e-9);
+        assert!((normal.z - lat.sin()).abs() < 1e-12);
+    }
+}

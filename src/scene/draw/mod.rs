@@ -1,0 +1,98 @@
+//! One draw: its structure ([`needs::Needs`]), its uniforms ([`uniforms::Amounts`]) and its maps; and the points beside the draws.
+//!
+//! Plain values: `features` makes them, `shader` derives keys from the structure, `render::plan` fills uniform blocks from the rest.
+
+pub mod needs;
+pub mod tables;
+pub mod uniforms;
+
+use crate::catalog::NaifId;
+pub use crate::scene::constants;
+use glam::Vec3;
+pub use needs::{
+    Air, AirTier, BodyShadow, CASTERS_AT_MOST, Eclipse, EclipseModel, Flags, MapSet, Needs, PixelView, RingShadow, Shape, Surface,
+};
+pub use tables::{RingShine, RingTable};
+pub use uniforms::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, HiderAmounts, Light, MeshAmounts, OverlayAmounts, RingAmounts};
+
+/// Which part of a body a draw shows, in the order in which parts of one body are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// The half of the ring behind the globe's centre.
+    RingBehind,
+    /// The air beside the ground, before it: the ground's soft edge covers it.
+    Sky,
+    Globe,
+    Clouds,
+    /// The half of the ring before the globe's centre.
+    Ring,
+}
+
+impl Part {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RingBehind => "ring-behind",
+            Self::Sky => "sky",
+            Self::Globe => "globe",
+            Self::Clouds => "clouds",
+            Self::Ring => "ring",
+        }
+    }
+}
+
+/// One draw of a body that is large enough to be a disc.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draw {
+    pub body: NaifId,
+    pub part: Part,
+    /// The body's name, for labels.
+    pub name: String,
+    pub needs: Needs,
+    pub amounts: Amounts,
+    /// The map files that `needs.maps` asks for.
+    pub map_files: MapFiles,
+}
+
+impl Draw {
+    /// The same shape, black and without anything on it: what it covers.
+    pub fn shape_alone(&self) -> Self {
+        let two_sided = self.needs.flags.two_sided;
+        let needs = Needs { shape: self.needs.shape, flags: Flags { two_sided, ..Flags::default() }, ..Needs::LEAST };
+        Self { needs, map_files: MapFiles::default(), ..self.clone() }
+    }
+}
+
+/// File names of a draw's maps inside the textures folder.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MapFiles {
+    pub albedo: Option<String>,
+    pub normal: Option<String>,
+    pub specular: Option<String>,
+    pub night: Option<String>,
+    pub cloud: Option<String>,
+    /// In the order of the overlays' amounts.
+    pub overlays: Vec<String>,
+}
+
+impl MapFiles {
+    /// Each file with the texture binding it is read from (1 albedo, 2 normal, 3 specular, 4 night, 7 cloud, 9 and 10 overlays).
+    pub fn bindings(&self) -> impl Iterator<Item = (u32, &str)> {
+        let overlays = (9..).zip(self.overlays.iter().map(String::as_str));
+        [(1, &self.albedo), (2, &self.normal), (3, &self.specular), (4, &self.night), (7, &self.cloud)]
+            .into_iter()
+            .filter_map(|(binding, file)| file.as_deref().map(|f| (binding, f)))
+            .chain(overlays)
+    }
+}
+
+/// A body too small for a disc: a sprite that carries its light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    pub body: NaifId,
+    /// Clip x and y, reversed depth.
+    pub centre: Vec3,
+    /// Reach of the sprite in pixels, three standard deviations.
+    pub radius_px: f32,
+    /// Linear RGB sum of its radiance over the pixels it falls on.
+    pub flux: Vec3,
+}

@@ -1,0 +1,261 @@
+//! What a draw needs: its structure. The shader key is derived from [`Needs`] alone.
+//!
+//! Plain values, no amounts: two draws with equal needs run the same module. Not here: what the values mean beside each other
+//! (shader::key) and which draw gets what (effects, features).
+
+/// How the surface turns light into radiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum Surface {
+    Emissive,
+    Lambert,
+    LommelSeeliger,
+    LunarLambert,
+    OrenNayar,
+    /// The air alone, where a view ray misses the ground or is stopped by nothing.
+    Sky,
+    /// A shell of cloud.
+    Cloud,
+    /// A flat ring of particles.
+    Ring,
+}
+
+impl Surface {
+    pub const ALL: [Self; 8] =
+        [Self::Emissive, Self::Lambert, Self::LommelSeeliger, Self::LunarLambert, Self::OrenNayar, Self::Sky, Self::Cloud, Self::Ring];
+}
+
+/// Which textures modulate the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct MapSet {
+    pub albedo: bool,
+    pub normal: bool,
+    pub specular: bool,
+    pub night: bool,
+    /// The clouds' shadow on the ground.
+    pub cloud_shadow: bool,
+}
+
+/// What carries the surface: an intersected sphere or ellipsoid, or the triangles of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum Shape {
+    Sphere,
+    Ellipsoid,
+    Mesh,
+}
+
+/// How the Sun's disc cut by casters is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum EclipseModel {
+    #[default]
+    None,
+    /// A linear ramp between first and last contact.
+    Linear,
+    /// Exact overlap of evenly bright discs.
+    UniformDisc,
+    /// The Sun's disc darkened to its limb by a quadratic law, per colour channel.
+    LimbDarkened,
+    /// The same, and the first caster's atmosphere bends reddened light into its umbra.
+    Refracted,
+}
+
+impl EclipseModel {
+    pub const ALL: [Self; 5] = [Self::None, Self::Linear, Self::UniformDisc, Self::LimbDarkened, Self::Refracted];
+    /// Those that a viewer may choose.
+    pub const CHOICES: [Self; 4] = [Self::Linear, Self::UniformDisc, Self::LimbDarkened, Self::Refracted];
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Linear => "linear",
+            Self::UniformDisc => "uniform-disc",
+            Self::LimbDarkened => "limb-darkened",
+            Self::Refracted => "refracted",
+        }
+    }
+}
+
+/// Bodies that can stand before the Sun, and by which model. Either both are there or neither.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct Eclipse {
+    /// 0..=4.
+    pub casters: u8,
+    pub model: EclipseModel,
+}
+
+/// Most casters that one draw counts.
+pub const CASTERS_AT_MOST: u8 = 4;
+
+/// The ring's shadow on its planet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum RingShadow {
+    #[default]
+    None,
+    /// One ray to the Sun's centre.
+    PointSun,
+    /// The optical depth averaged over the Sun's disc.
+    Penumbra,
+}
+
+impl RingShadow {
+    pub const ALL: [Self; 3] = [Self::None, Self::PointSun, Self::Penumbra];
+}
+
+/// The planet's shadow on its ring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum BodyShadow {
+    #[default]
+    None,
+    /// The planet a sphere, the Sun a point.
+    Sphere,
+    /// The oblate planet before the Sun's true disc.
+    EllipsoidPenumbra,
+}
+
+impl BodyShadow {
+    pub const ALL: [Self; 3] = [Self::None, Self::Sphere, Self::EllipsoidPenumbra];
+}
+
+/// How light scattered in the air is summed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum AirTier {
+    #[default]
+    None,
+    /// Five samples along the view ray at each vertex, interpolated.
+    Vertex,
+    /// Samples along each pixel's view ray; the path to the Sun analytic.
+    Pixel8,
+    Pixel16,
+    Pixel32,
+    /// Tables of transmittance and multiple scattering.
+    Table,
+}
+
+impl AirTier {
+    pub const ALL: [Self; 6] = [Self::None, Self::Vertex, Self::Pixel8, Self::Pixel16, Self::Pixel32, Self::Table];
+    /// Those that a viewer may choose.
+    pub const CHOICES: [Self; 5] = [Self::Vertex, Self::Pixel8, Self::Pixel16, Self::Pixel32, Self::Table];
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Vertex => "vertex",
+            Self::Pixel8 => "pixel-8",
+            Self::Pixel16 => "pixel-16",
+            Self::Pixel32 => "pixel-32",
+            Self::Table => "table",
+        }
+    }
+}
+
+/// The atmosphere: Rayleigh scattering first, the rest by flag.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct Air {
+    pub tier: AirTier,
+    /// A haze or dust with a forward phase function.
+    pub mie: bool,
+    /// A layer that only absorbs.
+    pub absorption: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct Flags {
+    pub two_sided: bool,
+    pub alpha_texture: bool,
+    pub vertex_colour: bool,
+}
+
+/// What the pixel shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum PixelView {
+    #[default]
+    Shaded,
+    Depth,
+    Normal,
+    Albedo,
+    Uv,
+    Sunlight,
+    /// Part of the Sun's light that casters leave.
+    Eclipse,
+    /// Part of the Sun's light that the ring leaves; of a ring, its optical depth.
+    Ring,
+    /// Optical depth of the air, or of the ring, along the view ray, per channel.
+    OpticalDepth,
+    /// Work done for the pixel: the module is that of the shaded picture, and the renderer counts.
+    Cost,
+}
+
+impl PixelView {
+    pub const ALL: [Self; 10] = [
+        Self::Shaded,
+        Self::Depth,
+        Self::Normal,
+        Self::Albedo,
+        Self::Uv,
+        Self::Sunlight,
+        Self::Eclipse,
+        Self::Ring,
+        Self::OpticalDepth,
+        Self::Cost,
+    ];
+}
+
+impl PixelView {
+    pub fn by_name(name: &str) -> Option<Self> {
+        // `shaded` is the name of earlier versions.
+        let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Shaded)]);
+        known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v)
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shaded => "final",
+            Self::Depth => "depth",
+            Self::Normal => "normal",
+            Self::Albedo => "albedo",
+            Self::Uv => "uv",
+            Self::Sunlight => "sunlight",
+            Self::Eclipse => "eclipse",
+            Self::Ring => "ring",
+            Self::OpticalDepth => "optical-depth",
+            Self::Cost => "cost",
+        }
+    }
+}
+
+/// The structure of one draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct Needs {
+    pub surface: Surface,
+    pub maps: MapSet,
+    /// Image layers laid over the albedo by their alpha: 0..=2.
+    pub overlays: u8,
+    /// The Sun first, then reflected light of other bodies: 0..=3.
+    pub lights: u8,
+    pub eclipse: Eclipse,
+    pub ring_shadow: RingShadow,
+    /// The ring lights the globe.
+    pub ring_shine: bool,
+    pub body_shadow: BodyShadow,
+    pub air: Air,
+    pub shape: Shape,
+    pub flags: Flags,
+    pub view: PixelView,
+}
+
+impl Needs {
+    /// The least of all: a black sphere.
+    pub const LEAST: Self = Self {
+        surface: Surface::Lambert,
+        maps: MapSet { albedo: false, normal: false, specular: false, night: false, cloud_shadow: false },
+        overlays: 0,
+        lights: 0,
+        eclipse: Eclipse { casters: 0, model: EclipseModel::None },
+        ring_shadow: RingShadow::None,
+        ring_shine: false,
+        body_shadow: BodyShadow::None,
+        air: Air { tier: AirTier::None, mie: false, absorption: false },
+        shape: Shape::Sphere,
+        flags: Flags { two_sided: false, alpha_texture: false, vertex_colour: false },
+        view: PixelView::Shaded,
+    };
+}

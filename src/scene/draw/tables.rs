@@ -1,0 +1,22 @@
+//! Tables that draws read by texel: plain values, made by `rings`.
+
+/// Texels row by row, four numbers each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingTable {
+    pub width: u32,
+    pub height: u32,
+    pub texels: Vec<f32>,
+    /// Innermost and outermost radius, equatorial radii.
+    pub reach: [f64; 2],
+}
+
+/// Irradiance of level ground over its height above the ring's plane, per unit of sunlight: texels row by row, red, green, blue and 0. The rows of the side
+/// that the Sun's centre is on, then those of the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingShine {
+    pub texels: Vec<f32>,
+    /// Height (unit-sphere frame) from which on no ring is seen.
+    pub reach: f64,
+    /// The greatest irradiance of any place, the brightest channel.
+    pub brightest: f64,
+}

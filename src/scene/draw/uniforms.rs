@@ -1,0 +1,328 @@
+//! The uniforms of one draw, all f32.
+//!
+//! Plain values: `features` and the rooms of each effect fill them, render::plan writes them by name. A field that is followed by a name in quotes fills the
+//! uniform of that name in shaders/lib/draw.wesl; a new uniform is a line there and a line here.
+
+use crate::mesh::Model;
+use crate::scene::camera::{self, ViewRays};
+use crate::scene::draw::tables::{RingShine, RingTable};
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// The value of one uniform field.
+#[derive(Clone, Debug, PartialEq)]
+pub enum UniformValue<'a> {
+    F32(f32),
+    Vec2(Vec2),
+    Vec3(Vec3),
+    Vec4(Vec4),
+    Mat4(Mat4),
+    /// `array<vec4f, n>`.
+    Rows(Cow<'a, [Vec4]>),
+}
+
+macro_rules! from_plain {
+    ($($plain:ty => $variant:ident),*) => {
+        $(impl From<&$plain> for UniformValue<'_> {
+            fn from(value: &$plain) -> Self {
+                Self::$variant(*value)
+            }
+        })*
+    };
+}
+from_plain!(f32 => F32, Vec2 => Vec2, Vec3 => Vec3, Vec4 => Vec4, Mat4 => Mat4);
+
+impl<'a, const N: usize> From<&'a [Vec4; N]> for UniformValue<'a> {
+    fn from(rows: &'a [Vec4; N]) -> Self {
+        Self::Rows(Cow::Borrowed(rows))
+    }
+}
+
+impl<'a> From<&'a Vec<Vec4>> for UniformValue<'a> {
+    fn from(rows: &'a Vec<Vec4>) -> Self {
+        Self::Rows(Cow::Borrowed(rows))
+    }
+}
+
+impl<'a> From<&'a Arc<Vec<Vec4>>> for UniformValue<'a> {
+    fn from(rows: &'a Arc<Vec<Vec4>>) -> Self {
+        Self::Rows(Cow::Borrowed(rows))
+    }
+}
+
+/// Declares a struct, some of whose fields fill uniforms: `pub top: f32 = "air_top"`.
+macro_rules! uniforms {
+    (
+        $(#[$meta:meta])*
+        pub struct $name:ident {
+            $($(#[$field_meta:meta])* pub $field:ident : $ty:ty $(= $($uniform:literal)|+)?,)*
+        }
+    ) => {
+        $(#[$meta])*
+        pub struct $name {
+            $($(#[$field_meta])* pub $field: $ty,)*
+        }
+
+        impl $name {
+            const UNIFORMS: &'static [&'static str] = &[$($($($uniform,)+)?)*];
+
+            fn own_uniform(&self, name: &str) -> Option<UniformValue<'_>> {
+                match name {
+                    $($($($uniform)|+ => Some(UniformValue::from(&self.$field)),)?)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+/// One light: where it comes from in the body's unit-sphere axes' parent frame (body-fixed axes), and how strong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit vector towards the light, body-fixed axes.
+    pub direction_in_body: Vec3,
+    /// Irradiance on a plane facing the light, linear RGB, in units of the Sun's at 1 au.
+    pub irradiance: Vec3,
+}
+
+uniforms! {
+    /// The amounts of one draw, all f32, all in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
+    /// (so the ellipsoid is the unit sphere).
+    ///
+    /// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in 0 to 1 each (v down the screen), the view ray is
+    /// `anchor(u,v) + s * ray(u,v)`, both affine in u and v: value = origin + u * du + v * dv.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct Amounts {
+        /// Bounding rectangle in clip space: x of the left edge, y of the top edge, x of the right, y of the bottom (y up, -1..1).
+        pub rect_in_clip: Vec4 = "rect_in_clip",
+        /// A point on each view ray. Far camera: the crossing with the plane through the body's centre facing it, so magnitudes
+        /// stay near one; near camera: the camera itself.
+        pub anchor_origin: Vec3 = "anchor_origin",
+        pub anchor_du: Vec3 = "anchor_du",
+        pub anchor_dv: Vec3 = "anchor_dv",
+        /// Direction of each view ray away from the camera, not normalised.
+        pub ray_origin: Vec3 = "ray_origin",
+        pub ray_du: Vec3 = "ray_du",
+        pub ray_dv: Vec3 = "ray_dv",
+        /// Near camera: |camera|² - 1, computed in f64. Ignored when `anchor_is_camera` is 0.
+        pub anchor_excess: f32 = "anchor_excess",
+        /// 1: the anchor is the camera (near form); 0: the anchor plane (far form).
+        pub anchor_is_camera: f32 = "anchor_is_camera",
+        /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
+        pub depth_row: Vec4 = "depth_row",
+        /// Semi-axes over the equatorial radius: (1, b/a, c/a).
+        pub axis_ratios: Vec3 = "axis_ratios",
+        /// Linear RGB reflectance scale (or radiance, for emissive): multiplies the map, or stands alone without one.
+        pub albedo: Vec3 = "albedo",
+        pub lights: Vec<Light>,
+        /// Lunar weight L of lunar-lambert, or Oren-Nayar's sigma² (rad²).
+        pub photometric_parameter: f32 = "photometric_parameter",
+        /// Limb darkening per channel (emissive).
+        pub limb_u1: Vec3 = "limb_u1",
+        pub limb_u2: Vec3 = "limb_u2",
+        /// z stretch that turns a unit-sphere point into the direction whose latitude the map counts.
+        pub map_latitude_stretch: f32 = "map_latitude_stretch",
+        /// Night lights radiance scale, ocean glint strength and mean square slope of the waves.
+        pub night_radiance: Vec3 = "night_radiance",
+        pub specular_strength: f32 = "specular_strength",
+        pub wave_slope_sq: f32 = "wave_slope_sq",
+        /// Normal map strength.
+        pub normal_strength: f32 = "normal_strength",
+        /// Images over the ground, the lowest first.
+        pub overlays: Vec<OverlayAmounts>,
+        pub clouds: CloudAmounts,
+        pub eclipse: EclipseAmounts,
+        pub ring: RingAmounts,
+        pub air: AirAmounts,
+        /// Unit camera position for distant views or camera in unit-sphere frame, f32.
+        pub camera_in_unit_sphere: Vec3 = "camera_in_unit_sphere",
+        pub pixel_size: Vec2 = "pixel_size",
+        /// Clip place of a mesh's points less the anchor, reversed depth.
+        pub clip_from_unit_sphere: Mat4 = "clip_from_unit_sphere",
+        /// Near the ground the camera, farther out 0; unit-sphere frame.
+        pub mesh_anchor: Vec3 = "mesh_anchor",
+        pub mesh: Option<MeshAmounts>,
+        /// Of a body that glows.
+        pub hiders: HiderAmounts,
+    }
+}
+
+/// The triangles of a draw whose shape is a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshAmounts {
+    pub model: Arc<Model>,
+    /// Height of the Sun over the shape's own horizon at each vertex, in its radii.
+    pub sun_heights: Arc<Vec<f32>>,
+}
+
+uniforms! {
+    /// The cloud shell, for its own draw and for its shadow on the ground.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct CloudAmounts {
+        /// Texels at which the sky is clear, and closed.
+        pub clear: f32 = "cloud_clear",
+        pub full: f32 = "cloud_full",
+        /// Radius of the shell in the body's unit-sphere frame.
+        pub radius: f32 = "cloud_radius" | "shell_scale",
+        /// Lambert albedo of a closed deck.
+        pub albedo: f32 = "cloud_albedo",
+    }
+}
+
+uniforms! {
+    /// The air, lengths in equatorial radii. An excess is |p|² - 1 in the unit-sphere frame.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct AirAmounts {
+        /// Excess above which there is nothing.
+        pub top: f32 = "air_top",
+        /// Heights of the camera's end and the far end of a ray that only rises or only falls; outside the air, that of its top.
+        pub ends: Vec2,
+        pub gas_height: f32 = "air_gas_height",
+        /// Per radius at the ground, linear RGB.
+        pub gas_scattering: Vec3 = "air_gas_scattering",
+        pub gas_extinction: Vec3 = "air_gas_extinction",
+        /// Part of the light taken out of the sunlight that reaches the ground from the sky.
+        pub skylight: Vec3 = "air_skylight",
+        pub haze_height: f32 = "air_haze_height",
+        pub haze_asymmetry: f32 = "air_haze_asymmetry",
+        pub haze_scattering: Vec3 = "air_haze_scattering",
+        pub haze_extinction: Vec3 = "air_haze_extinction",
+        /// Excess at the foot, the middle and the top of an absorbing layer.
+        pub layer: Vec3 = "air_layer",
+        pub layer_extinction: Vec3 = "air_layer_extinction",
+        /// 0: the air lies over the ground. 1: the ground's colours hold the air already, so that of both the brighter is seen. 2: they hold air that hides
+        /// nothing straight down, so that the disc is seen, and beside it the air goes on with the disc's light.
+        pub veil: f32 = "air_veil",
+        /// Radiance of the night sky: none for a sky that is seen from outside.
+        pub night: f32 = "air_night",
+        /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
+        pub many_heights: Vec2 = "air_many_heights",
+        /// [`crate::scene::air_table`]; empty where the draw does not read it.
+        pub many: Arc<Vec<Vec4>> = "air_many",
+    }
+}
+
+uniforms! {
+    /// Uniforms of shaders/lib/eclipse, all f32, the receiver subtracted before; lengths in its equatorial radii.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct EclipseAmounts {
+        /// Unit vector to the Sun, body axes; 1 / distance.
+        pub axis: Vec4 = "eclipse_axis",
+        /// Two unit vectors across it; cotangent of the Sun's angular radius, and that over the distance.
+        pub across: [Vec4; 2] = "eclipse_across",
+        /// Radiance of the Sun's disc per its light: factors of 1, mu, mu² per channel.
+        pub limb: [Vec4; 3] = "eclipse_limb",
+        /// Centre across the axis (xy) and along it (z).
+        pub places: Vec<Vec4> = "caster_place",
+        /// Unit vector of the outline's long axis (xy), semi-axes (zw).
+        pub shapes: Vec<Vec4> = "caster_shape",
+        /// The first caster's air: radius and bending at the lower and the upper edge of each layer, and what it lets through.
+        pub air_edges: Vec<Vec4> = "caster_air_edges",
+        pub air_passes: Vec<Vec4> = "caster_air_passes",
+        /// [`crate::scene::air_spread`]; empty where the draw does not read it.
+        pub spread: Vec<Vec4> = "caster_spread",
+    }
+}
+
+uniforms! {
+    /// Uniforms of shaders/lib/uncovered.wesl.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct HiderAmounts {
+        /// Three rows for each of two bodies; the last of each has x, then y of the pixel from which places count.
+        pub rows: [Vec4; 6] = "hider",
+    }
+}
+
+/// Rows of one overlay in the uniform block.
+pub use crate::scene::constants::OVERLAY_ROWS;
+
+/// What the shader knows of one overlay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverlayAmounts {
+    pub rows: [Vec4; OVERLAY_ROWS],
+    /// It goes round the body: its left edge joins its right one.
+    pub around: bool,
+}
+
+uniforms! {
+    /// Uniforms of shaders/lib/ring.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    pub struct RingAmounts {
+        pub table: Option<Arc<RingTable>>,
+        /// Innermost and outermost radius, equatorial radii.
+        pub reach: Vec2 = "ring_reach",
+        /// Half a pixel at the body, equatorial radii.
+        pub blur: f32 = "ring_blur",
+        /// Factor and exponent of the bodies' phase function; 1 where any ring has dust.
+        pub phase: Vec3 = "ring_phase",
+        /// Asymmetry of the lobes of the dust's phase function, and the part of its light in each.
+        pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
+        pub dust_share: Vec3 = "ring_dust_share",
+        pub opposition: Vec2 = "ring_opposition",
+        /// 1: the half before the body's centre, -1: behind it, 0: both.
+        pub half: f32 = "ring_half",
+        /// Tangent of the Sun's angular radius.
+        pub sun_tangent: f32 = "sun_tangent",
+        /// The globe's semi-axes over its equatorial radius.
+        pub shadow_axes: Vec3 = "shadow_axes",
+        pub sun_limb_u1: Vec3 = "sun_limb_u1",
+        pub sun_limb_u2: Vec3 = "sun_limb_u2",
+        /// What the ring sends onto the globe.
+        pub shine: Option<Arc<RingShine>>,
+        /// Unit vector of the Sun in the ring's plane (xy), one over the height that sees no ring (z), factor on the light (w).
+        pub shine_frame: Vec4 = "ring_shine",
+    }
+}
+
+impl RingAmounts {
+    pub fn nodes(&self) -> f32 {
+        self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.width)))
+    }
+}
+
+impl Amounts {
+    /// Uniforms that several fields make together.
+    const DERIVED: [&'static str; 4] = ["light_direction", "light_irradiance", "overlay", "ring_nodes"];
+
+    /// Names of all uniforms that a draw's values fill.
+    pub fn uniforms() -> impl Iterator<Item = &'static str> {
+        let own = [Self::UNIFORMS, CloudAmounts::UNIFORMS, EclipseAmounts::UNIFORMS, RingAmounts::UNIFORMS, AirAmounts::UNIFORMS];
+        own.into_iter().chain([HiderAmounts::UNIFORMS]).flatten().copied().chain(Self::DERIVED)
+    }
+
+    /// The value of a uniform by its name in the fragments.
+    pub fn uniform(&self, name: &str) -> Option<UniformValue<'_>> {
+        let of_lights = |what: fn(&Light) -> Vec3| UniformValue::Rows(self.lights.iter().map(|l| what(l).extend(0.0)).collect());
+        match name {
+            "light_direction" => Some(of_lights(|l| l.direction_in_body)),
+            "light_irradiance" => Some(of_lights(|l| l.irradiance)),
+            "overlay" => Some(UniformValue::Rows(self.overlays.iter().flat_map(|o| o.rows).collect())),
+            "ring_nodes" => Some(UniformValue::F32(self.ring.nodes())),
+            _ => self
+                .own_uniform(name)
+                .or_else(|| self.clouds.own_uniform(name))
+                .or_else(|| self.eclipse.own_uniform(name))
+                .or_else(|| self.ring.own_uniform(name))
+                .or_else(|| self.air.own_uniform(name))
+                .or_else(|| self.hiders.own_uniform(name)),
+        }
+    }
+
+    /// What every draw over a rectangle has: its view rays.
+    pub(crate) fn of_rays(rays: &ViewRays) -> Self {
+        Self {
+            rect_in_clip: rays.rect_in_clip,
+            anchor_origin: rays.anchor_origin,
+            anchor_du: rays.anchor_du,
+            anchor_dv: rays.anchor_dv,
+            ray_origin: rays.ray_origin,
+            ray_du: rays.ray_du,
+            ray_dv: rays.ray_dv,
+            anchor_excess: rays.anchor_excess,
+            anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
+            depth_row: rays.depth_row,
+            ..Self::default()
+        }
+    }
+}

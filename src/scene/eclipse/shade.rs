@@ -1,0 +1,65 @@
+//! About how much sunlight casters leave on a body: for the exposure, for magnitudes and for bodies that are points.
+
+use crate::catalog::Body;
+use crate::scene::draw::needs::EclipseModel;
+use crate::scene::eclipse::air;
+use crate::scene::eclipse::occluders::{Axis, Caster, Receiver};
+use glam::DVec3;
+
+/// About what part of the Sun's light casters leave at points of a receiver: discs without limb darkening. For the exposure and for bodies that are
+/// points; no picture is shaded by it.
+pub struct Shade<'a> {
+    casters: &'a [Caster<'a>],
+    axis: Axis,
+    /// Of the first caster's air, where it bends light.
+    layers: Option<air::Layers>,
+}
+
+impl<'a> Shade<'a> {
+    /// `None` where nothing stands before the Sun.
+    pub fn of(casters: &'a [Caster<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
+        let axis = Axis::of(receiver, sun).filter(|_| !casters.is_empty())?;
+        let first = casters.first().filter(|_| model == EclipseModel::Refracted);
+        let shown = |c: &Caster<'_>| air::shown(c.along, axis.sun_distance);
+        Some(Self { casters, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, shown(c))) })
+    }
+
+    /// At a point: body axes, equatorial radii.
+    pub fn left(&self, point: DVec3) -> f64 {
+        let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
+        let mut left = 1.0_f64;
+        for (index, c) in self.casters.iter().enumerate() {
+            let depth = c.along - along;
+            if depth <= 0.0 {
+                continue;
+            }
+            let scale = self.axis.cot / depth;
+            let (distance, size) = ((c.across - across).length() * scale, c.semi.x * scale);
+            let hidden = ((1.0 + size - distance) / (1.0 + size - (1.0 - size).abs())).clamp(0.0, 1.0) * (size * size).min(1.0);
+            left = left.min(1.0 - hidden);
+            if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
+                left += layers.light(distance, depth, scale);
+            }
+        }
+        left.min(1.0)
+    }
+
+    /// The mean over the lit ground that a viewer sees. `camera`: from the centre, body axes.
+    pub fn mean(&self, camera: DVec3) -> f64 {
+        let towards = camera.normalize_or(self.axis.along);
+        const POINTS: usize = 200;
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for k in 0..POINTS {
+            // Evenly spread over the sphere.
+            let z = 1.0 - (2.0 * k as f64 + 1.0) / POINTS as f64;
+            let (sin, cos) = (k as f64 * 2.399_963).sin_cos();
+            let point = DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
+            let weight = point.dot(self.axis.along).max(0.0) * point.dot(towards).max(0.0);
+            if weight >= 0.01 {
+                sum += self.left(point) * weight;
+                weights += weight;
+            }
+        }
+        if weights > 0.0 { sum / weights } else { 1.0 }
+    }
+}

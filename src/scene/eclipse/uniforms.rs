@@ -1,0 +1,56 @@
+//! Uniforms of shaders/lib/eclipse: casters about the axis through receiver and Sun.
+
+use crate::catalog::Body;
+use crate::scene::camera;
+use crate::scene::draw::needs::EclipseModel;
+use crate::scene::draw::uniforms::EclipseAmounts;
+use crate::scene::eclipse::air;
+use crate::scene::eclipse::occluders::{Axis, Caster, Receiver, limb_law};
+use glam::{DVec2, DVec3};
+
+/// Amounts of the casters for a model; the Sun as it lights the receiver.
+pub fn amounts_of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseAmounts {
+    match Axis::of(receiver, sun) {
+        Some(axis) => of(casters, model, receiver, sun, &axis),
+        None => EclipseAmounts::default(),
+    }
+}
+
+/// 1 - u1 (1 - mu) - u2 (1 - mu)² over the disc's flux, as factors of 1, mu, mu². The flux of 1, mu, mu² is pi, 2/3 pi, pi/2.
+fn limb_factors(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
+    let flux = (1.0 - u1 / 3.0 - u2 / 6.0) * std::f64::consts::PI;
+    [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
+}
+
+fn of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body, axis: &Axis) -> EclipseAmounts {
+    let narrow4 = |v: DVec3, w: f64| camera::narrow(v).extend(camera::narrow_scalar(w));
+    let (u1, u2) = match model {
+        EclipseModel::LimbDarkened | EclipseModel::Refracted => limb_law(sun),
+        _ => (DVec3::ZERO, DVec3::ZERO),
+    };
+    let layers = match casters.first() {
+        Some(first) if model == EclipseModel::Refracted => {
+            let shown = air::shown(first.along, axis.sun_distance);
+            air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt(), shown)
+        }
+        _ => None,
+    };
+    // Where the air is counted by its layers, the opaque outline ends at their top.
+    let raised = layers.as_ref().map_or(0.0, |l| l.top);
+    let shape = |k: usize, c: &Caster<'_>| {
+        let semi = c.semi + DVec2::splat(if k == 0 { raised } else { 0.0 });
+        narrow4(c.long_axis.extend(semi.x), semi.y)
+    };
+    let edges = layers.as_ref().map_or(&[][..], |l| &l.edges);
+    let passes = layers.as_ref().map_or(&[][..], |l| &l.passes);
+    EclipseAmounts {
+        axis: narrow4(axis.along, 1.0 / axis.sun_distance),
+        across: [narrow4(axis.across[0], axis.cot), narrow4(axis.across[1], axis.cot / axis.sun_distance)],
+        limb: limb_factors(u1, u2).map(|f| narrow4(f, 0.0)),
+        places: casters.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
+        shapes: casters.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
+        air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
+        air_passes: passes.iter().map(|p| narrow4(*p, 0.0)).collect(),
+        spread: Vec::new(),
+    }
+}

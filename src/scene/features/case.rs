@@ -1,0 +1,163 @@
+//! What the decisions about one body read, and what they come to.
+//!
+//! In: a frame and a placed body. Out: [`Case`], which every feature reads; [`Decided`], which features hand on from one to the next.
+
+use crate::catalog::{Body, NaifId, Overlay, Photometry};
+use crate::mesh::Model;
+use crate::scene::atmosphere::air::Around;
+use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{Camera, ClipRect};
+use crate::scene::decision::DecisionLog;
+use crate::scene::draw::uniforms::{EclipseAmounts, RingAmounts};
+use crate::scene::draw::{Draw, PixelView};
+use crate::scene::features::choice::Chosen;
+use crate::scene::light::lights::{self, LightOn, Reflector};
+use crate::scene::placed::Placed;
+use crate::scene::point;
+use crate::scene::purpose::Bound;
+use crate::scene::request::effects::{Effect, EffectOverrides};
+use crate::scene::resources::Context;
+use crate::scene::rings::view::View;
+use crate::scene::surface::meshes;
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// What the decisions of all bodies of a frame share.
+#[derive(Clone, Copy)]
+pub(crate) struct Frame<'a> {
+    pub context: Context<'a>,
+    pub camera: &'a Camera,
+    /// Below which a feature is left out.
+    pub bound: Bound,
+    pub reflectors: &'a [Reflector<'a>],
+    /// The air that the camera stands in.
+    pub air: Option<&'a Around<'a>>,
+}
+
+/// One body of a frame.
+pub(crate) struct Case<'c, 'a> {
+    pub frame: &'c Frame<'c>,
+    pub placed: &'c Placed<'a>,
+    /// Diameter of the disc of the same area.
+    pub diameter_px: f64,
+    /// The pixels that its globe or mesh may touch.
+    pub rect: Option<ClipRect>,
+    /// Where it is drawn by triangles.
+    pub model: Option<&'c Arc<Model>>,
+    /// Where it has rings that sunlight falls on and that may be in the picture.
+    pub ring_view: Option<View<'c>>,
+    /// Part of the light that the disc carries; the point carries the rest.
+    pub share: f64,
+}
+
+impl<'c, 'a> Case<'c, 'a> {
+    pub fn of(frame: &'c Frame<'c>, placed: &'c Placed<'a>) -> Self {
+        let camera = frame.camera;
+        let diameter_px = match placed.outline {
+            Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
+            Outline::Open | Outline::Beside => 2.0 * placed.body.radii_km.x / placed.distance_km / camera.pixel_tangent(),
+            Outline::Behind => 0.0,
+        };
+        let model = meshes::model(frame.context, placed.body);
+        let rect = model.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
+        let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());
+        let share = match frame.context.request.effects.asked(Effect::Points) {
+            Some(false) => 1.0,
+            _ => point::disc_share(diameter_px),
+        };
+        Self { frame, placed, diameter_px, rect, model, ring_view, share }
+    }
+
+    pub fn body(&self) -> &'c Body {
+        self.placed.body
+    }
+
+    pub fn bound(&self) -> Bound {
+        self.frame.bound
+    }
+
+    pub fn effects(&self) -> &'c EffectOverrides {
+        &self.frame.context.request.effects
+    }
+
+    pub fn pixel_view(&self) -> PixelView {
+        self.frame.context.request.pixel_view
+    }
+
+    /// Degrees of ground that a pixel spans in the middle of the disc.
+    pub fn ground_deg_per_px(&self) -> f64 {
+        (360.0 / PI) / self.diameter_px.max(1e-9)
+    }
+
+    /// The Sun, where the body is another.
+    pub fn sun(&self) -> Option<&'c Body> {
+        self.frame.reflectors.iter().map(|r| r.body).find(|b| b.id == NaifId::SUN)
+    }
+
+    pub fn log(&self) -> DecisionLog<'c> {
+        DecisionLog::new(self.effects(), self.frame.context.resources)
+    }
+}
+
+/// What is to be known of a body's rings before anything is decided.
+fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c Placed<'_>) -> Option<View<'c>> {
+    let lit = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
+    lit.then(|| View {
+        body: placed.body,
+        camera: frame.camera,
+        placement: &placed.placement,
+        sun: (placed.body_from_icrf * placed.sun_from_body_km).normalize(),
+        sun_km: placed.sun_from_body_km.length(),
+        alpha: placed.alpha,
+        irradiance: lights::sunlight(placed.sun_from_body_km).irradiance.x,
+        bound: frame.bound,
+        caches: frame.context.caches,
+    })
+}
+
+/// What features have decided so far about one body: structure, uniforms, draws of their own, and reasons.
+pub(crate) struct Decided<'c> {
+    pub log: DecisionLog<'c>,
+    pub chosen: Chosen,
+    /// Lights besides the Sun, strongest first.
+    pub shine: Vec<LightOn>,
+    pub eclipse: EclipseAmounts,
+    /// For the globe that the rings shade.
+    pub ring: RingAmounts,
+    pub overlays: Vec<&'c Overlay>,
+    /// [`crate::scene::draw::AirAmounts::veil`].
+    pub veil: f32,
+    /// Direction of the Sun, body axes, and its angular radius, where a mesh shades itself.
+    pub self_shadow: Option<(DVec3, f64)>,
+    pub sky: Option<Draw>,
+    pub clouds: Option<Draw>,
+    /// Both halves.
+    pub rings: Vec<Draw>,
+}
+
+impl<'c> Decided<'c> {
+    pub fn nothing(log: DecisionLog<'c>) -> Self {
+        Self {
+            log,
+            chosen: Chosen::default(),
+            shine: Vec::new(),
+            eclipse: EclipseAmounts::default(),
+            ring: RingAmounts::default(),
+            overlays: Vec::new(),
+            veil: 0.0,
+            self_shadow: None,
+            sky: None,
+            clouds: None,
+            rings: Vec::new(),
+        }
+    }
+}
+
+/// Decides on one feature after those before it, and hands all decisions on.
+pub(crate) type Feature = for<'c> fn(&Case<'c, '_>, Decided<'c>) -> Decided<'c>;
+
+/// What a list of features comes to, each knowing what was decided before it.
+pub(crate) fn decided<'c>(features: &[Feature], case: &Case<'c, '_>, so_far: Decided<'c>) -> Decided<'c> {
+    features.iter().fold(so_far, |so_far, feature| feature(case, so_far))
+}

@@ -1,0 +1,80 @@
+//! The uniforms that every draw of a body's globe, or of a shell around it, has.
+
+use crate::catalog::{Map, NaifId, Photometry};
+use crate::scene::atmosphere::{air, clouds};
+use crate::scene::camera::{self, AnchorForm, ClipRect};
+use crate::scene::draw::needs::MapSet;
+use crate::scene::draw::uniforms::{Amounts, EclipseAmounts, Light};
+use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::features::case::Case;
+use crate::scene::light::lights::{self, LightOn};
+use crate::scene::light::photometry;
+use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
+use glam::DVec3;
+
+/// Mean square slope of the sea's waves in a wind of 5 m/s (Cox and Munk 1954: 0.003 + 0.00512 per m/s).
+const WAVE_SLOPE_SQ: f64 = 0.0286;
+
+/// The amounts of a draw of the globe, or of a shell around it by its own placement.
+pub(crate) fn amounts(case: &Case<'_, '_>, placement: &camera::Placement, rect: ClipRect, maps: MapSet, shine: &[LightOn]) -> Amounts {
+    amounts_at(case, placement, rect, maps, shine, case.share)
+}
+
+/// The same for a part of the body's light.
+pub(crate) fn amounts_at(
+    case: &Case<'_, '_>,
+    placement: &camera::Placement,
+    rect: ClipRect,
+    maps: MapSet,
+    shine: &[LightOn],
+    share: f64,
+) -> Amounts {
+    let (camera, p, body) = (case.frame.camera, case.placed, case.body());
+    let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
+    let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
+    let emissive = matches!(body.photometry, Photometry::Emissive { .. });
+    let brightness = p.phase_brightness();
+    let reflectance = match (maps.albedo, emissive) {
+        (true, _) => gain(&body.maps.albedo),
+        (false, true) => body.colour.as_dvec3(),
+        (false, false) => body.colour.as_dvec3() * body.geometric_albedo,
+    };
+    let (u1, u2) = limb_law(body);
+    let photometric_parameter = match body.photometry {
+        Photometry::LunarLambert { lunar_weight } => lunar_weight,
+        Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
+        _ => 0.0,
+    };
+    // The correction of the Sun's phase is in the albedo; another body's light falls, and is seen, at a phase of its own.
+    let of_phase = |l: &LightOn| {
+        let alpha = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
+        photometry::phase_correction(body, alpha, p.distance_km / body.radii_km.x) / brightness.max(1e-6)
+    };
+    let in_body = |l: &LightOn| Light {
+        direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
+        irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { of_phase(l) }),
+    };
+    let lights =
+        if emissive { Vec::new() } else { std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect() };
+    let mut amounts = Amounts {
+        axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
+        albedo: camera::narrow(reflectance * p.tone() * share),
+        lights,
+        photometric_parameter: camera::narrow_scalar(photometric_parameter),
+        limb_u1: camera::narrow(u1),
+        limb_u2: camera::narrow(u2),
+        map_latitude_stretch: camera::narrow_scalar(body.map_latitude_stretch()),
+        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * share),
+        specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
+        wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),
+        normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
+        clouds: clouds::amounts(body),
+        eclipse: EclipseAmounts::default(),
+        air: air::amounts(body, 1.0),
+        camera_in_unit_sphere: rays.camera_in_unit_sphere,
+        pixel_size: camera.clip_per_pixel(),
+        ..Amounts::of_rays(&rays)
+    };
+    air::set_ends(&mut amounts, false);
+    amounts
+}

@@ -1,0 +1,209 @@
+//! What one body's draws get and do not get, each by a number against a bound.
+//!
+//! In: a frame and a placed body. Out: its draws, its point, and every decision with its reason. Each feature decides in its own room;
+//! [`FEATURES`] lists them in order. Always: a feature reads only what features before it decided.
+
+pub(crate) mod case;
+pub mod choice;
+pub(crate) mod globe;
+pub mod possible;
+
+use crate::catalog::Map;
+use crate::scene::atmosphere::air_spread;
+use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{self, ClipRect};
+use crate::scene::decision::{Decision, DecisionLog};
+use crate::scene::draw::needs::{AirTier, Needs, PixelView, RingShadow, Shape};
+use crate::scene::draw::uniforms::{Amounts, Light};
+use crate::scene::draw::{Draw, MapFiles, Part, Point};
+use crate::scene::in_view::Appearance;
+use crate::scene::placed::Placed;
+use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
+use crate::scene::request::effects::Effect;
+use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
+use crate::scene::{atmosphere, eclipse, light, rings};
+use case::{Case, Decided, Feature, Frame, decided};
+use glam::{DVec3, Vec3};
+use std::sync::Arc;
+
+/// What became of one body.
+pub(crate) struct Seen {
+    pub appearance: Appearance,
+    pub diameter_px: f64,
+    pub decisions: Vec<Decision>,
+    /// The globe first.
+    pub draws: Vec<Draw>,
+    pub point: Option<Point>,
+}
+
+/// The features of a body that is drawn as a disc, in the order in which they decide.
+const FEATURES: [Feature; 9] = [
+    ground::decide,
+    light::planet_shine::decide,
+    eclipse::decision::decide,
+    overlays::decide,
+    rings::decision::decide,
+    atmosphere::decision::decide,
+    leave_out_rare_pairs,
+    mesh_decision::decide,
+    atmosphere::cloud_decision::decide,
+];
+
+/// Those of a body whose air alone is in the picture.
+const FEATURES_OF_AIR_ALONE: [Feature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
+
+/// Those that read maps.
+const FEATURES_WITH_MAPS: [Feature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
+
+/// Leaves out pairs of features that would multiply the number of keys for a rare sight.
+fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+    let chosen = &mut so_far.chosen;
+    if chosen.air != AirTier::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.casters > 0 {
+        // Each ring's shadow under each tier, number of casters and model would triple those keys.
+        so_far.log.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
+        chosen.ring_shadow = RingShadow::None;
+    }
+    if chosen.ring_shine && !so_far.shine.is_empty() {
+        so_far.log.note(Effect::PlanetShine.name(), false, "left out where the rings light the globe: they give far more".into());
+        so_far.shine.clear();
+    }
+    so_far
+}
+
+/// Decides on all features of one body. `hidden_inside`: the camera is at its centre.
+pub(crate) fn decide(frame: &Frame<'_>, placed: &Placed<'_>, hidden_inside: bool) -> Seen {
+    let case = Case::of(frame, placed);
+    let mut log = case.log();
+    if hidden_inside {
+        return not_shown(&case, Decided::nothing(log), "the camera is at its centre");
+    }
+    if case.rect.is_none() && case.ring_view.is_none() {
+        return air_alone(&case, Decided::nothing(log));
+    }
+    let what = if case.rect.is_some() { "its outline meets" } else { "its rings meet" };
+    log.note("visible", true, format!("{what} the frame"));
+    let point = point_of(&case, &mut log);
+    let diameter_px = case.diameter_px;
+    if case.share <= 0.0 {
+        let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
+        return Seen { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
+    }
+    let decided = decided(&FEATURES, &case, Decided::nothing(log));
+    let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
+    let globe = case.rect.map(|rect| globe(&case, &decided, rect));
+    let (draws, decisions) = assembled(&case, globe, decided);
+    Seen { appearance, diameter_px, decisions, draws, point }
+}
+
+/// The map files that the body's draws read where all of them can be read.
+pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &Placed<'_>) -> Option<(MapFiles, Shape)> {
+    let case = Case::of(frame, placed);
+    let has_mesh = meshes::is_wanted(frame.context, frame.camera, placed);
+    if case.share <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
+        return None;
+    }
+    let decided = decided(&FEATURES_WITH_MAPS, &case, Decided::nothing(case.log()));
+    let needs = decided.chosen.needs(case.body(), case.pixel_view());
+    let mut files = map_files(&case, &needs, &decided);
+    let over_ground = decided.clouds.and_then(|c| c.map_files.cloud);
+    files.cloud = files.cloud.or(over_ground);
+    Some((files, if has_mesh { Shape::Mesh } else { needs.shape }))
+}
+
+fn not_shown(case: &Case<'_, '_>, mut decided: Decided<'_>, reason: &str) -> Seen {
+    decided.log.note("visible", false, reason.into());
+    let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
+    Seen { appearance, diameter_px: case.diameter_px, decisions, draws: Vec::new(), point: None }
+}
+
+/// A body whose ground is outside the frame, and whose air may be in it.
+fn air_alone<'c>(case: &Case<'c, '_>, so_far: Decided<'c>) -> Seen {
+    let features: &[Feature] = if case.body().atmosphere.is_some() { &FEATURES_OF_AIR_ALONE } else { &[] };
+    let decided = decided(features, case, so_far);
+    if decided.sky.is_none() {
+        let reason = if case.placed.outline == Outline::Behind { "behind the camera" } else { "outside the frame" };
+        return not_shown(case, decided, reason);
+    }
+    let (draws, decisions) = assembled(case, None, decided);
+    Seen { appearance: Appearance::Disc, diameter_px: case.diameter_px, decisions, draws, point: None }
+}
+
+/// Decides on the point that stands for a small disc or for a part of its light.
+fn point_of(case: &Case<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
+    let (frame, p, share) = (case.frame, case.placed, case.share);
+    // Points are drawn over the air, so that all that it takes is taken here.
+    let through = frame.air.filter(|a| a.body.id != p.body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
+    let flux = point::flux(frame.camera, p) * (1.0 - share) * through;
+    // A point that can be seen at all goes dark in a shadow.
+    let shows = share < 1.0 && frame.bound.counts(flux.max_element());
+    let flux = if shows { flux * eclipse::before_sun::dimming(frame.context, p, case.diameter_px) } else { flux };
+    let reason = format!("{:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px", case.diameter_px);
+    let flux = if case.pixel_view() == PixelView::Shaded { flux } else { DVec3::ZERO };
+    if !log.effect(Effect::Points, share < 1.0, reason) || share >= 1.0 {
+        return None;
+    }
+    let most = flux.max_element();
+    if !frame.bound.counts(most) {
+        log.note("point-visible", false, frame.bound.said(most));
+        return None;
+    }
+    frame.camera.clip(p.placement.centre_km).map(|clip| point::sprite(p.body.id, clip, flux))
+}
+
+/// The files of the maps that a structure reads.
+fn map_files(case: &Case<'_, '_>, needs: &Needs, decided: &Decided<'_>) -> MapFiles {
+    let body = case.body();
+    let file = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
+    MapFiles {
+        albedo: file(needs.maps.albedo, &body.maps.albedo),
+        normal: file(needs.maps.normal, &body.maps.normal),
+        specular: file(needs.maps.specular, &body.maps.specular),
+        night: file(needs.maps.night, &body.maps.night),
+        cloud: body.clouds.as_ref().filter(|_| needs.maps.cloud_shadow).map(|c| c.map.file.clone()),
+        overlays: decided.overlays.iter().map(|o| o.file.clone()).collect(),
+    }
+}
+
+/// The draw of the globe or of its mesh.
+fn globe(case: &Case<'_, '_>, decided: &Decided<'_>, rect: ClipRect) -> Draw {
+    let (frame, p, body) = (case.frame, case.placed, case.body());
+    // Light from beyond the camera's air comes reddened.
+    let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
+    let needs = decided.chosen.needs(body, case.pixel_view());
+    let amounts = globe::amounts(case, &p.placement, rect, decided.chosen.maps, &decided.shine);
+    let factor = p.tone() * case.share * tint;
+    let overlays = decided.overlays.iter().map(|o| overlays::amounts(body, o, factor)).collect();
+    let mut amounts = Amounts { ring: decided.ring.clone(), albedo: amounts.albedo * camera::narrow(tint), overlays, ..amounts };
+    if let Some(model) = case.model.filter(|_| needs.shape == Shape::Mesh) {
+        mesh_decision::set(&mut amounts, case, model, decided.self_shadow);
+    }
+    Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files: map_files(case, &needs, decided) }
+}
+
+/// All draws of a body, the globe first, and its decisions.
+fn assembled(case: &Case<'_, '_>, globe: Option<Draw>, mut decided: Decided<'_>) -> (Vec<Draw>, Vec<Decision>) {
+    let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
+    if draws.iter().any(|d| d.needs.air.tier == AirTier::Table) && !decided.eclipse.places.is_empty() {
+        decided.eclipse.spread = air_spread::tables(case.body(), &decided.eclipse);
+    }
+    for draw in &mut draws {
+        // Needs round the number of lights up.
+        let dark =
+            Light { direction_in_body: draw.amounts.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
+        while draw.amounts.lights.len() < usize::from(draw.needs.lights) {
+            draw.amounts.lights.push(dark);
+        }
+        draw.amounts.eclipse.clone_from(&decided.eclipse);
+        if draw.part == Part::Sky && draw.needs.ring_shadow != RingShadow::None {
+            draw.amounts.ring.clone_from(&decided.ring);
+        }
+        draw.amounts.air.veil = decided.veil;
+        if let Some(table) =
+            case.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.needs.air.tier == AirTier::Table)
+        {
+            draw.amounts.air.many = Arc::clone(table);
+        }
+    }
+    draws.extend(decided.rings);
+    (draws, decided.log.decisions)
+}

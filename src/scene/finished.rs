@@ -1,0 +1,53 @@
+//! The finished scene: everything that one frame shows, ready to be planned.
+//!
+//! Plain values. `build` makes them; nothing changes them afterwards.
+
+use crate::catalog::NaifId;
+use crate::scene::annotation::{labels, orbits};
+use crate::scene::camera::Camera;
+use crate::scene::draw::{Draw, PixelView, Point};
+use crate::scene::eclipse::refracted_limb;
+use crate::scene::in_view::BodyInView;
+use crate::scene::light::exposure::Exposure;
+use crate::scene::light::{corona, glow};
+use crate::scene::purpose::Purpose;
+use crate::scene::request::view_request::ToneMap;
+use crate::time::Instant;
+
+/// One frame, ready to be planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    pub time: Instant,
+    pub camera: Camera,
+    pub exposure: Exposure,
+    pub pixel_view: PixelView,
+    pub tone_map: ToneMap,
+    /// Every body of the catalog, in its order.
+    pub bodies: Vec<BodyInView>,
+    /// Far to near: `order`.
+    pub draws: Vec<Draw>,
+    pub points: Vec<Point>,
+    /// Over the bodies, hidden by what is nearer.
+    pub lines: Vec<orbits::LinePiece>,
+    /// Among the draws.
+    pub corona: Option<corona::Corona>,
+    /// Around bodies that stand before the Sun.
+    pub limbs: Vec<refracted_limb::RefractedLimb>,
+    /// Over everything.
+    pub glow: Option<glow::Glow>,
+    /// The selected body as a black shape, where its outline is wanted.
+    pub outlined: Option<Draw>,
+    /// Light beyond white spreads.
+    pub bloom: bool,
+    /// Over the finished picture, where they are wanted.
+    pub labels: Option<labels::Labels>,
+    /// What the picture is for.
+    pub purpose: Purpose,
+}
+
+impl Scene {
+    /// A body of the catalog by its code.
+    pub fn body(&self, id: NaifId) -> Option<&BodyInView> {
+        self.bodies.iter().find(|b| b.id == id)
+    }
+}

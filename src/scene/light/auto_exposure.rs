@@ -1,0 +1,136 @@
+//! How bright the picture is: the exposure that is asked for, or one that is made for what fills the frame.
+//!
+//! In: the request, the camera and the bodies where they are seen. Out: [`Exposure`] with its reason. The light meter (`meter`) weighs what is in the
+//! frame; what weighs most decides, sharply, so that no picture is a compromise between two that differ by twenty stops. Always: the Sun's
+//! glare whitens no more than about a tenth of the frame, the exposure opens no further than a photograph of the night sky, and it changes continuously with place,
+//! time, field of view and phase. Views that show numbers are exposed by their legend.
+
+use crate::catalog::NaifId;
+use crate::scene::atmosphere::air;
+use crate::scene::camera::Camera;
+use crate::scene::draw::PixelView;
+use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CANDELAS_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
+use crate::scene::light::lamps;
+use crate::scene::light::lights;
+use crate::scene::light::lights::Reflector;
+use crate::scene::light::meter::{Meter, Metered, Reading};
+use crate::scene::placed::Placed;
+use crate::scene::request::effects::Effect;
+use crate::scene::request::view_request::ExposureRequest;
+use crate::scene::resources::Context;
+
+/// How sharply what weighs more decides: the power of weights. Things that weigh as 1 to 3 decide as 1 to 9.
+const DECIDES: i32 = 2;
+/// How sharply the greater of two whites counts: at equality it is a quarter of a stop greater than either.
+const JOINS: i32 = 4;
+/// The Sun's glare in half of the frame is at most this part of white: before things that are brighter than it, and before a dark sky.
+const GLARE_OF_WHITE: [f64; 2] = [0.2, 0.02];
+/// Stops by which the brightest lamps must be beyond white to count in full.
+const LAMPS_OVER_STOPS: f64 = 2.0;
+
+/// The exposure of a picture: the metered one, or what was asked for of it.
+pub(crate) fn exposure(
+    context: Context<'_>,
+    camera: &Camera,
+    placed: &[Placed<'_>],
+    reflectors: &[Reflector<'_>],
+    air: Option<&air::Around<'_>>,
+) -> Exposure {
+    if let ExposureRequest::Stops(stops) = context.request.exposure {
+        return Exposure::of(stops, "asked for");
+    }
+    let metered = metered(context, camera, placed, reflectors, air);
+    Exposure { stops: context.request.exposure.stops_of(metered.stops), ..metered }
+}
+
+fn metered(
+    context: Context<'_>,
+    camera: &Camera,
+    placed: &[Placed<'_>],
+    reflectors: &[Reflector<'_>],
+    air: Option<&air::Around<'_>>,
+) -> Exposure {
+    let (request, resources) = (context.request, context.resources);
+    match request.pixel_view {
+        PixelView::Shaded => {}
+        // White: a plane that faces the Sun at the target.
+        PixelView::Sunlight => {
+            let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
+            let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
+            return Exposure::of(-irradiance.log2(), "a plane that faces the Sun at the target is white");
+        }
+        PixelView::Cost => {
+            let stops = COST_STOPS;
+            return Exposure::of(stops, format!("{:.0} instructions are white", (-stops).exp2()));
+        }
+        _ => return Exposure::of(0.0, "the picture shows a number: 1 is white"),
+    }
+    let drawn = request.effects.asked(Effect::Atmosphere) != Some(false);
+    let air = air.filter(|a| drawn && a.is_bright());
+    let by = |lamps: f64| chosen(Meter { context, camera, placed, reflectors, air, lamps }.read(darkest_white()));
+    let without = by(0.0);
+    // Lamps count as far as the exposure would overexpose them.
+    let brightest =
+        placed.iter().filter(|p| resources.lamps.contains_key(&p.body.id)).map(|p| lamps::brightest(p.body)).fold(0.0, f64::max);
+    let beyond = (brightest / without.white()).max(1e-30).log2() / LAMPS_OVER_STOPS;
+    if beyond > 0.0 { by(beyond.min(1.0)) } else { without }
+}
+
+/// The exposure that a reading makes.
+fn chosen(reading: Reading) -> Exposure {
+    let mut metered = reading.metered;
+    let power = |m: &Metered| m.weight.powi(DECIDES);
+    let whole: f64 = metered.iter().map(power).sum();
+    let log_white: f64 = metered.iter().map(|m| power(m) / whole * (m.radiance / m.shown_at).ln()).sum();
+    let key = log_white.exp();
+    // Before what is brighter than the glare, it matters little; before a dark sky it is what makes the picture grey.
+    let drowns = reading.glare.powi(2) / (reading.glare.powi(2) + (key * AUTO_EXPOSED_MEAN).powi(2));
+    let [lit, dark] = GLARE_OF_WHITE.map(f64::recip);
+    let limits = [key, reading.glare * (lit + (dark - lit) * drowns), darkest_white()];
+    let white = limits.iter().map(|w| w.powi(JOINS)).sum::<f64>().powf(1.0 / f64::from(JOINS));
+    metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    Exposure::of(-white.log2(), reason(&metered, |m| power(m) / whole, limits))
+}
+
+/// Bodies in the frame whose lamps the exposure would overexpose.
+pub(crate) fn lamps_wanted(context: Context<'_>, camera: &Camera, placed: &[Placed<'_>], exposure: &Exposure) -> Vec<NaifId> {
+    let request = context.request;
+    let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Shaded;
+    let drawn = request.effects.asked(Effect::Night) != Some(false);
+    let wanted = |p: &&Placed<'_>| {
+        let map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+        map && lamps::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+    };
+    placed.iter().filter(|_| metered && drawn).filter(wanted).map(|p| p.body.id).collect()
+}
+
+/// One sentence: what was metered, how bright it is, what held the exposure.
+fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, darkest]: [f64; 3]) -> String {
+    let candelas = |radiance: f64| {
+        let l = radiance * CANDELAS_PER_RADIANCE;
+        if (0.01..1e4).contains(&l) { format!("{} cd/m2", Rounded(l)) } else { format!("{l:.1e} cd/m2") }
+    };
+    let Some(first) = metered.first() else { return "nothing in the frame".into() };
+    let mut text = format!("{} metered at {}, shown at {} of white", first.name, candelas(first.radiance), Rounded(first.shown_at));
+    if let Some(second) = metered.get(1).filter(|m| part(m) > 0.1) {
+        text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * part(second), second.name, candelas(second.radiance)));
+    }
+    if glare > key.max(darkest) {
+        text.push_str(&format!("; held by the Sun's glare, shown as white at {}", candelas(glare)));
+    } else if darkest >= 0.999 * key {
+        text.push_str(&format!("; opened no further than a photograph of the night sky, EV {DARKEST_EV}"));
+    }
+    text
+}
+
+/// A number of three digits or so.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = (2 - self.0.abs().log10().floor() as i32).clamp(0, 4) as usize;
+        let text = format!("{:.digits$}", self.0);
+        let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        f.write_str(short)
+    }
+}

@@ -1,0 +1,171 @@
+//! The Sun's glow: the veil of light that the eye's or a camera's optics spread around its disc while it is in the frame.
+//!
+//! In: where the Sun stands, what hides it, what is white. Out: [`Glow`], the amounts of shaders/entry/glow.wesl, and the reason. The law is that of
+//! Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, where it holds from 1 to 30 degrees): about a tenth of
+//! the light goes astray. It stands for the glare of the whole optics; a clean lens spreads less, by a factor that depends on the lens. Nearer than
+//! the Sun's limb (or a pixel, where that is wider) the veil is flat. It is drawn as far as it can change a display level: beyond that it adds less than
+//! [`LEAST_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
+//! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
+
+use crate::catalog::NaifId;
+use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
+use crate::scene::placed::Placed;
+use crate::scene::purpose::Bound;
+use crate::units::luminance;
+use glam::{DVec3, Vec2, Vec3, Vec4};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// L theta^2 / E with theta in radians, where a white plane facing E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
+pub const VEIL: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
+
+/// The power with which the veil grows while the Sun comes into the frame.
+const ENTERS: i32 = 6;
+
+/// Light, as a part of white, of half a level of 255 on black, where the sRGB curve is steepest (12.92): what is less rounds away.
+pub const LEAST_SHOWN: f64 = 0.5 / 255.0 / 12.92;
+
+/// Uniforms of the glow, and where it is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glow {
+    /// Left, top, right, bottom: what holds all light over [`LEAST_SHOWN`] of white.
+    pub rect_in_clip: Vec4,
+    pub sun_direction: Vec3,
+    pub least_sq: f32,
+    pub strength: Vec3,
+    pub tan_half_fov: Vec2,
+}
+
+/// The part of the Sun's disc that no body hides from the camera.
+pub(crate) fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
+    let left = crate::scene::visibility::hidden::part_left(placed, sun);
+    // Exact ends: the weights' sum is rounded.
+    if left == DVec3::ONE { 1.0 } else { luminance(left.to_array()) }
+}
+
+/// How far a disc has come into the frame, from 0 where it touches to 1 where it is in by its radius or by half of the frame; by a power of it, so that the
+/// glare of the Sun, nineteen stops over the dark sky, does not come at once. The outline's rectangle will not do: it is wide for a body at a right angle to
+/// the view.
+fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
+    let ahead = towards.dot(camera.forward);
+    if ahead <= 0.0 {
+        return 0.0;
+    }
+    let within = |across: f64, half: f64| {
+        let reach = radius * (1.0 + half * half);
+        ((half + reach - (across / ahead).abs()) / reach.min(half)).clamp(0.0, 1.0).powi(ENTERS)
+    };
+    within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
+}
+
+/// The veil around the Sun: its radiance at an angle theta is `strength` / theta squared, flat within `least_sq`.
+pub(crate) struct Veil {
+    /// Unit vector, ICRF.
+    pub towards: DVec3,
+    pub strength: f64,
+    pub least_sq: f64,
+    /// Part of the Sun's disc that no body hides, less while it comes into the frame.
+    pub seen: f64,
+}
+
+impl Veil {
+    /// Of a Sun that is in the frame, if partly: as much of its light goes astray as enters there.
+    pub fn of(camera: &Camera, placed: &[Placed<'_>]) -> Option<Self> {
+        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
+        let towards = sun.placement.centre_km / sun.distance_km;
+        let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
+        let entering = part_in_frame(camera, towards, radius);
+        if entering <= 0.0 {
+            return None;
+        }
+        let seen = entering * part_seen(placed, sun);
+        let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
+        let least = radius.max(camera.pixel_tangent());
+        Some(Self { towards, strength: VEIL * irradiance * seen, least_sq: least * least, seen })
+    }
+
+    /// Radiance in a direction (a unit vector).
+    pub fn radiance(&self, direction: DVec3) -> f64 {
+        self.strength / (direction - self.towards).length_squared().max(self.least_sq)
+    }
+}
+
+/// The rectangle around all directions whose chord to `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
+pub(crate) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
+    let angle = 2.0 * (0.5 * chord).min(1.0).asin();
+    // Tangents of the least and the greatest angle from the view axis, seen along the picture's other axis.
+    let span = |across: f64| {
+        let flat = across.hypot(towards.z);
+        let half = if angle < FRAC_PI_2 && angle.sin() < flat { (angle.sin() / flat).asin() } else { PI };
+        let middle = across.atan2(towards.z);
+        let tangent = |a: f64| if a.abs() < FRAC_PI_2 { a.tan() } else { f64::INFINITY.copysign(a) };
+        (tangent(middle - half), tangent(middle + half))
+    };
+    let clip = |(from, to): (f64, f64), tan_half: f64| ((from / tan_half).clamp(-1.0, 1.0), (to / tan_half).clamp(-1.0, 1.0));
+    let (left, right) = clip(span(towards.x), camera.tan_half_fov.x);
+    let (bottom, top) = clip(span(towards.y), camera.tan_half_fov.y);
+    ClipRect { left, top, right, bottom }
+}
+
+/// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `through`: what the air leaves of its light.
+pub(crate) fn glow(camera: &Camera, placed: &[Placed<'_>], bound: Bound, through: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
+    let Veil { towards, strength, least_sq, seen } = Veil::of(camera, placed)?;
+    let strength = through(towards) * strength;
+    let beside = strength.max_element() / least_sq;
+    let on = bound.counts(beside);
+    let reason = if seen > 0.0 { format!("beside its limb the veil is {}", bound.said(beside)) } else { "other bodies hide it".into() };
+    let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
+    let rect = reach(camera, in_camera, (strength.max_element() / bound.least_shown(LEAST_SHOWN).max(f64::MIN_POSITIVE)).sqrt());
+    let glow = Glow {
+        rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
+        sun_direction: narrow(in_camera),
+        least_sq: narrow_scalar(least_sq),
+        strength: narrow(strength),
+        tan_half_fov: narrow2(camera.tan_half_fov),
+    };
+    Some((glow, on, reason))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_of_the_light_goes_astray() {
+        // Radiance over pi (no factor pi in the unit) over the solid angle from the limb to 30 degrees.
+        let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
+        let part = VEIL / PI * 2.0 * PI * (to / from).ln();
+        assert!((0.05..0.15).contains(&part), "{part}");
+    }
+
+    #[test]
+    fn a_sun_beside_the_view_is_not_in_the_frame() {
+        let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
+        let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
+        for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
+            assert_eq!(part_in_frame(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
+        }
+    }
+
+    #[test]
+    fn all_light_over_the_bound_is_in_the_rectangle() {
+        let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, 100, 80);
+        for (direction, chord) in [([0.0, 0.0, 1.0], 0.2), ([0.3, -0.2, 0.9], 0.1), ([0.5, 0.5, 0.8], 0.7), ([0.1, 0.0, 1.0], 1.9)] {
+            let towards = DVec3::from(direction).normalize();
+            let rect = reach(&camera, towards, chord);
+            let (mut nearest, mut inside, mut outside) = (f64::INFINITY, 0, 0);
+            for k in 0..400 * 400 {
+                let clip = glam::DVec2::new(f64::from(k % 400), f64::from(k / 400)) / 200.0 - 1.0;
+                let ray = (clip * camera.tan_half_fov).extend(1.0).normalize();
+                let within = (ray - towards).length() < chord;
+                let drawn = (rect.left..=rect.right).contains(&clip.x) && (rect.bottom..=rect.top).contains(&clip.y);
+                assert!(drawn || !within, "{direction:?}, {chord}: {clip} is left out");
+                (inside, outside) = (inside + u32::from(within), outside + u32::from(!drawn));
+                if within {
+                    nearest = nearest.min(clip.x - rect.left).min(rect.right - clip.x).min(clip.y - rect.bottom).min(rect.top - clip.y);
+                }
+            }
+            assert!(inside > 100 && nearest < 0.03, "{direction:?}, {chord}: the rectangle is wider than it must be by {nearest}");
+            assert_eq!(outside > 0, chord < 0.7 || direction == [0.5, 0.5, 0.8], "{direction:?}, {chord}");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Lamps of a body's night as the light meter sees them: how bright its ground is where the Sun is down.
+//!
+//! In: a night map's linear texels and its gain. Out: [`Lamps`], radiance by place. Always: not negative, smooth between places. No picture is drawn by it.
+
+use crate::catalog::Body;
+use crate::scene::camera::narrow_scalar;
+use crate::scene::constants::CIVIL_TWILIGHT_SINE;
+use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lamps {
+    width: usize,
+    height: usize,
+    radiance: Vec<f32>,
+    /// Of the map's latitude.
+    stretch: f64,
+}
+
+/// Radiance of the brightest lamps that a body can have.
+pub fn brightest(body: &Body) -> f64 {
+    body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
+}
+
+/// 0 by day, 1 once the Sun is 6 degrees down: shaders/lib/night_lights.wesl.
+pub(crate) fn lit(cos_incidence: f64) -> f64 {
+    let x = (cos_incidence / CIVIL_TWILIGHT_SINE + 1.0).clamp(0.0, 1.0);
+    1.0 - x * x * (3.0 - 2.0 * x)
+}
+
+impl Lamps {
+    /// Of an equirectangular map: rows from north, each texel's brightest channel, linear, 0 to 1. `None` for texels that do not fill the rows.
+    pub fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
+        let white = brightest(body);
+        let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
+        let whole = width > 0 && height > 0 && radiance.len() == width * height;
+        whole.then(|| Self { width, height, radiance, stretch: body.map_latitude_stretch() })
+    }
+
+    /// At a place of the unit-sphere frame.
+    pub fn at(&self, point: DVec3) -> f64 {
+        let direction = (point * DVec3::new(1.0, 1.0, self.stretch)).normalize();
+        let u = 0.5 + direction.y.atan2(direction.x) / TAU;
+        let v = 0.5 - direction.z.clamp(-1.0, 1.0).asin() / PI;
+        let (x, y) = (u * self.width as f64 - 0.5, (v * self.height as f64 - 0.5).clamp(0.0, self.height as f64 - 1.0));
+        let (left, upper) = (x.floor(), y.floor());
+        let texel = |column: f64, row: f64| {
+            let column = (column as i64).rem_euclid(self.width as i64) as usize;
+            f64::from(self.radiance[(row as usize).min(self.height - 1) * self.width + column])
+        };
+        let row = |r: f64| texel(left, r) + (x - left) * (texel(left + 1.0, r) - texel(left, r));
+        row(upper) + (y - upper) * (row(upper + 1.0) - row(upper))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Catalog, NaifId};
+
+    /// A map that is bright in the east alone: read there, not in the west, half at the meridian between; rows that are not whole are refused.
+    #[test]
+    fn lamps_are_where_the_map_has_them() {
+        let catalog = Catalog::embedded();
+        let earth = catalog.body(NaifId::EARTH).expect("the Earth");
+        let texels = || (0..8 * 4).map(|k| f64::from(u8::from(k % 8 >= 4)));
+        let lamps = Lamps::new(earth, 8, 4, texels()).expect("whole");
+        let white = brightest(earth);
+        let at = |lon: f64| lamps.at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
+        assert!(white > 0.0 && (at(90.0) - 1.0).abs() < 1e-6 && at(-90.0).abs() < 1e-9 && (at(0.0) - 0.5).abs() < 1e-6, "{}", at(0.0));
+        assert!(Lamps::new(earth, 8, 5, texels()).is_none());
+        assert_eq!((lit(0.0), lit(-0.2)), (0.0, 1.0));
+    }
+}

@@ -1,0 +1,128 @@
+//! Where the light meter's rays meet bodies, and what bodies leave of each other's discs.
+//!
+//! Always: every answer changes continuously with place and direction.
+
+use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{Camera, Placement};
+use crate::scene::numeric::smoothstep;
+use crate::scene::placed::Placed;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// Things weigh less towards the edge of the frame, from half of the way out: by this power of ten where they leave it. A body that comes in does so
+/// gradually.
+const EDGE_DECADES: f64 = 5.0;
+
+/// What a place weighs by how far from the middle of the frame it is: 0 there, 1 on its edge.
+pub(crate) fn by_place(outwards: f64) -> f64 {
+    10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * outwards - 1.0))
+}
+
+/// A ray against a body in its unit-sphere frame.
+pub(crate) struct Met {
+    /// How far inside the limb, radians; negative beside it.
+    pub within: f64,
+    /// Where it meets the ground, or passes nearest before the limb.
+    pub point: DVec3,
+}
+
+pub(crate) fn meet(place: &Placement, direction: DVec3) -> Met {
+    let origin = place.camera_in_unit_sphere();
+    let w = place.direction_in_unit_sphere(direction).normalize();
+    let (along, cross) = (-origin.dot(w), origin.cross(w).length());
+    let limb = 1.0_f64.atan2(((origin.length() - 1.0) * (origin.length() + 1.0)).max(0.0).sqrt());
+    let point = (origin + w * (along - (1.0 - cross * cross).max(0.0).sqrt())).normalize();
+    Met { within: limb - cross.atan2(along), point }
+}
+
+pub(crate) fn area_px(camera: &Camera, p: &Placed<'_>) -> f64 {
+    match p.outline {
+        Outline::Ellipse { area_px, .. } => area_px,
+        Outline::Open => f64::from(camera.width) * f64::from(camera.height),
+        Outline::Behind | Outline::Beside => 0.0,
+    }
+}
+
+/// About what part of a body's outline is in the frame: that of its bounding box, weighed by its place.
+pub(crate) fn in_frame_share(camera: &Camera, p: &Placed<'_>) -> f64 {
+    let Outline::Ellipse { bounds, .. } = p.outline else { return 0.0 };
+    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
+    // A point's sprite is two pixels wide.
+    let size = size.max(2.0 / camera.half_size());
+    let middle = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
+    let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
+    // By the part that reaches in farthest.
+    let outwards = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
+    (inside / size).element_product().min(1.0) * by_place(outwards)
+}
+
+/// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
+/// exact overlap while the body is larger than four times the Sun or smaller than half of it; between these within 0.13.
+pub(crate) fn left_by(separation: f64, body: f64, sun: f64) -> f64 {
+    if body < sun {
+        let covered = ((body + sun - separation) / (2.0 * body)).clamp(0.0, 1.0);
+        return 1.0 - covered * (body / sun).powi(2);
+    }
+    let edge = ((separation - body) / sun).clamp(-1.0, 1.0);
+    1.0 - (edge.acos() - edge * (1.0 - edge * edge).sqrt()) / PI
+}
+
+/// Angle from the middle of a body to its limb on the side of a unit vector, and the cosine by which the limb slants there. Outside the body.
+pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
+    let distance_km = body.centre_km.length();
+    let middle = body.centre_km / distance_km;
+    let aside = (towards - middle * towards.dot(middle)).try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
+    // In the unit-sphere frame the ray a + u b, u the angle's tangent, grazes where its squared distance from the centre is 1.
+    let (a, b) = (body.direction_in_unit_sphere(middle), body.direction_in_unit_sphere(aside));
+    let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
+    let radii = distance_km / body.radii_km.x;
+    let q = radii * radii * a.cross(b).length_squared() - bb;
+    let angle = (ab + (ab * ab + q * aa).max(0.0).sqrt()).atan2(q);
+    // Across the limb the squared distance grows fastest.
+    let (sin, cos) = angle.sin_cos();
+    let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(middle * cos + aside * sin));
+    let outwards = body.body_from_icrf.transpose() * ((d * (c.length_squared() - 1.0) - c * c.dot(d)) * (body.radii_km.x / body.radii_km));
+    (angle, outwards.normalize_or_zero().dot(aside * cos - middle * sin).clamp(0.0, 1.0))
+}
+
+/// What a body leaves of a disc of an angular radius (radians) around a unit vector that lies behind it.
+pub(crate) fn left_behind(body: &Placement, towards: DVec3, radius: f64) -> f64 {
+    let separation = crate::ephemeris::angle_rad(body.centre_km, towards);
+    let (limb, slant) = limb_towards(body, towards);
+    left_by(limb + (separation - limb) * slant, limb, radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a disc leaves of another of radius 1, a distance apart: the area that two circles share, in closed form.
+    fn exactly_left(separation: f64, body: f64) -> f64 {
+        if separation >= 1.0 + body {
+            return 1.0;
+        }
+        if separation <= (1.0 - body).abs() {
+            return if body >= 1.0 { 0.0 } else { 1.0 - body * body };
+        }
+        // Half angles of the chord through both crossings, seen from either middle.
+        let of_sun = ((separation * separation + 1.0 - body * body) / (2.0 * separation)).acos();
+        let of_body = ((separation * separation + body * body - 1.0) / (2.0 * separation * body)).acos();
+        let segment = |angle: f64| angle - angle.sin() * angle.cos();
+        1.0 - (segment(of_sun) + body * body * segment(of_body)) / PI
+    }
+
+    #[test]
+    fn what_a_body_leaves_of_the_sun_is_within_the_stated_bounds() {
+        let worst = |bodies: &[f64]| {
+            let off = |body: f64| {
+                (0..=400)
+                    .map(move |k| (1.0 + body) * f64::from(k) / 380.0)
+                    .map(move |s| (left_by(s, body, 1.0) - exactly_left(s, body)).abs())
+            };
+            bodies.iter().flat_map(|b| off(*b)).fold(0.0, f64::max)
+        };
+        let (clear, near) = (worst(&[0.02, 0.1, 0.3, 0.5, 4.0, 10.0, 100.0]), worst(&[0.6, 0.9, 1.0, 1.1, 1.5, 2.0, 3.0]));
+        assert!(clear < 0.03, "{clear}");
+        assert!(near < 0.13 && near > 0.03, "{near}");
+    }
+}

@@ -1,0 +1,460 @@
+//! What fills the frame, by radiance: the light meter of the automatic exposure.
+//!
+//! In: the request, the camera, the bodies where they are seen, the air around the camera. Out: a [`Reading`]: for each kind of thing in the frame how
+//! much it weighs and how bright it is, and how bright the Sun's glare is. Nothing is rendered: each body's light is summed over points of its ground by
+//! its photometric model and mean albedo, under eclipses and other bodies' light; rings, the air's own light, the corona and the dark sky are counted beside.
+//! Always: a reading changes continuously with place, time, field of view and phase, because every share of the frame has soft ends. Left out: maps but
+//! for lamps (a sea is as bright as a desert), relief, the air beside a disc, bodies' light through another's air but for what that air takes.
+
+mod geometry;
+mod rings;
+
+use crate::catalog::{Body, NaifId};
+use crate::scene::atmosphere::air;
+use crate::scene::camera::Camera;
+use crate::scene::camera::silhouette::Outline;
+use crate::scene::draw::tables::RingShine;
+use crate::scene::eclipse::before_sun::shaded;
+use crate::scene::eclipse::shade::Shade;
+use crate::scene::light::corona;
+use crate::scene::light::exposure::AUTO_EXPOSED_MEAN;
+use crate::scene::light::exposure::AUTO_EXPOSED_SUN;
+use crate::scene::light::exposure::CANDELAS_PER_RADIANCE;
+use crate::scene::light::glow::Veil;
+use crate::scene::light::lamps::{self, Lamps};
+use crate::scene::light::lights::{self, LightOn, Reflector};
+use crate::scene::light::photometry;
+use crate::scene::numeric::smoothstep;
+use crate::scene::placed::Placed;
+use crate::scene::point::{disc_share, point_peak};
+use crate::scene::request::effects::Effect;
+use crate::scene::resources::Context;
+use geometry::{area_px, by_place, in_frame_share, left_behind, meet};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
+
+/// Luminance below which sky and ground begin to look dusky: that of the sky around sunset, cd/m2. This and the two below are judged by eye: photographers set one stop
+/// less for civil twilight, two to three for the night.
+const DAY_CD_M2: f64 = 300.0;
+const DUSK_STOPS_A_DECADE: f64 = 0.6;
+const DUSK_STOPS_AT_MOST: f64 = 3.0;
+/// What is looked at weighs so much more than as much of the frame beside it.
+const TARGET_WEIGHS: f64 = 64.0;
+/// The same of the Sun, whose daylight sky is as bright as any ground, and of its corona.
+const SUN_WEIGHS: f64 = 256.0;
+/// Brighter ground draws the eye: a share of the frame weighs by this power of its radiance. At 2/3 the lit part of a crescent outweighs its night, and a
+/// Moon in the umbra outweighs the last two thousandths of its disc that are lit.
+const BRIGHTNESS_WEIGHS: f64 = 2.0 / 3.0;
+/// Radiance from which on more of it weighs no more: a white plane in full sunlight. Else a Sun of a few pixels outweighed a planet.
+const WEIGHS_MOST: f64 = 1.0;
+/// Shares of the frame below which the Sun's disc is no longer what a picture is made for, but a light in it: where it is the target, and where it is not.
+const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
+/// What the dark sky weighs: a point of light that weighs less is one in a picture of the sky.
+const DARK_WEIGHS: f64 = 1e-6;
+/// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs). Measured skies keep a
+/// fifth of it (Dandekar and Turtle 1971, Applied Optics 10, 1220); until 99.8 % are covered it is sunlight attenuated (Sharp, Silverman and Lloyd 1971, ibid. 1207).
+const LEFT_IN_TOTALITY: f64 = 5.5e-4;
+/// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.
+const FAR_RADII: [f64; 2] = [3.0, 8.0];
+/// Rays over a near body and over the frame, on a side.
+const RAYS: u32 = 20;
+const FRAME_RAYS: u32 = 16;
+/// Where the corona is looked for, solar radii.
+const CORONA: [f64; 2] = [1.0, 4.0];
+
+/// One kind of thing in the frame.
+#[derive(Clone, Debug)]
+pub(crate) struct Metered {
+    pub name: String,
+    /// Radiance, the mean in the logarithm by weight.
+    pub radiance: f64,
+    /// The part of white at which that is to be shown.
+    pub shown_at: f64,
+    pub weight: f64,
+}
+
+pub(crate) struct Reading {
+    pub metered: Vec<Metered>,
+    /// Radiance of the Sun's veil that half of the frame exceeds; 0 without the Sun.
+    pub glare: f64,
+}
+
+/// Weighted mean of logarithms.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    weight: f64,
+    log_sum: f64,
+}
+
+impl Tally {
+    /// `share`: of the frame, times what else it weighs. `haze`: light before it, which hides it.
+    fn add(&mut self, share: f64, radiance: f64, haze: f64) {
+        if share > 0.0 && radiance > 0.0 {
+            let contrast = radiance / (radiance + haze);
+            let weight = share * radiance.min(WEIGHS_MOST).powf(BRIGHTNESS_WEIGHS) * contrast * contrast;
+            self.weight += weight;
+            self.log_sum += weight * radiance.ln();
+        }
+    }
+
+    fn and(&mut self, other: &Self) {
+        self.weight += other.weight;
+        self.log_sum += other.log_sum;
+    }
+
+    fn metered(&self, name: impl Into<String>, shown_at: f64) -> Option<Metered> {
+        let radiance = (self.log_sum / self.weight).exp();
+        (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), radiance, shown_at, weight: self.weight })
+    }
+}
+
+pub(crate) struct Meter<'m, 'a> {
+    pub context: Context<'m>,
+    pub camera: &'m Camera,
+    pub placed: &'m [Placed<'a>],
+    pub reflectors: &'m [Reflector<'m>],
+    /// Air that makes a day.
+    pub air: Option<&'m air::Around<'m>>,
+    /// What lamps weigh of what other ground does: none by day.
+    pub lamps: f64,
+}
+
+/// What is left of the brightness of day where sky and ground around the camera have a radiance: a photograph of dusk that is as bright as one of noon shows a blue day.
+/// 1 above [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] less for each tenth of the luminance, at most [`DUSK_STOPS_AT_MOST`].
+fn of_daylight(radiance: f64) -> f64 {
+    let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
+    (-(DUSK_STOPS_A_DECADE * decades).min(DUSK_STOPS_AT_MOST)).exp2()
+}
+
+/// What every part of a reading needs.
+struct Frame<'f, 'a> {
+    meter: &'f Meter<'f, 'a>,
+    veil: Option<Veil>,
+    /// The light of the air around the camera.
+    sky: f64,
+    /// Bodies that may hide others.
+    wide: Vec<&'f Placed<'a>>,
+}
+
+impl Meter<'_, '_> {
+    fn frame_px(&self) -> f64 {
+        f64::from(self.camera.width) * f64::from(self.camera.height)
+    }
+
+    /// Reads what the frame holds. `night`: the radiance that a picture of the dark sky shows as white.
+    pub fn read(&self, night: f64) -> Reading {
+        let veil = Veil::of(self.camera, self.placed).filter(|_| self.context.request.effects.asked(Effect::Glow) != Some(false));
+        let wide: Vec<&Placed<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
+        let frame = Frame { meter: self, veil, sky: 0.0, wide };
+        let frame = Frame { sky: frame.skylight(), ..frame };
+        let mut metered = Vec::new();
+        let (mut target, mut beside) = (Tally::default(), Tally::default());
+        let (mut target_name, mut beside_name, mut most) = ("", "", 0.0);
+        let mut covered = 0.0;
+        for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
+            let (mut of, share) = frame.body(p);
+            of.and(&frame.rings_of(p));
+            covered += share;
+            if Some(p.body.id) == self.context.request.target {
+                target = Tally { weight: of.weight * TARGET_WEIGHS, log_sum: of.log_sum * TARGET_WEIGHS };
+                target_name = &p.body.name;
+            } else {
+                beside.and(&of);
+                if of.weight > most {
+                    (most, beside_name) = (of.weight, &p.body.name);
+                }
+            }
+        }
+        metered.extend(target.metered(target_name, AUTO_EXPOSED_MEAN));
+        metered.extend(beside.metered(beside_name, AUTO_EXPOSED_MEAN));
+        metered.extend(frame.sun());
+        metered.extend(frame.corona());
+        if let Some(air) = self.air {
+            let mut sky = Tally::default();
+            sky.add((frame.open_sky() - covered).max(0.0), frame.sky, 0.0);
+            metered.extend(sky.metered(format!("the sky of {}", air.body.name), AUTO_EXPOSED_MEAN));
+            // Who stands in dusk sees dusk.
+            let surrounds = |m: &&mut Metered| m.name.ends_with(&air.body.name);
+            metered.iter_mut().filter(surrounds).for_each(|m| m.shown_at *= of_daylight(m.radiance));
+        }
+        let dark = night * AUTO_EXPOSED_MEAN;
+        metered.push(Metered { name: "the dark sky".into(), radiance: dark, shown_at: AUTO_EXPOSED_MEAN, weight: DARK_WEIGHS });
+        Reading { metered, glare: frame.glare() }
+    }
+}
+
+/// The radiance of a body's ground by its lights.
+struct Ground<'g> {
+    body: &'g Body,
+    lamps: Option<&'g Lamps>,
+    lamps_weigh: f64,
+    /// Radiance that the model's unit reflectance has under unit irradiance, of the brightest channel.
+    tone: f64,
+    /// Unit vectors in body axes.
+    sun: DVec3,
+    sun_irradiance: f64,
+    shine: Vec<(DVec3, f64)>,
+    /// The air's light on it, where the camera is in it.
+    sky: f64,
+    /// Its rings' light, and the radiance that the ground makes of a unit of it.
+    ring_shine: Option<(Arc<RingShine>, f64)>,
+}
+
+impl Ground<'_> {
+    /// At a point of the unit-sphere frame with its normal, towards a viewer (unit vectors, body axes).
+    fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shade: Option<&Shade<'_>>) -> f64 {
+        let body = self.body;
+        let reflected = |towards: DVec3, irradiance: f64| {
+            irradiance * photometry::reflectance(&body.photometry, normal.dot(towards), normal.dot(viewer).max(1e-3), towards.dot(viewer))
+        };
+        let left = match shade {
+            Some(shade) if normal.dot(self.sun) > 0.0 => shade.left(point * body.radii_km / body.radii_km.x).max(0.0),
+            _ => 1.0,
+        };
+        let besides: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
+        let lit = lamps::lit(normal.dot(self.sun)) * self.lamps_weigh;
+        let lamps = self.lamps.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
+        let rings = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
+        self.tone * (reflected(self.sun, self.sun_irradiance * left) + besides) + body.geometric_albedo * self.sky + lamps + rings
+    }
+}
+
+impl Frame<'_, '_> {
+    /// Light between a body and the viewer.
+    fn haze(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
+        let veil = self.veil.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
+        let beyond = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
+        veil + if beyond { self.sky } else { 0.0 }
+    }
+
+    /// What other bodies leave of a disc.
+    fn seen(&self, p: &Placed<'_>, but: Option<NaifId>) -> f64 {
+        let towards = p.placement.centre_km / p.distance_km;
+        let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
+        let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && Some(o.body.id) != but && o.distance_km < p.distance_km);
+        nearer.map(|o| left_behind(&o.placement, towards, radius)).product()
+    }
+
+    /// Radiance of the air around the camera: the Sun's light, what eclipses leave of it, and the light of the brightest bodies.
+    fn skylight(&self) -> f64 {
+        let Some(air) = self.meter.air else { return 0.0 };
+        let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
+        let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN);
+        let left = sun.map_or(1.0, |s| {
+            let towards = s.placement.centre_km / s.distance_km;
+            let radius = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
+            let nearer =
+                self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
+            nearer.map(|o| left_behind(&o.placement, towards, radius)).product::<f64>()
+        });
+        let left = left + (1.0 - left) * LEFT_IN_TOTALITY;
+        let day = air.level(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * left);
+        let besides = self.shine_on(p);
+        day + besides.iter().map(|l| air.level(l.direction, l.irradiance.y)).sum::<f64>()
+    }
+
+    fn shine_on(&self, p: &Placed<'_>) -> Vec<LightOn> {
+        if self.meter.context.request.effects.asked(Effect::PlanetShine) == Some(false) {
+            return Vec::new();
+        }
+        lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
+    }
+
+    /// The body's tally, and the share of the frame that it takes.
+    fn body(&self, p: &Placed<'_>) -> (Tally, f64) {
+        let (camera, mut tally) = (self.meter.camera, Tally::default());
+        let far = match p.outline {
+            Outline::Ellipse { .. } => {
+                let [from, to] = FAR_RADII;
+                smoothstep((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
+            }
+            Outline::Open => 0.0,
+            Outline::Behind | Outline::Beside => return (tally, 0.0),
+        };
+        let area = area_px(camera, p);
+        let share = area / self.meter.frame_px() * in_frame_share(camera, p);
+        if far > 0.0 && share <= 0.0 {
+            return (tally, 0.0);
+        }
+        let diameter_px = 2.0 * (area / PI).sqrt();
+        let haze = self.haze(p.placement.centre_km, Some(p.body.id));
+        let air = self.meter.air.filter(|a| a.body.id != p.body.id);
+        let passes = air.map_or(1.0, |a| a.passes(p.placement.centre_km));
+        let is_target = Some(p.body.id) == self.meter.context.request.target;
+        if diameter_px < 1.0 && !is_target {
+            // A point: its light as a whole, spread over its sprite.
+            let pixel = camera.pixel_tangent().powi(2);
+            let shown = passes * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel * point_peak();
+            tally.add(in_frame_share(camera, p) / point_peak() / self.meter.frame_px(), shown, haze);
+            return (tally, 0.0);
+        }
+        let shine = self.shine_on(p);
+        let in_body = |v: DVec3| (p.body_from_icrf * v).normalize();
+        let ground = Ground {
+            body: p.body,
+            lamps: self.meter.context.resources.lamps.get(&p.body.id).filter(|_| self.meter.lamps > 0.0).map(AsRef::as_ref),
+            lamps_weigh: self.meter.lamps,
+            ring_shine: self.ring_shine_on(p, diameter_px),
+            tone: p.tone().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
+            sun: in_body(p.sun_from_body_km),
+            sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
+            shine: shine.iter().map(|l| (in_body(l.direction), l.irradiance.max_element())).collect(),
+            sky: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky),
+        };
+        let mut sum = |shade: Option<&Shade<'_>>| {
+            let mut near_share = 0.0;
+            if far < 1.0 {
+                near_share = self.near(p, &ground, shade, 1.0 - far, &mut tally);
+            }
+            if far > 0.0 {
+                // The sprite of a small disc takes more of the frame, and is the fainter for it.
+                let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
+                let whole = share * self.seen(p, None) * far;
+                self.far(p, &ground, shade, diameter_px, |part, radiance| {
+                    tally.add(whole * part / spread, radiance * spread * passes, haze)
+                });
+            }
+            near_share
+        };
+        let found = shaded(self.meter.context, p, diameter_px, |shade, _| sum(Some(shade)));
+        let near_share = found.unwrap_or_else(|| sum(None));
+        (tally, share * far + near_share)
+    }
+
+    /// A disc seen from afar, as parts of its area with their radiance: its lit ground and its night by luminance longitude and latitude, so that the
+    /// thinnest crescent is found.
+    fn far(&self, p: &Placed<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
+        let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
+        let alpha = crate::ephemeris::angle_rad(viewer, ground.sun);
+        let aside = (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
+        let up = viewer.cross(aside);
+        let terminator = alpha - FRAC_PI_2;
+        let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
+        for (from, to) in [(-FRAC_PI_2, terminator), (terminator, FRAC_PI_2)] {
+            for k in 0..columns * rows {
+                let part = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+                let (sin, cos) = (from + (to - from) * part(k % columns, columns)).sin_cos();
+                let (high, level) = (PI * (part(k / columns, rows) - 0.5)).sin_cos();
+                let n = (viewer * cos + aside * sin) * level + up * high;
+                let area = cos * level * level * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
+                if area > 0.0 {
+                    add(area, ground.radiance(n, n, viewer, shade));
+                }
+            }
+        }
+    }
+
+    /// A body that is near: rays over the part of the frame that holds it. Returns its share of the frame.
+    fn near(&self, p: &Placed<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
+        let camera = self.meter.camera;
+        let Some(rect) = p.outline.rect(camera) else { return 0.0 };
+        let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
+        let spacing = (size * camera.tan_half_fov).length() / f64::from(RAYS);
+        let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
+        let mut taken = 0.0;
+        for k in 0..RAYS * RAYS {
+            let part = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
+            let clip = DVec2::new(rect.left, rect.bottom) + size * part;
+            let direction = camera.ray(clip);
+            let met = meet(&p.placement, direction);
+            let covers = smoothstep(0.5 + met.within / spacing) * self.unhidden(p, direction, spacing);
+            if covers <= 0.0 {
+                continue;
+            }
+            taken += share * covers;
+            let normal = (met.point / p.placement.radii_km).normalize();
+            let viewer = -(p.placement.body_from_icrf * direction).normalize();
+            let radiance = ground.radiance(met.point, normal, viewer, shade);
+            tally.add(share * covers * by_place(clip.abs().max_element()), radiance, self.haze(direction, Some(p.body.id)));
+        }
+        taken
+    }
+
+    /// What nearer bodies leave of a ray.
+    fn unhidden(&self, p: &Placed<'_>, direction: DVec3, spacing: f64) -> f64 {
+        let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
+        nearer.map(|o| 1.0 - smoothstep(0.5 + meet(&o.placement, direction).within / spacing)).product()
+    }
+
+    /// The Sun's disc: what is seen of it, by its share of the frame.
+    fn sun(&self) -> Option<Metered> {
+        let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
+        let area = area_px(camera, sun);
+        let in_frame = if sun.outline == Outline::Open { 1.0 } else { in_frame_share(camera, sun) };
+        let share = area / self.meter.frame_px() * in_frame * self.seen(sun, None);
+        let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
+        let passes = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
+        let is_target = self.meter.context.request.target == Some(NaifId::SUN);
+        let mut tally = Tally::default();
+        // Its own veil does not hide it.
+        tally.add(
+            share * share / (share + SUN_SHARES[usize::from(!is_target)]),
+            photometry::sun_disc_radiance() * spread * passes,
+            self.sky,
+        );
+        let weighs = if is_target { SUN_WEIGHS } else { 1.0 };
+        let found = tally.metered(&*sun.body.name, AUTO_EXPOSED_SUN)?;
+        Some(Metered { weight: found.weight * weighs, ..found })
+    }
+
+    /// The corona around the Sun, where neither a body hides it nor glare and sky outshine it.
+    fn corona(&self) -> Option<Metered> {
+        let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
+        let towards = sun.placement.centre_km / sun.distance_km;
+        let tangent = sun.body.radii_km.x / sun.distance_km;
+        if tangent > 0.2 || towards.dot(camera.forward) <= 0.0 {
+            return None;
+        }
+        let (x, y) = towards.any_orthonormal_pair();
+        let (rings, places) = (12, 16);
+        let growth = (CORONA[1] / CORONA[0]).powf(1.0 / f64::from(rings));
+        let passes = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
+        let mut tally = Tally::default();
+        for k in 0..rings {
+            let inner = CORONA[0] * growth.powi(k);
+            let rho = inner * growth.sqrt();
+            let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;
+            let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(places);
+            for n in 0..places {
+                let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(places)).sin_cos();
+                let direction = (towards + (x * cos + y * sin) * (rho * tangent)).normalize();
+                let Some(clip) = camera.clip(direction) else { continue };
+                // A place of the grid is about so wide.
+                let wide = rho * tangent * (growth - 1.0);
+                let edge = (1.0 - clip.abs()) * camera.tan_half_fov / wide + 0.5;
+                let inside = smoothstep(edge.x) * smoothstep(edge.y);
+                if inside > 0.0 {
+                    let open = self.unhidden(sun, direction, wide);
+                    let inside = inside * by_place(clip.abs().max_element().min(1.0));
+                    tally.add(share * inside * open, corona::radiance(rho) * passes, self.haze(direction, Some(NaifId::SUN)));
+                }
+            }
+        }
+        let weighs = if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHS } else { 1.0 };
+        let found = tally.metered("the corona", AUTO_EXPOSED_MEAN)?;
+        Some(Metered { weight: found.weight * weighs, ..found })
+    }
+
+    fn over_frame<T>(&self, of: impl Fn(DVec3) -> T) -> Vec<T> {
+        let place = |k: u32| (DVec2::new(f64::from(k % FRAME_RAYS), f64::from(k / FRAME_RAYS)) + 0.5) * 2.0 / f64::from(FRAME_RAYS) - 1.0;
+        (0..FRAME_RAYS * FRAME_RAYS).map(|k| of(self.meter.camera.ray(place(k)))).collect()
+    }
+
+    /// The part of the frame above the ground that the camera's air lies on.
+    fn open_sky(&self) -> f64 {
+        let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
+        let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
+        let open = self.over_frame(|ray| 1.0 - smoothstep(0.5 + meet(&p.placement, ray).within / spacing));
+        open.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
+    }
+
+    /// The veil that half of the frame exceeds.
+    fn glare(&self) -> f64 {
+        let Some(veil) = &self.veil else { return 0.0 };
+        let mut all = self.over_frame(|ray| veil.radiance(ray.normalize()));
+        all.sort_by(f64::total_cmp);
+        let half = all.len() / 2;
+        0.5 * (all[half - 1] + all[half])
+    }
+}

@@ -1,0 +1,124 @@
+//! The light of rings: what they send to the camera, and onto their globe's night.
+
+use super::geometry::{by_place, meet};
+use super::{Frame, Tally};
+use crate::catalog::{Photometry, Ring};
+use crate::scene::draw::tables::RingShine;
+use crate::scene::light::{lights, photometry};
+use crate::scene::numeric::smoothstep;
+use crate::scene::placed::Placed;
+use crate::scene::purpose::{Bound, Purpose};
+use crate::scene::request::effects::Effect;
+use crate::scene::rings::{phase, ring_shine, view};
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+
+/// Rays over rings, on a side.
+const RING_RAYS: u32 = 28;
+/// Phase angles between which a ringed globe's night begins to count, radians.
+const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
+
+impl Frame<'_, '_> {
+    /// What the rings give the globe, where its night is seen: by day a hundredth of the light.
+    pub(super) fn ring_shine_on(&self, p: &Placed<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
+        let weighs = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
+        let asked = self.meter.context.request.effects.asked(Effect::RingShine);
+        let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
+        if weighs <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
+            return None;
+        }
+        let shine = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true)).1?;
+        let unit = photometry::normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
+        Some((shine, weighs * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
+    }
+
+    pub(super) fn ring_view<'v>(&'v self, p: &'v Placed<'_>) -> view::View<'v> {
+        view::View {
+            body: p.body,
+            camera: self.meter.camera,
+            placement: &p.placement,
+            sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
+            sun_km: p.sun_from_body_km.length(),
+            alpha: p.alpha,
+            irradiance: 1.0,
+            bound: Bound::of(Purpose::LINEAR, 1.0),
+            caches: self.meter.context.caches,
+        }
+    }
+
+    /// Rays over a body's rings.
+    pub(super) fn rings_of(&self, p: &Placed<'_>) -> Tally {
+        let (camera, mut tally) = (self.meter.camera, Tally::default());
+        let none = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
+        let asked = self.meter.context.request.effects.asked(Effect::Rings);
+        if none || asked == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
+            return tally;
+        }
+        let unit_km = p.body.radii_km.x;
+        let steps = self.meter.context.caches.ring_tables.steps(&p.body.rings, unit_km);
+        let (Some(outer), sun) = (steps.last().map(|s| s.to), (p.body_from_icrf * p.sun_from_body_km).normalize()) else { return tally };
+        let view = self.ring_view(p);
+        let Some(rect) = view.rect(outer * unit_km) else { return tally };
+        let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
+        // Rings of a point are a point's.
+        if (size * camera.half_size()).max_element() < 4.0 {
+            return tally;
+        }
+        let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_km;
+        let halves = ring_shine::halves(sun.z.abs(), sun_tangent);
+        let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
+        let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
+        let share = size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
+        let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
+        let polar = p.body.radii_km.z / unit_km;
+        for k in 0..RING_RAYS * RING_RAYS {
+            let part = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
+            let clip = DVec2::new(rect.left, rect.bottom) + size * part;
+            let direction = camera.ray(clip);
+            let along = (p.placement.body_from_icrf * direction).normalize();
+            let reach = -origin.z / along.z;
+            if !(reach > 0.0 && reach.is_finite()) {
+                continue;
+            }
+            let met = origin + along * reach;
+            let radius = met.truncate().length();
+            let cos_emission = along.z.abs().max(phase::LEAST_COSINE);
+            let radial = (along.truncate().dot(met.truncate()) / radius.max(1e-9)).abs() / cos_emission;
+            let blur = 0.5 * (reach * spacing * (1.0 + radial)).max(1e-6);
+            if radius - blur > outer {
+                continue;
+            }
+            let side = usize::from(sun.z * along.z > 0.0);
+            let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
+            let (of_bodies, of_dust) = (phase::bodies_with_peak(cos_phase), phase::forward(cos_phase.acos()));
+            let x = 1.0 / cos_emission;
+            let light: f64 = steps
+                .iter()
+                .map(|step| {
+                    let over = (step.to.min(radius + blur) - step.from.max(radius - blur)).max(0.0) / (2.0 * blur);
+                    if over <= 0.0 || step.tau <= 0.0 {
+                        return 0.0;
+                    }
+                    let by = |half: usize| {
+                        let [part, sine] = halves[half];
+                        let y = 1.0 / sine.max(phase::LEAST_COSINE);
+                        if part > 0.0 { part * ring_shine::scattered(step.tau, x, y, half == side) } else { 0.0 }
+                    };
+                    let phase = of_bodies * (1.0 - step.dust) + of_dust * step.dust;
+                    over * phase * step.albedo.iter().copied().fold(0.0, f64::max) * (by(0) + by(1))
+                })
+                .sum();
+            // In the globe's shadow the ring is dark, behind the globe it is not seen.
+            let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
+            let (place, towards) = (met * stretch, (sun * stretch).normalize());
+            let shadowed = if place.dot(towards) < 0.0 { smoothstep((place.cross(towards).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
+            let globe = meet(&p.placement, direction);
+            let behind = reach > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
+            let open = if behind { 1.0 - smoothstep(0.5 + globe.within / spacing) } else { 1.0 };
+            let radiance = 0.25 * light * irradiance * shadowed;
+            let weighs = by_place(clip.abs().max_element());
+            tally.add(share * weighs * open * self.unhidden(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));
+        }
+        tally
+    }
+}

@@ -1,0 +1,14 @@
+//! Light: where it comes from, how bodies reflect it, how bright they look, and the exposure that shows them.
+
+pub(crate) mod auto_exposure;
+pub(crate) mod brightness;
+pub mod corona;
+pub mod exposure;
+pub mod glow;
+pub mod lamps;
+pub(crate) mod lights;
+pub(crate) mod magnitude;
+pub(crate) mod meter;
+pub(crate) mod phase_laws;
+pub mod photometry;
+pub(crate) mod planet_shine;

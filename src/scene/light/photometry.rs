@@ -1,0 +1,250 @@
+//! How bright a body is as a whole: geometric albedo and phase function of each photometric model, published phase laws, magnitudes.
+//!
+//! Radiance is counted so that a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi). Irradiance 1 is the
+//! Sun's at 1 au. In these units a body of geometric albedo p at full phase has the mean radiance p times its irradiance.
+
+use crate::catalog::{Body, NaifId, Photometry};
+use crate::scene::light::phase_laws;
+use crate::scene::numeric::smoothstep;
+use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Visual magnitude of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47, table 3: Johnson V).
+pub const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
+
+/// Disc-integrated geometric albedo of the model when its multiplier is 1; for an emissive body the mean over the disc of its
+/// limb darkening.
+///
+/// At zero phase the sphere shows mu0 = mu with weight 2 mu dmu: Lambert 2/3; Lommel-Seeliger, written 2 mu0/(mu + mu0), 1;
+/// McEwen's blend between them by its weight; Oren-Nayar 2a/3 + b/2 with its a and b.
+pub fn geometric_albedo_of_unit_multiplier(model: &Photometry) -> [f64; 3] {
+    match *model {
+        Photometry::Emissive { u1, u2 } => [0, 1, 2].map(|k| 1.0 - u1[k] / 3.0 - u2[k] / 6.0),
+        Photometry::Lambert => [2.0 / 3.0; 3],
+        Photometry::LommelSeeliger => [1.0; 3],
+        Photometry::LunarLambert { lunar_weight } => [lunar_weight + (1.0 - lunar_weight) * 2.0 / 3.0; 3],
+        Photometry::OrenNayar { roughness_deg } => {
+            let (a, b) = oren_nayar_a_b(roughness_deg);
+            [2.0 * a / 3.0 + b / 2.0; 3]
+        }
+    }
+}
+
+/// The coefficients of Oren and Nayar 1994 (SIGGRAPH, eq. 30), from the roughness in degrees.
+fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
+    let s2 = roughness_deg.to_radians().powi(2);
+    (1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09))
+}
+
+/// What a facet of the model's unit multiplier reflects of a unit irradiance: the radiance that shaders/lib/photometry give. Cosines of incidence,
+/// emission and phase angle; nothing from behind either horizon.
+pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
+    let (mu0, mu) = (cos_incidence, cos_emission);
+    if mu0 <= 0.0 || mu <= 0.0 {
+        return if matches!(model, Photometry::Emissive { .. }) { 1.0 } else { 0.0 };
+    }
+    let seeliger = 2.0 * mu0 / (mu0 + mu);
+    match *model {
+        Photometry::Emissive { .. } => 1.0,
+        Photometry::Lambert => mu0,
+        Photometry::LommelSeeliger => seeliger,
+        Photometry::LunarLambert { lunar_weight } => lunar_weight * seeliger + (1.0 - lunar_weight) * mu0,
+        Photometry::OrenNayar { roughness_deg } => {
+            let (a, b) = oren_nayar_a_b(roughness_deg);
+            // sin(greater) tan(lesser) times the cosine of the azimuth between, by the phase angle.
+            mu0 * (a + b * (cos_phase - mu0 * mu).max(0.0) / mu0.max(mu))
+        }
+    }
+}
+
+/// Phase function of a Lambert sphere, 1 at zero phase (Russell 1916).
+pub fn lambert_phase(alpha: f64) -> f64 {
+    (alpha.sin() + (PI - alpha) * alpha.cos()) / PI
+}
+
+/// Phase function of a Lommel-Seeliger sphere, 1 at zero phase (Lester, McCall and Tatum 1979).
+fn lommel_seeliger_phase(alpha: f64) -> f64 {
+    if alpha < 1e-9 {
+        return 1.0;
+    }
+    if alpha > PI - 1e-9 {
+        return 0.0;
+    }
+    1.0 + (alpha / 2.0).sin() * (alpha / 2.0).tan() * (alpha / 4.0).tan().ln()
+}
+
+/// Phase function of an Oren-Nayar sphere, 1 at zero phase, by the midpoint rule over luminance longitude and latitude
+/// (96 x 48 points; within 1e-3 of 4 times as many).
+fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
+    let (a, b) = oren_nayar_a_b(roughness_deg);
+    let to_sun = DVec3::new(alpha.cos(), alpha.sin(), 0.0);
+    let (nlon, nlat) = (96, 48);
+    // Lit and seen: luminance longitude from alpha - 90 to 90 degrees, the viewer at longitude 0.
+    let (from, to) = (alpha - PI / 2.0, PI / 2.0);
+    let mut sum = 0.0;
+    for i in 0..nlon {
+        let lon = from + (to - from) * (f64::from(i) + 0.5) / f64::from(nlon);
+        for j in 0..nlat {
+            let lat = PI * ((f64::from(j) + 0.5) / f64::from(nlat) - 0.5);
+            let n = DVec3::new(lon.cos() * lat.cos(), lon.sin() * lat.cos(), lat.sin());
+            let (mu0, mu) = (n.dot(to_sun), n.x);
+            let (sun_across, view_across) = (to_sun - n * mu0, DVec3::X - n * mu);
+            let cos_dphi = sun_across.normalize_or_zero().dot(view_across.normalize_or_zero());
+            let (sin0, sin1) = (sun_across.length(), view_across.length());
+            // sin(greater angle) tan(lesser angle)
+            let steep = sin0 * sin1 / mu0.max(mu).max(1e-12);
+            sum += mu0 * (a + b * cos_dphi.max(0.0) * steep) * mu * lat.cos();
+        }
+    }
+    let integral = sum * (to - from) / f64::from(nlon) * PI / f64::from(nlat);
+    integral / PI / (2.0 * a / 3.0 + b / 2.0)
+}
+
+/// Disc-integrated brightness of the model at phase angle `alpha` (radians, 0..=pi) over that at zero phase.
+pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
+    let value = match *model {
+        Photometry::Emissive { .. } => 1.0,
+        Photometry::Lambert => lambert_phase(alpha),
+        Photometry::LommelSeeliger => lommel_seeliger_phase(alpha),
+        Photometry::LunarLambert { lunar_weight } => {
+            let lambert = (1.0 - lunar_weight) * 2.0 / 3.0;
+            (lunar_weight * lommel_seeliger_phase(alpha) + lambert * lambert_phase(alpha)) / (lunar_weight + lambert)
+        }
+        Photometry::OrenNayar { roughness_deg } => oren_nayar_phase(roughness_deg, alpha),
+    };
+    value.max(0.0)
+}
+
+/// Brightness of the body at a phase angle over that at zero phase: the published law where there is one, else the model's.
+/// Beyond the law's range it goes on with the model's slope.
+pub fn phase(body: &Body, alpha: f64) -> f64 {
+    let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
+    let limit = law.range_deg.to_radians();
+    if alpha <= limit {
+        law.brightness(alpha.to_degrees())
+    } else {
+        law.brightness(law.range_deg) * model_phase(&body.photometry, alpha) / model_phase(&body.photometry, limit).max(1e-12)
+    }
+}
+
+/// Factor on the drawn radiance that brings the model's disc to the published phase law.
+///
+/// It belongs to the disc as a whole, so it holds from afar only: in full beyond 20 radii, not at all within 4 (where a viewer sees
+/// a landscape and the phase angle differs from place to place), smoothly between in the logarithm of the distance.
+pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
+    let model = model_phase(&body.photometry, alpha);
+    if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
+        return 1.0;
+    }
+    let weight = smoothstep((distance_radii / 4.0).ln() / 5f64.ln());
+    (phase(body, alpha) / model).powf(weight)
+}
+
+/// Factor on the reflectance map or colour that makes the disc's geometric albedo the catalog's.
+pub fn normalisation(body: &Body) -> DVec3 {
+    1.0 / DVec3::from_array(geometric_albedo_of_unit_multiplier(&body.photometry))
+}
+
+/// Mean radiance of the Sun's disc: what irradiates 1 at 1 au.
+pub fn sun_disc_radiance() -> f64 {
+    (KM_PER_AU / SUN_RADIUS_KM).powi(2)
+}
+
+/// Area of the body's outline seen from afar in the direction `n` (unit, body axes), over that of a disc of radius 1 km.
+pub fn projected_radius_squared_km2(radii_km: DVec3, n: DVec3) -> f64 {
+    let (a, b, c) = (radii_km.x, radii_km.y, radii_km.z);
+    ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
+}
+
+/// What reaches a viewer, as irradiance in units of the Sun's at 1 au.
+///
+/// `sun_km`: distance of the body from the Sun; `viewer_km`: from the viewer; `radius_squared_km2`: of the disc that its outline equals.
+pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_km: f64, viewer_km: f64, radius_squared_km2: f64) -> f64 {
+    let solid_angle = radius_squared_km2 / (viewer_km * viewer_km);
+    if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
+        return sun_disc_radiance() * solid_angle;
+    }
+    body.geometric_albedo * phase(body, alpha) * solid_angle * (KM_PER_AU / sun_km).powi(2)
+}
+
+/// Visual magnitude of an irradiance in units of the Sun's at 1 au.
+pub fn magnitude(irradiance: f64) -> f64 {
+    SUN_V_MAGNITUDE_AT_1_AU - 2.5 * irradiance.log10()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODELS: [Photometry; 6] = [
+        Photometry::Lambert,
+        Photometry::LommelSeeliger,
+        Photometry::LunarLambert { lunar_weight: 0.6 },
+        Photometry::LunarLambert { lunar_weight: 0.0 },
+        Photometry::OrenNayar { roughness_deg: 20.0 },
+        Photometry::OrenNayar { roughness_deg: 0.0 },
+    ];
+
+    /// Disc integral by brute force over the image plane.
+    fn disc_mean(model: &Photometry, alpha: f64) -> f64 {
+        let to_sun = DVec3::new(alpha.sin(), 0.0, alpha.cos());
+        let n = 700;
+        let mut sum = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                let (x, y) = (2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0, 2.0 * (f64::from(j) + 0.5) / f64::from(n) - 1.0);
+                let z2 = 1.0 - x * x - y * y;
+                if z2 <= 0.0 {
+                    continue;
+                }
+                let normal = DVec3::new(x, y, z2.sqrt());
+                let mu0 = normal.dot(to_sun);
+                if mu0 > 0.0 {
+                    sum += reflectance(model, mu0, normal.z, to_sun.z);
+                }
+            }
+        }
+        sum * 4.0 / f64::from(n * n) / PI
+    }
+
+    #[test]
+    fn closed_forms_are_the_disc_integrals_of_the_models() {
+        for model in &MODELS {
+            let full = disc_mean(model, 0.0);
+            let closed = geometric_albedo_of_unit_multiplier(model)[0];
+            assert!((full - closed).abs() < 2e-3, "{model:?}: disc {full}, closed form {closed}");
+            for alpha_deg in [10.0_f64, 60.0, 90.0, 140.0] {
+                let alpha = alpha_deg.to_radians();
+                let (disc, closed) = (disc_mean(model, alpha) / full, model_phase(model, alpha));
+                assert!((disc - closed).abs() < 3e-3, "{model:?} at {alpha_deg}: disc {disc}, closed form {closed}");
+            }
+        }
+    }
+
+    #[test]
+    fn phase_functions_fall_from_one_to_nothing() {
+        for model in &MODELS {
+            assert!((model_phase(model, 0.0) - 1.0).abs() < 2e-3);
+            assert!(model_phase(model, PI) < 1e-6);
+            let values: Vec<_> = (0..=180).map(|d| model_phase(model, f64::from(d).to_radians())).collect();
+            assert!(values.windows(2).all(|w| w[1] <= w[0] + 1e-9), "{model:?}");
+        }
+    }
+
+    #[test]
+    fn the_sun_irradiates_one_at_one_au() {
+        let radius = DVec3::splat(SUN_RADIUS_KM);
+        let solid_angle = projected_radius_squared_km2(radius, DVec3::Y) / KM_PER_AU.powi(2);
+        assert!((sun_disc_radiance() * solid_angle - 1.0).abs() < 1e-12);
+        assert!((magnitude(1.0) - SUN_V_MAGNITUDE_AT_1_AU).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_ellipsoid_shows_the_product_of_the_other_two_axes() {
+        let r = DVec3::new(3.0, 2.0, 1.0);
+        assert!((projected_radius_squared_km2(r, DVec3::X) - 2.0).abs() < 1e-12);
+        assert!((projected_radius_squared_km2(r, DVec3::Y) - 3.0).abs() < 1e-12);
+        assert!((projected_radius_squared_km2(r, DVec3::Z) - 6.0).abs() < 1e-12);
+    }
+}

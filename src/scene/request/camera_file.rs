@@ -1,0 +1,175 @@
+//! The camera file: position, look, up and field of view as JSON.
+//!
+//! In: the text of a file. Out: [`CameraFile`], whose names are resolved against the catalog. Unknown fields are refused by name.
+
+use crate::catalog::Catalog;
+use crate::scene::error::SceneError;
+use crate::scene::request::view_request::{Axes, EYE_HEIGHT_KM, Look, Position, Up, ViewRequest};
+use crate::wording::{echo, of_json, or_one_of};
+use glam::DVec3;
+use serde::Deserialize;
+
+/// A JSON object, never a list of its values in order, which serde would take too.
+#[derive(Clone, Debug)]
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de> + Named> Deserialize<'de> for Object<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OfMap<T>(std::marker::PhantomData<T>);
+        impl<'de, T: Deserialize<'de> + Named> serde::de::Visitor<'de> for OfMap<T> {
+            type Value = Object<T>;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(T::NAME)
+            }
+            fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Object)
+            }
+        }
+        deserializer.deserialize_map(OfMap(std::marker::PhantomData))
+    }
+}
+
+/// What a message calls an object of the camera file.
+trait Named {
+    const NAME: &'static str;
+}
+impl Named for CameraFile {
+    const NAME: &'static str = "an object {\"position\": {…}, \"look\": {…}, …}";
+}
+impl Named for PositionFile {
+    const NAME: &'static str = "an object {\"body\": …, \"radii\": [x, y, z]}";
+}
+impl Named for LookFile {
+    const NAME: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
+}
+
+/// The camera file, as JSON. Unknown fields are refused by name.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraFile {
+    position: Object<PositionFile>,
+    look: Object<LookFile>,
+    #[serde(default)]
+    up: Option<UpFile>,
+    #[serde(default)]
+    fov_deg: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PositionFile {
+    body: String,
+    #[serde(default)]
+    axes: Axes,
+    radii: Option<[f64; 3]>,
+    km: Option<[f64; 3]>,
+    latitude_deg: Option<f64>,
+    longitude_deg: Option<f64>,
+    height_km: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LookFile {
+    at: Option<String>,
+    direction: Option<[f64; 3]>,
+    #[serde(default)]
+    axes: Axes,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected \"up\" as a word (north, zenith, celestial, ecliptic) or as {\"direction\": [x, y, z]}")]
+enum UpFile {
+    Named(String),
+    Along(DirectionFile),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DirectionFile {
+    direction: [f64; 3],
+    #[serde(default)]
+    axes: Axes,
+}
+
+/// The schema of [`CameraFile`] in words, for help texts.
+pub const CAMERA_FILE_HELP: &str = r#"A camera file is one JSON object:
+  {"position": {"body": "earth", "radii": [0, 0, 4]},
+   "look": {"at": "earth"}, "up": "celestial", "fov_deg": 40}
+position  "body" with one of "radii": [x,y,z] (equatorial radii from its centre),
+          "km": [x,y,z], or "latitude_deg" (planetographic), "longitude_deg" (east)
+          and "height_km"; "axes": "icrf" (default) or "body-fixed"
+look      "at": a body's name, or "direction": [x,y,z] with "axes"
+up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
+          {"direction": [x,y,z], "axes": ...}; default: on the ground "zenith",
+          else "north"
+fov_deg   vertical field of view, degrees"#;
+
+fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
+    let v = DVec3::from_array(values);
+    if v.is_finite() && v.length() > 0.0 { Ok(v) } else { Err(SceneError::Request(format!("{what}: the direction must not be zero"))) }
+}
+
+/// The up direction that a word names.
+pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
+    match name.to_ascii_lowercase().as_str() {
+        "north" => Ok(Up::North),
+        "zenith" => Ok(Up::Zenith),
+        "celestial" => Ok(Up::Celestial),
+        "ecliptic" => Ok(Up::Ecliptic),
+        _ => {
+            let meant = or_one_of(name, &["north", "zenith", "celestial", "ecliptic"]);
+            Err(SceneError::Request(format!("up `{}`: {meant}", echo(name))))
+        }
+    }
+}
+
+impl CameraFile {
+    /// Reads the JSON text; `file` names it in errors.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
+        let whole: Object<Self> = serde_json::from_str(text).map_err(|e| {
+            let (line, column) = (e.line().max(1), e.column().max(1));
+            SceneError::Request(format!("{file}:{line}:{column}: {}", echo(&of_json(&e))))
+        })?;
+        Ok(whole.0)
+    }
+
+    /// Puts position, look, up and field of view of the file into a request. The target becomes the body looked at.
+    pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
+        let place = |name: &str| catalog.place(name);
+        let p = &self.position.0;
+        let body = place(&p.body)?;
+        request.position = match (p.radii, p.km, p.latitude_deg, p.longitude_deg) {
+            (Some(radii), None, None, None) => {
+                let radius_km = catalog.named(&p.body)?.radii_km.x;
+                Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: p.axes }
+            }
+            (None, Some(km), None, None) => Position::Offset { body, offset_km: DVec3::from_array(km), axes: p.axes },
+            (None, None, Some(latitude_deg), Some(longitude_deg)) => {
+                Position::Ground { body, latitude_deg, longitude_deg, height_km: p.height_km.unwrap_or(EYE_HEIGHT_KM) }
+            }
+            _ => {
+                let how = "give one of radii, km, or latitude_deg with longitude_deg";
+                return Err(SceneError::Request(format!("camera file, position: {how}")));
+            }
+        };
+        let look = &self.look.0;
+        match (&look.at, look.direction) {
+            (Some(name), None) => {
+                request.target = Some(place(name)?);
+                request.look = Look::Target;
+            }
+            (None, Some(d)) => request.look = Look::Along { direction: direction(d, "camera file, look")?, axes: look.axes },
+            _ => return Err(SceneError::Request("camera file, look: give one of at, direction".into())),
+        }
+        match &self.up {
+            None => request.up = request.position.usual_up(),
+            Some(UpFile::Named(name)) => request.up = up_by_name(name)?,
+            Some(UpFile::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "camera file, up")?, axes: d.axes },
+        }
+        if self.fov_deg.is_some() {
+            request.fov_deg = self.fov_deg;
+        }
+        Ok(())
+    }
+}

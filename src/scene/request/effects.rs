@@ -1,0 +1,321 @@
+//! The features that a viewer can switch, and what was asked of them.
+//!
+//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown text is an error here, so that later stages match on
+//! enums alone.
+
+use crate::scene::draw::needs::{AirTier, EclipseModel};
+use crate::scene::error::SceneError;
+use crate::wording::{echo, echo_of, or_one_of};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A feature that can be switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Effect {
+    Ellipsoid,
+    /// Triangles in place of the ellipsoid.
+    Mesh,
+    /// The shadow that a mesh throws on itself.
+    SelfShadow,
+    Albedo,
+    Overlays,
+    Normal,
+    Specular,
+    Night,
+    Clouds,
+    CloudShadow,
+    Eclipse,
+    Rings,
+    RingShadow,
+    RingShine,
+    BodyShadow,
+    Atmosphere,
+    /// The Sun's image that the air at the limb bends to the camera.
+    RefractedLimb,
+    PlanetShine,
+    Points,
+    /// The veil of light around the Sun.
+    Glow,
+    /// The Sun's outermost air.
+    Corona,
+}
+
+impl Effect {
+    pub const ALL: [Self; 21] = [
+        Self::Ellipsoid,
+        Self::Mesh,
+        Self::SelfShadow,
+        Self::Albedo,
+        Self::Overlays,
+        Self::Normal,
+        Self::Specular,
+        Self::Night,
+        Self::Clouds,
+        Self::CloudShadow,
+        Self::Eclipse,
+        Self::Rings,
+        Self::RingShadow,
+        Self::RingShine,
+        Self::BodyShadow,
+        Self::Atmosphere,
+        Self::RefractedLimb,
+        Self::PlanetShine,
+        Self::Points,
+        Self::Glow,
+        Self::Corona,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ellipsoid => "ellipsoid",
+            Self::Mesh => "mesh",
+            Self::SelfShadow => "self-shadow",
+            Self::Albedo => "albedo",
+            Self::Overlays => "overlays",
+            Self::Normal => "normal",
+            Self::Specular => "specular",
+            Self::Night => "night",
+            Self::Clouds => "clouds",
+            Self::CloudShadow => "cloud-shadow",
+            Self::Eclipse => "eclipse",
+            Self::Rings => "rings",
+            Self::RingShadow => "ring-shadow",
+            Self::RingShine => "ring-shine",
+            Self::BodyShadow => "body-shadow",
+            Self::Atmosphere => "atmosphere",
+            Self::RefractedLimb => "refracted-limb",
+            Self::PlanetShine => "planet-shine",
+            Self::Points => "points",
+            Self::Glow => "glow",
+            Self::Corona => "corona",
+        }
+    }
+}
+
+impl Effect {
+    /// Names of the variants by which it can be computed, where the viewer may choose one: `+eclipse=linear`.
+    pub fn ways(self) -> &'static [&'static str] {
+        const MODELS: [&str; EclipseModel::CHOICES.len()] = [
+            EclipseModel::Linear.name(),
+            EclipseModel::UniformDisc.name(),
+            EclipseModel::LimbDarkened.name(),
+            EclipseModel::Refracted.name(),
+        ];
+        const TIERS: [&str; AirTier::CHOICES.len()] =
+            [AirTier::Vertex.name(), AirTier::Pixel8.name(), AirTier::Pixel16.name(), AirTier::Pixel32.name(), AirTier::Table.name()];
+        match self {
+            Self::Eclipse => &MODELS,
+            Self::Atmosphere => &TIERS,
+            _ => &[],
+        }
+    }
+}
+
+/// What the viewer switched on or off by hand.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct EffectOverrides {
+    on: BTreeSet<Effect>,
+    off: BTreeSet<Effect>,
+    eclipse_model: Option<EclipseModel>,
+    air_tier: Option<AirTier>,
+    /// For single bodies, by their names in lower case; what is asked here comes before what is asked of all.
+    of: BTreeMap<String, EffectOverrides>,
+}
+
+impl EffectOverrides {
+    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` is for one body alone. An effect named twice keeps the last sign; a way stays until another is named or the
+    /// effect is switched off. A way does not switch an effect on where its bound says no.
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let mut overrides = Self::default();
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            if let Some((body, rest)) = part.split_once(':') {
+                if rest.contains(':') {
+                    return Err(SceneError::Request(format!("effect `{}`: one body before the colon, one effect after it", echo(part))));
+                }
+                let body = body.trim().to_lowercase();
+                let so_far = overrides.of.get(&body).map(Self::to_text).unwrap_or_default();
+                overrides.of.insert(body, Self::parse(&format!("{so_far},{rest}"))?);
+                continue;
+            }
+            let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
+                (Some(name), _) => (true, name),
+                (_, Some(name)) => (false, name),
+                _ => return Err(SceneError::Request(format!("effect `{}`: write + or - before its name", echo(part)))),
+            };
+            let (name, way) = name.split_once('=').map_or((name, None), |(n, w)| (n.trim(), Some(w.trim())));
+            let Some(effect) = Effect::ALL.into_iter().find(|e| e.name().eq_ignore_ascii_case(name)) else {
+                let known: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
+                return Err(SceneError::Request(format!("effect `{}` is not known; {}", echo(name), or_one_of(name, &known))));
+            };
+            match way {
+                None => overrides.set(effect, on),
+                Some(_) if !on => {
+                    return Err(SceneError::Request(format!(
+                        "effect `{}`: only + takes a way; write -{}",
+                        echo_of(part, 120),
+                        effect.name()
+                    )));
+                }
+                Some(way) => overrides.choose(effect, way)?,
+            }
+        }
+        Ok(overrides)
+    }
+
+    pub fn set(&mut self, effect: Effect, on: bool) {
+        let (to, from) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
+        to.insert(effect);
+        from.remove(&effect);
+        if !on {
+            self.forget_way(effect);
+        }
+    }
+
+    /// What holds for one body, where anything is asked of it alone.
+    pub fn for_body(&self, name: &str) -> Option<Self> {
+        let own = self.of.get(&name.to_lowercase())?;
+        let mut both = Self { of: BTreeMap::new(), ..self.clone() };
+        for effect in Effect::ALL {
+            if let Some(on) = own.asked(effect) {
+                both.set(effect, on);
+            }
+            if own.way(effect).is_some() {
+                both.off.remove(&effect);
+            }
+        }
+        both.eclipse_model = own.eclipse_model.or(both.eclipse_model);
+        both.air_tier = own.air_tier.or(both.air_tier);
+        Some(both)
+    }
+
+    /// What is asked of one body alone, to be changed.
+    pub fn of_body(&mut self, name: &str) -> &mut Self {
+        self.of.entry(name.to_lowercase()).or_default()
+    }
+
+    /// Drops the bodies of which nothing is asked alone.
+    pub fn prune(&mut self) {
+        self.of.retain(|_, own| *own != Self::default());
+    }
+
+    /// Bodies of which something is asked alone.
+    pub fn bodies(&self) -> impl Iterator<Item = &str> {
+        self.of.keys().map(String::as_str)
+    }
+
+    /// Leaves the effect to the scene again.
+    pub fn forget(&mut self, effect: Effect) {
+        self.on.remove(&effect);
+        self.off.remove(&effect);
+        self.forget_way(effect);
+    }
+
+    fn forget_way(&mut self, effect: Effect) {
+        match effect {
+            Effect::Eclipse => self.eclipse_model = None,
+            Effect::Atmosphere => self.air_tier = None,
+            _ => {}
+        }
+    }
+
+    /// What [`Self::parse`] reads back.
+    pub fn to_text(&self) -> String {
+        let switched = |e: &Effect| {
+            let way = self.way(*e).map(|w| format!("+{}={w}", e.name()));
+            let on = self.asked(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
+            on.into_iter().chain(way)
+        };
+        let of_bodies = self.of.iter().flat_map(|(body, own)| {
+            let text = own.to_text();
+            text.split(',').filter(|p| !p.is_empty()).map(|p| format!("{body}:{p}")).collect::<Vec<_>>()
+        });
+        Effect::ALL.iter().flat_map(switched).chain(of_bodies).collect::<Vec<_>>().join(",")
+    }
+
+    /// Chooses one of [`Effect::ways`] by its name.
+    ///
+    /// # Errors
+    /// The effect has no such variant.
+    pub fn choose(&mut self, effect: Effect, way: &str) -> Result<(), SceneError> {
+        let unknown = || {
+            SceneError::Request(match effect.ways() {
+                [] => format!("effect `{}` has one way only: write +{0}", effect.name()),
+                ways => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(way), or_one_of(way, ways)),
+            })
+        };
+        match effect {
+            Effect::Eclipse => {
+                let model = EclipseModel::CHOICES.into_iter().find(|m| m.name().eq_ignore_ascii_case(way));
+                self.eclipse_model = Some(model.ok_or_else(unknown)?);
+            }
+            Effect::Atmosphere => {
+                let tier = AirTier::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(way));
+                self.air_tier = Some(tier.ok_or_else(unknown)?);
+            }
+            _ => return Err(unknown()),
+        }
+        self.off.remove(&effect);
+        Ok(())
+    }
+
+    /// The eclipse model that the viewer chose.
+    pub fn eclipse_model(&self) -> Option<EclipseModel> {
+        self.eclipse_model
+    }
+
+    /// How finely the viewer wants the air summed.
+    pub fn air_tier(&self) -> Option<AirTier> {
+        self.air_tier
+    }
+
+    /// Name of the variant that the viewer chose.
+    pub fn way(&self, effect: Effect) -> Option<&'static str> {
+        match effect {
+            Effect::Eclipse => self.eclipse_model.map(EclipseModel::name),
+            Effect::Atmosphere => self.air_tier.map(AirTier::name),
+            _ => None,
+        }
+    }
+
+    /// `Some(on)` where the viewer asked.
+    pub fn asked(&self, effect: Effect) -> Option<bool> {
+        if self.on.contains(&effect) {
+            Some(true)
+        } else if self.off.contains(&effect) {
+            Some(false)
+        } else {
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overrides_are_read_or_refused_by_name() {
+        let o = EffectOverrides::parse("+night, -normal,+NORMAL,-points").expect("known effects");
+        assert_eq!(o.asked(Effect::Night), Some(true));
+        assert_eq!(o.asked(Effect::Normal), Some(true));
+        assert_eq!(o.asked(Effect::Points), Some(false));
+        assert_eq!(o.asked(Effect::Albedo), None);
+        let o = EffectOverrides::parse("+eclipse=Linear").expect("a way");
+        assert_eq!((o.way(Effect::Eclipse), o.asked(Effect::Eclipse)), (Some("linear"), None));
+        assert_eq!(EffectOverrides::parse("+eclipse=linear,-eclipse").expect("both").way(Effect::Eclipse), None);
+        assert!(EffectOverrides::parse("+eclipse=round").unwrap_err().to_string().contains("limb-darkened"));
+        let o = EffectOverrides::parse("+night,-clouds,Moon:-eclipse,moon:+albedo,io:+eclipse=linear").expect("effects of bodies");
+        let moon = o.for_body("Moon").expect("the Moon's own");
+        assert_eq!(
+            (moon.asked(Effect::Eclipse), moon.asked(Effect::Albedo), moon.asked(Effect::Night)),
+            (Some(false), Some(true), Some(true))
+        );
+        assert_eq!((o.asked(Effect::Eclipse), o.for_body("Earth")), (None, None));
+        assert_eq!(o.for_body("Io").expect("Io's own").way(Effect::Eclipse), Some("linear"));
+        assert_eq!(EffectOverrides::parse(&o.to_text()).expect("what it wrote"), o);
+        assert_eq!(o.bodies().collect::<Vec<_>>(), ["io", "moon"]);
+        assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("one way"));
+        assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
+        assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("`night`: write + or -"));
+        assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("did you mean `eclipse`"));
+    }
+}

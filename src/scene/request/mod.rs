@@ -1,0 +1,15 @@
+//! What the viewer asks to see: where the camera stands, where it looks, how wide, how bright.
+//!
+//! In: plain values from the command line, the window or a camera file. Out: a [`ViewRequest`] that names places by code. Nothing
+//! here looks anything up in the ephemeris; names are resolved against the catalog by [`CameraFile::resolve`](camera_file::CameraFile::resolve).
+
+pub mod camera_file;
+pub mod effects;
+pub mod view_request;
+
+pub use super::purpose::Purpose;
+pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
+pub use view_request::{
+    Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Layers, Look, Position, Quality,
+    SETTLED_STOPS, ToneMap, Up, ViewRequest,
+};

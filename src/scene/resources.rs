@@ -1,0 +1,71 @@
+//! What a scene is made of besides catalog and ephemeris: files, and tables that take long to compute.
+//!
+//! A builder of scenes says what a view requires ([`Requirements`]); who owns files and caches brings it ([`Resources`]). What is not at hand is left out
+//! of the scene, and the decision about it says so.
+
+use crate::catalog::NaifId;
+use crate::ephemeris::Ephemeris;
+use crate::mesh::Model;
+use crate::scene::draw::MapFiles;
+use crate::scene::draw::needs::Shape;
+use crate::scene::light::lamps::Lamps;
+use crate::scene::request::view_request::ViewRequest;
+use crate::scene::rings::ring_shine::RingShines;
+use crate::scene::rings::ring_table::RingTables;
+use glam::{DVec3, Vec4};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// A shape model that a view draws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshWanted {
+    pub body: NaifId,
+    /// Unit vector towards the Sun in body axes and its angular radius in radians, where the mesh shades itself.
+    pub sun: Option<(DVec3, f64)>,
+}
+
+/// What a view needs besides catalog and ephemeris.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Requirements {
+    pub meshes: Vec<MeshWanted>,
+    /// Bodies whose table of multiple scattering ([`crate::scene::air_table`]) their draws read.
+    pub scattering_tables: Vec<NaifId>,
+    /// The maps of each body that is drawn, and what carries them.
+    pub maps: Vec<(MapFiles, Shape)>,
+}
+
+/// What is at hand.
+#[derive(Clone, Debug, Default)]
+pub struct Resources {
+    /// Map and mesh files that could not be read: bodies go without, and say so.
+    pub unreadable: BTreeSet<String>,
+    pub meshes: BTreeMap<NaifId, Arc<Model>>,
+    /// Height of the Sun over the shape's own horizon at each vertex of a mesh, in the Sun's radii; computed where it is not here.
+    pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
+    /// For the light meter alone.
+    pub lamps: BTreeMap<NaifId, Arc<Lamps>>,
+    pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
+}
+
+impl Resources {
+    /// Whether a map or mesh file is known to be unreadable.
+    pub fn is_unreadable(&self, file: &str) -> bool {
+        self.unreadable.contains(file)
+    }
+}
+
+/// Tables that stay the same from frame to frame. Whoever builds scenes keeps one of these.
+#[derive(Debug, Default)]
+pub struct Caches {
+    pub(crate) ring_tables: RingTables,
+    pub(crate) ring_shines: RingShines,
+}
+
+/// What every part of a scene reads.
+#[derive(Clone, Copy)]
+pub(crate) struct Context<'a> {
+    pub request: &'a ViewRequest,
+    pub ephemeris: &'a Ephemeris,
+    pub resources: &'a Resources,
+    pub caches: &'a Caches,
+}

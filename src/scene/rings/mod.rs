@@ -1,0 +1,10 @@
+//! Rings: when they are drawn, how they and their planet shade and light each other, and the tables that their shaders read.
+
+pub(crate) mod decision;
+pub(crate) mod phase;
+pub(crate) mod ring_light;
+pub mod ring_shine;
+pub mod ring_table;
+pub(crate) mod view;
+
+pub use phase::{LEAST_COSINE, bodies_with_peak, forward};

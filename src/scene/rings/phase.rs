@@ -1,0 +1,89 @@
+//! Phase functions of a ring's particles: 1 in the mean over all directions.
+
+use std::sync::OnceLock;
+
+/// Exponent of the power law (pi - phase angle)^n of particles that shade themselves and each other: Dones, Cuzzi and Showalter 1993
+/// (Icarus 105, 184) for the A ring.
+pub(crate) const PHASE_EXPONENT: f64 = 3.09;
+/// Height and angular width (tangent of half the phase angle) of the opposition's peak: 0.3 mag within half a degree, as the B ring rises in the
+/// phase curves of Franklin and Cook 1965 (Astron. J. 70, 704).
+pub(crate) const OPPOSITION: [f64; 2] = [0.32, 0.0045];
+/// Phase function of dust: asymmetry of a Henyey-Greenstein lobe and the part of the light in it. Three lobes after the form that Hedman and Stark 2015
+/// (Astrophys. J. 811, 67) fit to Saturn's G ring between 3 and 170 degrees of scattering; the numbers are from memory of its table, not read again there. All dust has it: E's smaller
+/// grains spread more, so that within some 3 degrees of the Sun E comes out too bright, by an estimated factor of up to 5.
+pub(crate) const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];
+pub use crate::scene::constants::LEAST_COSINE;
+
+/// The factor that makes the power law's mean over all directions 1.
+pub(crate) fn phase_factor() -> f64 {
+    static FACTOR: OnceLock<f64> = OnceLock::new();
+    *FACTOR.get_or_init(|| {
+        let (n, h) = (4096, std::f64::consts::PI / 4096.0);
+        let sum: f64 = (0..n).map(|k| (f64::from(k) + 0.5) * h).map(|y| y.powf(PHASE_EXPONENT) * y.sin()).sum();
+        2.0 / (sum * h)
+    })
+}
+
+fn bodies(alpha: f64) -> f64 {
+    phase_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT)
+}
+
+/// Phase function of dust: 1 in the mean over all directions, rising steeply against the Sun.
+pub fn forward(alpha: f64) -> f64 {
+    // 1 + g² + 2 g cos(alpha), without the difference of near numbers against the Sun.
+    let against = (0.5 * alpha).cos().powi(2);
+    DUST_LOBES.iter().map(|[g, share]| share * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * against).powf(1.5)).sum()
+}
+
+/// Phase function of a ring's particles: 1 in the mean over all directions, without the opposition's peak.
+pub(crate) fn phase_function(alpha: f64, dust: f64) -> f64 {
+    bodies(alpha) * (1.0 - dust) + forward(alpha) * dust
+}
+
+/// That of bodies with the opposition's peak, by the cosine of the phase angle: what the ring's fragments compute.
+pub fn bodies_with_peak(cos_alpha: f64) -> f64 {
+    let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
+    let [height, width] = OPPOSITION;
+    bodies(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean over all directions by a rule that knows the narrowest lobe: even steps of the logarithm of the angle from the Sun's direction.
+    fn mean(of: impl Fn(f64) -> f64) -> f64 {
+        let n = 200_000;
+        let (first, last) = (1e-7_f64.ln(), std::f64::consts::PI.ln());
+        let h = (last - first) / f64::from(n);
+        (0..n).map(|k| (first + (f64::from(k) + 0.5) * h).exp()).map(|s| 0.5 * of(std::f64::consts::PI - s) * s.sin() * s * h).sum()
+    }
+
+    #[test]
+    fn the_phase_function_keeps_its_light() {
+        for dust in [0.0, 0.3, 1.0] {
+            let mean = mean(|alpha| phase_function(alpha, dust));
+            assert!((mean - 1.0).abs() < 1e-5, "dust {dust}: {mean}");
+        }
+        let lost = mean(|alpha| phase_function(alpha, 1.0) - DUST_LOBES[0][1] * 0.5);
+        assert!((lost - 1.0).abs() > 0.1, "half of a lobe less is seen");
+        assert!((DUST_LOBES.iter().map(|l| l[1]).sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+
+    /// Bodies fall with the phase angle to nothing, dust has its least at the side and is hundreds of times as bright against the Sun.
+    #[test]
+    fn bodies_scatter_back_and_dust_forward() {
+        let at = |deg: f64, dust: f64| phase_function(deg.to_radians(), dust);
+        for k in 1..=179 {
+            let (before, now) = (f64::from(k - 1), f64::from(k));
+            assert!(at(now, 0.0) < at(before, 0.0), "bodies at {now}");
+            assert!(now < 60.0 || at(now, 1.0) > at(before, 1.0), "dust at {now}");
+            let step = at(now, 1.0) / at(before, 1.0);
+            // The narrowest lobe goes with the inverse cube of the angle from the Sun: twice nearer is 8 times brighter.
+            assert!((0.9..8.0).contains(&step), "no jump of the dust at {now}: {step}");
+        }
+        assert!(at(0.0, 0.0) > 4.0 && at(179.0, 0.0) < 1e-4);
+        // Voyager's pictures told dust from bodies by more than an order of magnitude between back and forward.
+        assert!(at(178.0, 1.0) / at(5.0, 1.0) > 100.0 && at(178.0, 0.01) > 1e3 * at(178.0, 0.0));
+    }
+}

@@ -1,0 +1,393 @@
+//! Light that rings send onto their own planet: its night side, and the ground in their shadow, are lit by it.
+//!
+//! In: the rings, the planet's oblateness, the Sun's height over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
+//! over height above the plane and hour angle from the Sun. Planet and rings are bodies of rotation about one axis, so that no more is needed.
+//! Always holds: no value is negative; a place that the outermost ring has set for gets nothing; both sides are alike where the Sun is in the plane.
+//! Left out: light that goes between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of a radius).
+//!
+//! The light is single scattering as in shaders/lib/ring/photometry.wesl, summed over the part of the ring above the ground's horizon and outside the
+//! globe's shadow, whose edges bound the integrals, so that no quadrature runs across a jump.
+
+use crate::catalog::Ring;
+use crate::memo::{Memo, Numbers};
+use crate::scene::camera::narrow_scalar;
+use crate::scene::constants::{RING_SLOPES, RING_SLOPES_PER_OCTAVE};
+pub use crate::scene::draw::tables::RingShine;
+use crate::scene::numeric::gauss_legendre;
+use crate::scene::rings::phase::{LEAST_COSINE, bodies_with_peak};
+use crate::scene::rings::ring_table::{self, Step, steps};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Heights of one side and hour angles.
+pub use crate::scene::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS as ROWS};
+/// Annuli of about even weight that stand for the rings, and places on the longest arc of each.
+const ANNULI: usize = 32;
+/// Points of Gauss and Legendre on an arc.
+const ARC: usize = 12;
+/// Slopes 2^(k/8) at which an annulus' light is tabled, as in the rings' own table.
+const SLOPES: usize = RING_SLOPES as usize;
+const PER_OCTAVE: f64 = RING_SLOPES_PER_OCTAVE as f64;
+/// Height that stands for that of the equator, where light over height has its limit.
+const EQUATOR: f64 = 1e-6;
+
+impl RingShine {
+    /// Irradiance of level ground per unit of sunlight, the brightest channel, as shaders/lib/ring/shine.wesl reads it. `point`: unit-sphere frame;
+    /// `sun`: unit vector, body axes.
+    pub fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
+        let height = point.z.abs();
+        let level = sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let hour = point.truncate().perp_dot(level).abs().atan2(point.truncate().dot(level)) / PI;
+        let place = |part: f64, count: usize| {
+            let at = part.clamp(0.0, 1.0) * (count - 1) as f64;
+            let low = (at as usize).min(count - 2);
+            (low, at - low as f64)
+        };
+        let (column, right) = place(hour, COLUMNS);
+        let (row, up) = place((height / self.reach).min(1.0).sqrt(), ROWS);
+        let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
+        let texel = |row: usize, column: usize| {
+            let at = 4 * ((first + row) * COLUMNS + column);
+            self.texels.get(at..at + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
+        };
+        let mixed = |row: usize| -> f64 {
+            let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
+            a + right * (b - a)
+        };
+        (mixed(row) + up * (mixed(row + 1) - mixed(row))) * height
+    }
+}
+
+/// What a table is made from. Lengths are equatorial radii.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit<'a> {
+    pub rings: &'a [&'a Ring],
+    pub radius_km: f64,
+    /// Polar over equatorial radius.
+    pub polar: f64,
+    /// Sine of the Sun's height over the plane; its sign does not matter.
+    pub sine: f64,
+    /// Tangent of the Sun's angular radius.
+    pub sun_tangent: f64,
+}
+
+/// Part of the Sun's disc over one side of the plane, and the mean sine of that part; then those of the other side.
+pub fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
+    if sine >= tangent {
+        return [[1.0, sine], [0.0, 1.0]];
+    }
+    // A disc cut by a line: its area and first moment.
+    let h = sine / tangent;
+    let chord = (1.0 - h * h).sqrt();
+    let above = 0.5 + (h * chord + h.asin()) / PI;
+    let moment = tangent * (h * above + chord.powi(3) * 2.0 / (3.0 * PI));
+    [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
+}
+
+/// Light of particles per unit of phase function over four, towards a path of slope `x`, lit along one of slope `y` from the same side or from beyond.
+pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
+    if same_side {
+        return x / (x + y) * -(-tau * (x + y)).exp_m1();
+    }
+    // exp(-tau x) - exp(-tau y) over y - x, the same with x and y exchanged; its limit at y = x is tau exp(-tau x).
+    let (less, apart) = (x.min(y), (y - x).abs());
+    let over = if tau * apart < 1e-6 { tau } else { -(-tau * apart).exp_m1() / apart };
+    x * (-tau * less).exp() * over
+}
+
+/// A stretch of rings taken as one radius.
+struct Annulus {
+    radius: f64,
+    /// By slope, each side: the integral over the stretch of what it scatters, per channel.
+    light: [Vec<DVec3>; 2],
+}
+
+impl Annulus {
+    fn at(&self, side: usize, slope: f64) -> DVec3 {
+        let place = (slope.log2() * PER_OCTAVE).clamp(0.0, (SLOPES - 1) as f64 - 1e-9);
+        let below = place as usize;
+        self.light[side][below].lerp(self.light[side][below + 1], place.fract())
+    }
+}
+
+/// What a stretch weighs: what it stops of steep light, times its colour.
+fn weight(step: &Step) -> f64 {
+    (step.to - step.from) * -(-4.0 * step.tau).exp_m1() * step.albedo.iter().sum::<f64>()
+}
+
+/// Cuts stretches of one optical depth so finely that annuli of even weight can be put together.
+fn annuli(lit: &Lit<'_>) -> Vec<Annulus> {
+    let steps = steps(lit.rings.iter().copied(), lit.radius_km);
+    let whole: f64 = steps.iter().map(weight).sum();
+    if whole.is_nan() || whole <= 0.0 {
+        return Vec::new();
+    }
+    let share = whole / ANNULI as f64;
+    let mut groups: Vec<Vec<Step>> = vec![Vec::new()];
+    let mut filled = 0.0;
+    for step in steps.into_iter().filter(|s| s.tau > 0.0) {
+        let parts = (weight(&step) / share).ceil().max(1.0);
+        let width = (step.to - step.from) / parts;
+        for k in 0..parts as usize {
+            let from = step.from + width * k as f64;
+            let part = Step { from, to: from + width, ..step };
+            if filled >= share {
+                groups.push(Vec::new());
+                filled -= share;
+            }
+            filled += weight(&part);
+            if let Some(group) = groups.last_mut() {
+                group.push(part);
+            }
+        }
+    }
+    let halves = halves(lit.sine.abs(), lit.sun_tangent);
+    let annulus = |group: &Vec<Step>| {
+        let weights: f64 = group.iter().map(weight).sum();
+        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
+        let towards = |side: usize, k: usize| {
+            let x = (k as f64 / PER_OCTAVE).exp2();
+            let of = |step: &Step| {
+                let by = |half: usize| {
+                    let [part, sine] = halves[half];
+                    if part > 0.0 { part * scattered(step.tau, x, 1.0 / sine.max(LEAST_COSINE), half == side) } else { 0.0 }
+                };
+                DVec3::from_array(step.albedo) * ((step.to - step.from) * (by(0) + by(1)))
+            };
+            group.iter().map(of).sum()
+        };
+        let light = [0, 1].map(|side| (0..SLOPES).map(|k| towards(side, k)).collect());
+        Annulus { radius, light }
+    };
+    groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
+}
+
+/// Binary digits after the first of the heights of the Sun that have a table of their own.
+const MILESTONE_DIGITS: u32 = 5;
+
+/// A magnitude to so many binary digits after the first.
+fn rounded(v: f64, digits: u32) -> f64 {
+    let spare = 52 - digits;
+    f64::from_bits((v.abs().to_bits() + (1 << (spare - 1))) >> spare << spare)
+}
+
+/// Heights of the Sun over ringed bodies whose tables are kept.
+const KEPT: usize = 16;
+
+/// Tables of the rings' light, kept from frame to frame.
+#[derive(Debug)]
+pub struct RingShines {
+    shines: Memo<Numbers, Option<Arc<RingShine>>>,
+    milestones: Memo<Numbers, Option<Arc<RingShine>>>,
+}
+
+impl Default for RingShines {
+    fn default() -> Self {
+        Self { shines: Memo::holding(KEPT), milestones: Memo::holding(KEPT) }
+    }
+}
+
+impl Lit<'_> {
+    /// Irradiance over height at a height and hour angle. `side`: 0 where the Sun's centre is.
+    fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
+        let level = (1.0 - height * height).max(0.0).sqrt();
+        let normal = DVec3::new(level, 0.0, height / self.polar).normalize();
+        let place = DVec3::new(level, 0.0, self.polar * height);
+        let (sin_hour, cos_hour) = hour.sin_cos();
+        let sine = self.sine.abs();
+        let cosine = (1.0 - sine * sine).sqrt();
+        // Seen from the place's meridian.
+        let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
+        // The Sun's direction where the globe is a unit sphere: level part.
+        let squeezed = cosine / cosine.hypot(sine / self.polar);
+        let horizon = 1.0 / level.max(1e-9);
+        let mut sum = DVec3::ZERO;
+        for annulus in annuli.iter().filter(|a| a.radius > horizon) {
+            let r = annulus.radius;
+            let widest = (horizon / r).acos();
+            // Half the arc of the ring in the globe's shadow, about the anti-solar point, whose hour angle is pi.
+            let cut = (r * r - 1.0).max(0.0).sqrt() / (r * squeezed).max(1e-12);
+            let shadow = if cut < 1.0 { cut.acos() } else { 0.0 };
+            let (from, to) = (hour - widest, hour + widest);
+            for [a, b] in [[from, to.min(PI - shadow)], [from.max(PI + shadow), to]] {
+                if b <= a {
+                    continue;
+                }
+                for (x, w) in gauss {
+                    let angle = a + (b - a) * x - hour;
+                    let (sin, cos) = angle.sin_cos();
+                    let away = DVec3::new(r * cos, r * sin, 0.0) - place;
+                    let distance_sq = away.length_squared();
+                    let distance = distance_sq.sqrt();
+                    let cos_incidence = normal.dot(away).max(0.0) / distance;
+                    let cos_emission = (place.z / distance).max(LEAST_COSINE);
+                    let phase = bodies_with_peak(-sun.dot(away) / distance);
+                    // The ring's area seen, over height: polar / distance is the emission's cosine over it.
+                    let seen = (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
+                    sum += annulus.at(side, 1.0 / cos_emission) * (0.25 / PI * phase * seen);
+                }
+            }
+        }
+        sum
+    }
+
+    /// `None` where no ring scatters anything.
+    fn table(&self) -> Option<RingShine> {
+        let annuli = annuli(self);
+        let last = annuli.iter().map(|a| a.radius).fold(0.0, f64::max);
+        if last <= 1.0 {
+            return None;
+        }
+        let reach = (1.0 - 1.0 / (last * last)).sqrt();
+        let gauss = gauss_legendre(ARC);
+        let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
+            .into_par_iter()
+            .map(|n| {
+                let height = reach * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
+                let of = |column: usize| {
+                    let hour = PI * column as f64 / (COLUMNS - 1) as f64;
+                    (self.at(&annuli, &gauss, n / ROWS, height.max(EQUATOR), hour), height)
+                };
+                (0..COLUMNS).map(of).collect()
+            })
+            .collect();
+        let brightest = rows.iter().flatten().map(|(light, height)| light.max_element() * height).fold(0.0, f64::max);
+        let texel = |(light, _): &(DVec3, f64)| [light.x, light.y, light.z, 0.0].map(narrow_scalar);
+        Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), reach, brightest })
+    }
+
+    /// The table: the Sun's height counts to eleven binary digits (5e-4 of the light), so that a view at rest keeps one.
+    pub fn shine(&self, kept: &RingShines) -> Option<Arc<RingShine>> {
+        let lit = Self { sine: rounded(self.sine, 11), sun_tangent: rounded(self.sun_tangent, 11), ..*self };
+        kept.shines.get(lit.numbers().collect(), || lit.between(kept).map(Arc::new))
+    }
+
+    /// Mixed of two tables at heights of the Sun of [`MILESTONE_DIGITS`] binary digits, which a year of frames asks few of: a table takes as long as
+    /// two frames.
+    fn between(&self, kept: &RingShines) -> Option<RingShine> {
+        let milestone = |sine: f64| {
+            // A Sun that stands clear of the plane is as good as a point.
+            let lit = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
+            kept.milestones.get(lit.numbers().collect(), || lit.table().map(Arc::new))
+        };
+        let spare = 52 - MILESTONE_DIGITS;
+        let below = f64::from_bits(self.sine.to_bits() >> spare << spare);
+        let above = f64::from_bits(below.to_bits() + (1 << spare));
+        let (low, high) = (milestone(below)?, milestone(above)?);
+        let share = narrow_scalar((self.sine - below) / (above - below));
+        let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * share).collect();
+        let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(share);
+        Some(RingShine { texels, reach: low.reach, brightest })
+    }
+
+    /// All that a table depends on.
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        let own = [self.sine, self.sun_tangent, self.radius_km, self.polar];
+        own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::numbers(r)))
+    }
+
+    /// More than any place can get, per unit of sunlight: each ring as bright as it can be, all of it over the nearest place of the equator.
+    pub fn at_most(&self) -> f64 {
+        let brightest = bodies_with_peak(1.0);
+        let of = |ring: &&Ring| {
+            let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);
+            let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
+            let width = (ring.outer_km - ring.inner_km) / self.radius_km;
+            albedo * 0.25 * brightest * ring.tau_normal.min(1.0) * width * r.sqrt() / (r - 1.0).max(1e-3)
+        };
+        self.rings.iter().map(of).sum::<f64>().min(brightest * 0.25)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(inner_km: f64, outer_km: f64, tau_normal: f64) -> Ring {
+        Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.8, 0.6, 0.4], dust: 0.0 }
+    }
+
+    fn lit<'a>(rings: &'a [&'a Ring], sine: f64) -> Lit<'a> {
+        Lit { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
+    }
+
+    /// Over all places no more than the brightest is read, to a thousandth (the height between two rows), nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.
+    #[test]
+    fn what_is_read_of_a_table_is_its_light() {
+        let ring = ring(1.3, 2.2, 1.0);
+        let shine = lit(&[&ring], 0.3).shine(&RingShines::default()).expect("light");
+        let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
+        let of = |k: u32| {
+            let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
+            let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
+            shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
+        };
+        let most = (0..20_000).map(of).fold(0.0, f64::max);
+        assert!(most <= shine.brightest * (1.0 + 1e-3) && most > 0.9 * shine.brightest, "{most} of {}", shine.brightest);
+        assert_eq!(shine.irradiance(DVec3::X, sun), 0.0);
+    }
+
+    #[test]
+    fn halves_of_the_sun_share_its_light() {
+        for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
+            let [[above, up], [below, down]] = halves(sine, 5e-4);
+            assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
+            // The mean height of all of the disc is that of its centre.
+            assert!((above * up - below * down - sine).abs() < 1e-9, "{sine}: {above} {up} {below} {down}");
+        }
+    }
+
+    #[test]
+    fn without_rings_there_is_no_light_and_thin_ones_give_in_proportion() {
+        let nothing = ring(1.5, 2.0, 0.0);
+        assert!(lit(&[], 0.3).shine(&RingShines::default()).is_none() && lit(&[&nothing], 0.3).shine(&RingShines::default()).is_none());
+        assert_eq!(lit(&[&nothing], 0.3).at_most(), 0.0);
+        let of = |tau: f64| lit(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
+        assert!((of(2e-6) / of(1e-6) - 2.0).abs() < 1e-4);
+        assert!(of(2.0) < 1.9 * of(1.0), "thick rings hide themselves");
+    }
+
+    #[test]
+    fn between_two_milestones_the_light_is_that_of_a_table_of_its_own() {
+        let ring = ring(1.24, 2.27, 0.8);
+        let rings = [&ring];
+        for sine in [2e-4, 3e-3, 0.047, 0.13, 0.29, 0.447] {
+            // Halfway between two milestones.
+            let below = rounded(sine, MILESTONE_DIGITS);
+            let lit =
+                Lit { sine: f64::from_bits(below.to_bits() + (1 << (51 - MILESTONE_DIGITS))), sun_tangent: 5e-4, ..lit(&rings, sine) };
+            let (own, mixed) = (lit.table().expect("a table"), lit.between(&RingShines::default()).expect("a table"));
+            let worst = |other: &RingShine| own.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            let most = own.texels.iter().copied().fold(0.0, f32::max);
+            assert!(worst(&mixed) < 1e-3 * most, "sine {sine}: {} of {most}", worst(&mixed));
+            let alone = Lit { sine: below, ..lit }.table().expect("a table");
+            assert!(worst(&alone) > 3.0 * worst(&mixed), "one milestone alone, sine {sine}: {} of {most}", worst(&alone));
+        }
+    }
+
+    #[test]
+    fn both_sides_are_alike_where_the_sun_is_in_the_plane() {
+        let rings = [&ring(1.2, 2.2, 0.7)];
+        let both = |sine: f64| {
+            let table = lit(&rings, sine).table().expect("a table");
+            let (one, other) = table.texels.split_at(ROWS * COLUMNS * 4);
+            one.iter().zip(other).map(|(a, b)| f64::from((a - b).abs()) / table.brightest).fold(0.0, f64::max)
+        };
+        assert!(both(0.0) < 1e-6, "{}", both(0.0));
+        assert!(both(0.3) > 0.1, "{}", both(0.3));
+    }
+
+    #[test]
+    fn more_than_the_bound_nowhere() {
+        for (inner, outer, tau, sine) in [(1.1, 1.2, 5.0, 0.4), (1.2, 2.3, 0.5, 0.1), (1.9, 1.91, 0.05, 0.9), (1.3, 1.4, 1e-5, 0.5)] {
+            let rings = [&ring(inner, outer, tau)];
+            let lit = lit(&rings, sine);
+            let table = lit.table().expect("a table");
+            assert!(table.texels.iter().all(|v| v.is_finite() && *v >= 0.0));
+            let found = table.brightest;
+            assert!(found > 0.0 && found < lit.at_most(), "{found} and {}", lit.at_most());
+        }
+    }
+}

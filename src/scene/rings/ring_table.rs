@@ -1,0 +1,155 @@
+//! The table that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
+//!
+//! In: rings in the order of the catalog (a later one lies over an earlier one). Out: [`RingTable`], plain f32 texels; their meaning and the
+//! error of reading between rows stand in shaders/lib/ring/profile.wesl. Always holds: radii rise, integrals never fall.
+
+use crate::catalog::Ring;
+use crate::memo::{Memo, Numbers};
+use crate::scene::camera::narrow_scalar;
+use crate::scene::constants::RING_SLOPES_PER_OCTAVE;
+use crate::scene::draw::tables::RingTable;
+use std::sync::Arc;
+
+/// Rows of each of the table's two parts, bodies and dust: slopes x = 2^(k/8), k = 0..=96. A row of radii comes before them.
+pub use crate::scene::constants::RING_SLOPES as SLOPES;
+/// Radii beyond which a table is refused: the widest texture that every GPU takes, halved.
+pub const NODES_AT_MOST: usize = 4096;
+
+/// A stretch of radius of one optical depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Step {
+    pub from: f64,
+    pub to: f64,
+    pub tau: f64,
+    pub albedo: [f64; 3],
+    /// Part of its light that dust scatters.
+    pub dust: f64,
+}
+
+/// Cuts overlapping rings into stretches, each with the last ring that holds it.
+pub(crate) fn steps<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<Step> {
+    let mut edges: Vec<f64> = rings.clone().flat_map(|r| [r.inner_km, r.outer_km]).collect();
+    edges.sort_by(f64::total_cmp);
+    edges.dedup();
+    let between = |pair: &[f64]| {
+        let middle = (pair[0] + pair[1]) / 2.0;
+        let over = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
+        let (tau, albedo, dust) = over.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust));
+        Step { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo, dust }
+    };
+    edges.windows(2).map(between).collect()
+}
+
+/// All that a table depends on of a ring.
+pub(crate) fn numbers(ring: &Ring) -> [f64; 7] {
+    let [red, green, blue] = ring.albedo;
+    [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust, red, green, blue]
+}
+
+/// Bodies and choices of their rings whose tables are kept.
+const KEPT: usize = 16;
+
+/// Tables of rings, kept from frame to frame.
+#[derive(Debug)]
+pub(crate) struct RingTables {
+    steps: Memo<Numbers, Arc<Vec<Step>>>,
+    profiles: Memo<Numbers, Option<Arc<RingTable>>>,
+}
+
+impl Default for RingTables {
+    fn default() -> Self {
+        Self { steps: Memo::holding(KEPT), profiles: Memo::holding(KEPT) }
+    }
+}
+
+impl RingTables {
+    /// [`steps`] of all rings of a body: finding which ring holds each stretch takes a millisecond for Saturn's.
+    pub fn steps(&self, rings: &[Ring], unit_km: f64) -> Arc<Vec<Step>> {
+        let key = std::iter::once(unit_km).chain(rings.iter().flat_map(numbers)).collect();
+        self.steps.get(key, || Arc::new(steps(rings.iter(), unit_km)))
+    }
+
+    /// [`RingTable::of`] some rings of a body.
+    pub fn profile(&self, rings: &[&Ring], unit_km: f64) -> Option<Arc<RingTable>> {
+        let key = std::iter::once(unit_km).chain(rings.iter().flat_map(|r| numbers(r))).collect();
+        self.profiles.get(key, || RingTable::of(rings.iter().copied(), unit_km).map(Arc::new))
+    }
+}
+
+impl RingTable {
+    /// `None` without a ring, or with more edges than `NODES_AT_MOST`. `unit_km`: the body's equatorial radius.
+    pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Option<Self> {
+        let steps = steps(rings, unit_km);
+        let (first, last) = (steps.first()?, steps.last()?);
+        let nodes = steps.len() + 1;
+        if nodes > NODES_AT_MOST {
+            return None;
+        }
+        let mut texels = Vec::with_capacity(nodes * (2 * SLOPES as usize + 1) * 4);
+        let radii = steps.iter().map(|s| [s.from, s.to - s.from]).chain([[last.to, 0.0]]);
+        texels.extend(radii.flat_map(|[r, width]| [narrow_scalar(r), narrow_scalar(width), 0.0, 0.0]));
+        // Dust apart from bodies: it scatters by another law, and its sums keep digits that would drown in those of the dense rings.
+        for dusty in [false, true] {
+            for k in 0..SLOPES {
+                let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
+                let mut sum = [0.0; 4];
+                texels.extend([0.0; 4]);
+                for step in &steps {
+                    let stopped = (step.to - step.from) * -(-step.tau * slope).exp_m1();
+                    let part = if dusty { step.dust } else { 1.0 - step.dust };
+                    let [red, green, blue] = step.albedo.map(|a| a * part);
+                    for (of, weight) in sum.iter_mut().zip([red, green, blue, if dusty { part } else { 1.0 }]) {
+                        *of += stopped * weight;
+                    }
+                    texels.extend(sum.map(narrow_scalar));
+                }
+            }
+        }
+        Some(Self { width: nodes as u32, height: 2 * SLOPES + 1, texels, reach: [first.from, last.to] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(inner_km: f64, outer_km: f64, tau_normal: f64) -> Ring {
+        Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust: 0.0 }
+    }
+
+    #[test]
+    fn a_later_ring_lies_over_an_earlier_one() {
+        let cut = steps([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), 1.0);
+        let taus: Vec<_> = cut.iter().map(|s| (s.from, s.to, s.tau)).collect();
+        assert_eq!(taus, [(1.0, 2.0, 1.0), (2.0, 3.0, 0.0), (3.0, 4.0, 1.0)]);
+    }
+
+    #[test]
+    fn integrals_rise_by_what_each_stretch_stops() {
+        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0).expect("a table");
+        assert_eq!((table.width, table.height, table.reach), (4, 2 * SLOPES + 1, [1.0, 3.0]));
+        for row in 1..=SLOPES as usize {
+            let slope = (row as f64 - 1.0) / 8.0;
+            let at = |node: usize, c: usize| f64::from(table.texels[(row * 4 + node) * 4 + c]);
+            let first = 1.0 - (-0.7 * slope.exp2()).exp();
+            assert!((at(1, 3) - first).abs() < 1e-6 && (at(1, 0) - 0.5 * first).abs() < 1e-6, "row {row}");
+            assert_eq!(at(2, 3), at(1, 3), "a gap adds nothing");
+            assert!(at(3, 3) > at(2, 3) && at(3, 3) <= 1.5 + 1e-6);
+        }
+        assert!(RingTable::of([].iter(), 1.0).is_none());
+    }
+
+    /// A faint dusty ring outside a dense one keeps its light to six digits.
+    #[test]
+    fn dust_is_summed_apart_from_bodies() {
+        let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
+        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0).expect("a table");
+        let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
+        let (bodies, dust) = (1, 1 + SLOPES);
+        assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "none inside of it");
+        let light = at(dust, 3, 0) - at(dust, 2, 0);
+        assert!((light / (0.5 * 0.8e-6) - 1.0).abs() < 1e-5, "{light}");
+        let drowned = at(bodies, 3, 0) - at(bodies, 2, 0);
+        assert!((drowned / (0.5 * 0.2e-6) - 1.0).abs() > 1e-3, "in the sum of a dense ring it would not: {drowned}");
+    }
+}

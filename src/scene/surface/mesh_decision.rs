@@ -1,0 +1,64 @@
+//! Whether a body is drawn by triangles, and whether they shade each other.
+
+use crate::catalog::NaifId;
+use crate::mesh::Model;
+use crate::scene::decision::with_invented;
+use crate::scene::draw::uniforms::{Amounts, MeshAmounts};
+use crate::scene::features::case::{Case, Decided, Frame};
+use crate::scene::features::choice::Available;
+use crate::scene::placed::Placed;
+use crate::scene::request::effects::Effect;
+use crate::scene::surface::meshes;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Height of a Sun that nothing hides, in its radii.
+const SUN_IS_UP: f32 = 1e3;
+
+/// Direction of the Sun, body axes, and its angular radius, radians, for a mesh that shades itself; `None` where no Sun shines on it.
+pub(crate) fn sun_over(frame: &Frame<'_>, p: &Placed<'_>) -> Option<(DVec3, f64)> {
+    let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != p.body.id)?;
+    let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
+    Some(((p.body_from_icrf * p.sun_from_body_km).normalize(), radius_rad))
+}
+
+/// Decides on the mesh and on its own shadow.
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+    let (name, body, log) = (Effect::Mesh.name(), case.body(), &mut so_far.log);
+    let resources = case.frame.context.resources;
+    let Some(named) = &body.mesh else {
+        log.note(name, false, "the catalog names none".into());
+        return so_far;
+    };
+    if resources.is_unreadable(&named.file) {
+        log.note(name, false, format!("{} could not be read: drawn as its ellipsoid", named.file));
+        return so_far;
+    }
+    let Some(model) = case.model else {
+        log.effect(Effect::Mesh, false, format!("{} is not read here: drawn as its ellipsoid", named.file));
+        return so_far;
+    };
+    let reason = format!("{} triangles of {}, up to {:.3} radii from the centre", model.triangles(), named.file, model.reach);
+    log.effect(Effect::Mesh, true, with_invented(reason, "the shape", named.invented.as_deref()));
+    so_far.chosen.mesh = Some(meshes::flags(body, model));
+    let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };
+    let reason = format!("at each vertex, of a Sun of {:.3} degrees across; sharp to an edge's length", 2.0 * radius_rad.to_degrees());
+    let lit = !Available::of(body).emissive;
+    if log.effect(Effect::SelfShadow, lit, reason) {
+        so_far.self_shadow = Some((towards, radius_rad));
+    }
+    so_far
+}
+
+/// Sets what places the vertices on the screen, and the height of the Sun at each: its own where the mesh shades itself.
+pub(crate) fn set(amounts: &mut Amounts, case: &Case<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
+    let (centre, matrix) = meshes::clip_from_unit_sphere(case.frame.camera, &case.placed.placement);
+    amounts.mesh_anchor = centre;
+    amounts.clip_from_unit_sphere = matrix;
+    let at_hand = || case.frame.context.resources.sun_heights.get(&case.body().id).cloned();
+    let sun_heights = match self_shadow {
+        Some((towards, radius_rad)) => at_hand().unwrap_or_else(|| Arc::new(model.sun_heights(towards, radius_rad))),
+        None => Arc::new(vec![SUN_IS_UP; model.vertices()]),
+    };
+    amounts.mesh = Some(MeshAmounts { model: Arc::clone(model), sun_heights });
+}

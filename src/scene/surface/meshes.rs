@@ -1,0 +1,125 @@
+//! A body drawn by triangles in place of its ellipsoid: when, where on the screen, and the amounts that place its vertices.
+//!
+//! In: the models that were read for the request, the body's place. Out: decisions, a bounding rectangle, and the matrix of
+//! shaders/lib/mesh.wesl. The body's ellipsoid stays what everything else counts with: maps, size, exposure, the shadow on other bodies and on rings,
+//! and who is inside; vertices are given in the frame where it is the unit sphere.
+
+use crate::catalog::Body;
+use crate::mesh::Model;
+use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{self, Camera, ClipRect, NEAR_DEPTH_KM, Placement};
+use crate::scene::draw::needs::Flags;
+use crate::scene::placed::Placed;
+use crate::scene::point::BLEND_FROM_PX;
+use crate::scene::request::effects::Effect;
+use crate::scene::resources::Context;
+use glam::{DVec3, DVec4, Mat4};
+use std::sync::Arc;
+
+/// Distance in radii within which vertices are taken from the camera. There f32 is exact in the difference, farther out in the place itself.
+const NEAR_RADII: f64 = 8.0;
+/// Change of depth from the centre of a mesh to its near side, relative, at the least: 160 steps of f32. Beyond 1e5 radii the true depth is less
+/// than that and would not order the triangles; who hides whom is then wrong within this part of the distance.
+const LEAST_DEPTH: f64 = 1e-5;
+
+/// The model that a body is drawn by: none where the catalog names none, where it could not be read or is not read yet, where the viewer switched it off.
+pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Model>> {
+    body.mesh
+        .as_ref()
+        .filter(|m| !context.resources.is_unreadable(&m.file) && context.request.effects.asked(Effect::Mesh) != Some(false))?;
+    context.resources.meshes.get(&body.id)
+}
+
+/// Whether a body's model counts here, large as it is and if its file can be read.
+pub(crate) fn is_wanted(context: Context<'_>, camera: &Camera, p: &Placed<'_>) -> bool {
+    let large = 2.0 * p.body.radii_km.max_element() / p.distance_km.max(1e-9) / camera.pixel_tangent() > BLEND_FROM_PX;
+    let wanted = p.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+    large && wanted && context.request.effects.asked(Effect::Mesh) != Some(false)
+}
+
+/// The pixels that the model may touch.
+pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Model) -> Option<ClipRect> {
+    let around = Placement { radii_km: placement.radii_km * model.reach.max(1e-9), ..*placement };
+    if around.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &around).rect(camera) }
+}
+
+/// The flags of a draw by the model.
+pub(crate) fn flags(body: &Body, model: &Model) -> Flags {
+    body.mesh.as_ref().map_or_else(Flags::default, |m| Flags {
+        two_sided: m.two_sided,
+        alpha_texture: m.alpha,
+        vertex_colour: m.vertex_colours && model.colours.is_some(),
+    })
+}
+
+/// The anchor that the shader takes from each vertex, and the matrix that it multiplies the rest by.
+pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (glam::Vec3, Mat4) {
+    let seen_from = placement.camera_in_unit_sphere();
+    let anchor = if seen_from.length() < NEAR_RADII { camera::narrow(seen_from) } else { glam::Vec3::ZERO };
+    let unit_km = placement.radii_km.x;
+    let icrf_from_body = placement.body_from_icrf.transpose();
+    let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
+    let near = NEAR_DEPTH_KM / unit_km;
+    let steepened = (LEAST_DEPTH - unit_km / placement.centre_km.length()).max(0.0);
+    let clip = |v_km: DVec3, constant: f64| {
+        let v = v_km / unit_km;
+        let depth = v.dot(camera.forward);
+        let across = DVec3::new(v.dot(camera.right) / camera.tan_half_fov.x, v.dot(camera.up) / camera.tan_half_fov.y, 0.0);
+        let z = near * (constant - steepened * if constant == 0.0 { depth } else { 0.0 });
+        camera::narrow4(DVec4::new(across.x, across.y, z, depth))
+    };
+    let axis = |k: usize| clip(icrf_from_body.col(k) * placement.radii_km[k], 0.0);
+    (anchor, Mat4::from_cols(axis(0), axis(1), axis(2), clip(from_camera_km, 1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DVec2};
+
+    /// Where a vertex falls as the shader computes it, in f32, and as it is.
+    fn places(camera: &Camera, placement: &Placement, vertex: glam::Vec3) -> (DVec2, Option<DVec2>, f64) {
+        let (anchor, matrix) = clip_from_unit_sphere(camera, placement);
+        let clip = matrix * (vertex - anchor).extend(1.0);
+        let direction_km = placement.centre_km + placement.body_from_icrf.transpose() * (vertex.as_dvec3() * placement.radii_km);
+        let seen = DVec2::new(f64::from(clip.x / clip.w), f64::from(clip.y / clip.w));
+        let depth = f64::from(clip.z / clip.w) * direction_km.dot(camera.forward) / NEAR_DEPTH_KM;
+        (camera.pixel_from_clip(seen), camera.clip(direction_km).map(|c| camera.pixel_from_clip(c)), depth)
+    }
+
+    #[test]
+    fn vertices_fall_where_they_are_from_a_metre_above_the_ground_to_a_telescope() {
+        let body_from_icrf = DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), 1.1);
+        for (radii_km, height_km) in [(1737.4, 1e-3), (11.0, 1e-3), (11.0, 10.0), (1737.4, 4e5), (11.0, 8e7), (0.2, 1.5e8)] {
+            let radii_km = DVec3::new(radii_km, 0.9 * radii_km, 0.8 * radii_km);
+            let ground = DVec3::new(0.6, 0.48, 0.64);
+            let vertex = ground.as_vec3();
+            let camera_km = vertex.as_dvec3() * radii_km + ground * height_km;
+            let placement = Placement { centre_km: body_from_icrf.transpose() * -camera_km, body_from_icrf, radii_km };
+            // Aslant, so that the vertex does not fall on the middle; 500 pixels across the body, or 60 degrees.
+            let fov_deg = (4.0 * radii_km.x / height_km).atan().to_degrees().clamp(1e-7, 60.0);
+            let down = body_from_icrf.transpose() * -ground;
+            let forward = (down + down.any_orthonormal_vector() * 0.3 * (0.5 * fov_deg.to_radians()).tan()).normalize();
+            let camera = Camera::looking(DVec3::ZERO, forward, DVec3::Z, fov_deg, 1000, 1000);
+            let (seen, truly, depth) = places(&camera, &placement, vertex);
+            let off = (seen - truly.expect("before the camera")).length();
+            assert!(off < 0.02, "{height_km} km over {radii_km}: {off} pixels");
+            assert!((depth - 1.0).abs() < 1.1e-5, "{height_km} km over {radii_km}: depth is wrong by {}", depth - 1.0);
+        }
+    }
+
+    #[test]
+    fn the_near_side_is_nearer_at_any_distance() {
+        for distance_km in [1e2, 1e6, 1e9] {
+            let placement = Placement { centre_km: DVec3::X * distance_km, body_from_icrf: DMat3::IDENTITY, radii_km: DVec3::splat(10.0) };
+            let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 1e-3, 100, 100);
+            let depth = |x: f32| {
+                let (anchor, matrix) = clip_from_unit_sphere(&camera, &placement);
+                let clip = matrix * (glam::Vec3::new(x, 0.0, 0.0) - anchor).extend(1.0);
+                clip.z / clip.w
+            };
+            let steps: Vec<f32> = (0..=20).map(|k| depth(1.0 - 0.1 * k as f32)).collect();
+            assert!(steps.windows(2).all(|w| w[1] > w[0]), "{distance_km}: {steps:?}");
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Images laid over a body's ground: which of them count, and where a place of the ground lies in them.
+//!
+//! In: the catalog's overlays. Out: a bound with its reason, and the rows of shaders/lib/overlay.wesl. An image replaces the ground's colour by its
+//! alpha; relief, water, lamps and clouds stay as they are. Not done: an image that relief shifts, as one taken from aside would be.
+
+use crate::catalog::{Body, Overlay, Projection};
+use crate::scene::camera;
+use crate::scene::draw::uniforms::OverlayAmounts;
+use crate::scene::features::case::{Case, Decided};
+use crate::scene::purpose::Bound;
+use crate::scene::request::effects::Effect;
+use glam::{DVec3, DVec4};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Of the image's edges, where it has none.
+const NO_EDGE: f64 = 1e6;
+
+/// Whether an overlay can change a pixel. `ground_deg_per_px`: what a pixel spans of the ground.
+pub fn bound(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Bound) -> (bool, String) {
+    let least_deg = match overlay.projection {
+        Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),
+        Projection::Orthographic { width_km, height_km, .. } => (width_km.min(height_km) / body.radii_km.x).min(PI).to_degrees(),
+    };
+    let size_px = least_deg / ground_deg_per_px;
+    let reason = format!("{} is {size_px:.1} px across against 0.5, opacity {}", overlay.name, overlay.opacity);
+    ((size_px > 0.5 || least.is_linear()) && least.counts_part(overlay.opacity), reason)
+}
+
+/// Decides which images are laid over the ground.
+pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
+    let (body, name) = (case.body(), Effect::Overlays.name());
+    if body.overlays.is_empty() {
+        so_far.log.note(name, false, "the catalog names none".into());
+    }
+    let resources = case.frame.context.resources;
+    for overlay in &body.overlays {
+        if resources.is_unreadable(&overlay.file) {
+            so_far.log.note(name, false, format!("{} could not be read: drawn without it", overlay.file));
+            continue;
+        }
+        let (on, reason) = bound(body, overlay, case.ground_deg_per_px(), case.bound());
+        if so_far.log.effect(Effect::Overlays, on, reason) {
+            so_far.overlays.push(overlay);
+        }
+    }
+    so_far.chosen.overlays = so_far.overlays.len() as u8;
+    so_far
+}
+
+/// `factor`: what turns the image's colour into the albedo of the draw.
+pub fn amounts(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayAmounts {
+    let shape = body.radii_km / body.radii_km.x;
+    let (axes, kind, limits, around) = match overlay.projection {
+        Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => {
+            let [west, east, south, north] = [west_deg, east_deg, south_deg, north_deg].map(f64::to_radians);
+            let (sin, cos) = (0.5 * (west + east)).sin_cos();
+            let around = east_deg - west_deg >= 360.0;
+            let edge = |there: bool, at: f64, none: f64| if there { at } else { none };
+            let limits = DVec4::new(
+                edge(!around, 0.0, -NO_EDGE),
+                edge(!around, 1.0, NO_EDGE),
+                edge(north < FRAC_PI_2, 0.0, -NO_EDGE),
+                edge(south > -FRAC_PI_2, 1.0, NO_EDGE),
+            );
+            let axes = [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0), DVec3::Z];
+            (axes, DVec4::new(1.0 / (east - west), 1.0 / (north - south), 0.5 * (north + south), 0.0), limits, around)
+        }
+        Projection::Orthographic { latitude_deg, longitude_deg, width_km, height_km } => {
+            let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
+            let (sin_lon, cos_lon) = longitude_deg.to_radians().sin_cos();
+            let up = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
+            let east = DVec3::new(-sin_lon, cos_lon, 0.0);
+            let north = up.cross(east);
+            // The ground's place under the image's middle: planetographic latitude is that of the normal.
+            let middle = up * shape * shape / (up * shape).length();
+            let radius_km = body.radii_km.x;
+            let scale = DVec4::new(radius_km / width_km, radius_km / height_km, middle.dot(north), 1.0);
+            ([east, north, up], scale, DVec4::new(0.0, 1.0, 0.0, 1.0), false)
+        }
+    };
+    let light = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);
+    // Beside the axes: what stretches z into planetographic latitude, and the axes' ratios.
+    let rows = [axes[0].extend(1.0 / shape.z), axes[1].extend(shape.y), axes[2].extend(shape.z), kind, limits, light];
+    OverlayAmounts { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), around }
+}

@@ -1,0 +1,257 @@
+//! What nearer bodies hide of a body's disc.
+//!
+//! In: where bodies are seen. Out: the part of a disc's light that is left, exactly 0 where all is hidden and exactly 1 where nothing is; and the limbs of
+//! nearer bodies as shaders/lib/uncovered.wesl takes them. Bodies count as ellipsoids, the hidden one as a sphere. A point's light is what is left of it: depth, which
+//! knows one place of a sprite, is not asked. Not here: what rings and air take, and shadows (eclipse).
+//!
+//! The part is summed over chords of the disc, [`CHORDS`] of them, each with its light in closed form; off by 2e-5 of the light at most for bodies larger than
+//! a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
+
+use crate::catalog::NaifId;
+use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
+use crate::scene::decision::Decision;
+use crate::scene::draw::{Draw, Part, Point, Shape, Surface};
+use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::in_view::BodyInView;
+use crate::scene::placed::Placed;
+use crate::scene::visibility::order::stands_before;
+use glam::{DVec2, DVec3, Vec4};
+
+/// The limb of a body on a plane of view rays: L > sqrt(L² - F) inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Limb {
+    /// F: factors of 1, x, y, x², xy, y².
+    form: [f64; 6],
+    /// L: factors of 1, x, y.
+    near: [f64; 3],
+}
+
+impl Limb {
+    /// On the rays `ray + x dx + y dy`.
+    fn on(place: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
+        let camera = place.camera_in_unit_sphere();
+        let middle = place.centre_km.normalize();
+        // The camera's place is parallel to the direction of the body's middle: what lies along that drops out of the cross product before it is rounded.
+        let [d0, d1, d2] = [ray, dx, dy].map(|v| place.direction_in_unit_sphere(v));
+        let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(place.direction_in_unit_sphere(v - middle * v.dot(middle))));
+        let near = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
+        // Any scale will do; f32 must hold it. Over a horizon the middle ray may point away from the body.
+        let unit = 1.0 / (camera.length() * d0.length());
+        Self {
+            form: [
+                d0.dot(d0) - n0.dot(n0),
+                2.0 * (d0.dot(d1) - n0.dot(n1)),
+                2.0 * (d0.dot(d2) - n0.dot(n2)),
+                d1.dot(d1) - n1.dot(n1),
+                2.0 * (d1.dot(d2) - n1.dot(n2)),
+                d2.dot(d2) - n2.dot(n2),
+            ]
+            .map(|v| v * unit * unit),
+            near: near.map(|v| v * unit),
+        }
+    }
+
+    fn holds(&self, x: f64, y: f64) -> bool {
+        let [c, gx, gy, xx, xy, yy] = self.form;
+        let level = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
+        level > 0.0 && self.near[0] + self.near[1] * x + self.near[2] * y > 0.0
+    }
+
+    /// Where the limb may cross a line of constant y.
+    fn crossings(&self, y: f64) -> [f64; 3] {
+        let [c, gx, gy, xx, xy, yy] = self.form;
+        let (a, b, c) = (xx, gx + xy * y, c + gy * y + yy * y * y);
+        let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+        let q = -0.5 * (b + root.copysign(b));
+        // A root at infinity is none.
+        [q / a, c / q, -(self.near[0] + self.near[2] * y) / self.near[1]]
+    }
+}
+
+/// Chords of a disc.
+const CHORDS: u32 = 720;
+
+/// Light of a chord from its middle to x, half chord h; see shaders/lib/ring/body_shadow.wesl.
+fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
+    let mu = (h * h - x * x).max(0.0).sqrt();
+    let of_mu = 0.5 * (x * mu + h * h * (x / h).clamp(-1.0, 1.0).asin());
+    let of_mu_squared = x * (h * h - x * x / 3.0);
+    (DVec3::ONE - u1 - u2) * x + (u1 + 2.0 * u2) * of_mu - u2 * of_mu_squared
+}
+
+/// Angular radius of the sphere around a body.
+fn reach_rad(p: &Placed<'_>) -> f64 {
+    (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
+}
+
+/// Bodies that stand before another and within `margin_rad` of its disc, the larger on the sky first.
+fn before<'p, 'a>(placed: &'p [Placed<'a>], of: &Placed<'_>, margin_rad: f64) -> Vec<&'p Placed<'a>> {
+    let over = |p: &&Placed<'_>| {
+        p.body.id != of.body.id
+            && p.distance_km > 0.0
+            && !p.placement.camera_is_inside()
+            && stands_before(p, of)
+            && crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) < reach_rad(p) + reach_rad(of) + margin_rad
+    };
+    let mut found: Vec<_> = placed.iter().filter(over).collect();
+    found.sort_by(|a, b| reach_rad(b).total_cmp(&reach_rad(a)));
+    found
+}
+
+/// The part of a body's light that nearer bodies leave, per channel.
+pub(crate) fn part_left(placed: &[Placed<'_>], of: &Placed<'_>) -> DVec3 {
+    let before = before(placed, of, 0.0);
+    let Some(first) = before.first() else { return DVec3::ONE };
+    // Behind the sphere that a body holds: what is far below a horizon takes no time.
+    let holds = |p: &Placed<'_>| {
+        let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
+        crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) + reach_rad(of) < inner
+    };
+    if before.iter().any(|p| holds(p)) {
+        return DVec3::ZERO;
+    }
+    let towards = of.placement.centre_km / of.distance_km;
+    let radius = reach_rad(of).tan();
+    // Chords along the line to the first one's middle: the last of a crescent lies across it.
+    let aside = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
+    let along = aside.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+    let across = towards.cross(along);
+    let limbs: Vec<Limb> = before.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
+    let (u1, u2) = limb_law(of.body);
+    let (mut whole, mut left) = (DVec3::ZERO, DVec3::ZERO);
+    let mut marks = Vec::new();
+    for k in 0..CHORDS {
+        let angle = std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5);
+        let (y, h) = angle.sin_cos();
+        marks.clear();
+        marks.push(-h);
+        marks.extend(limbs.iter().flat_map(|l| l.crossings(y)).filter(|x| x.abs() < h));
+        marks.push(h);
+        marks.sort_by(f64::total_cmp);
+        let light = |from: f64, to: f64| (along_chord(to, h, u1, u2) - along_chord(from, h, u1, u2)) * h;
+        whole += light(-h, h);
+        // What no limb cuts is one piece.
+        let mut from = -h;
+        for pair in marks.windows(2) {
+            if limbs.iter().any(|l| l.holds(0.5 * (pair[0] + pair[1]), y)) {
+                left += if from < pair[0] { light(from, pair[0]) } else { DVec3::ZERO };
+                from = pair[1];
+            }
+        }
+        left += if from < h { light(from, h) } else { DVec3::ZERO };
+    }
+    (left / whole).clamp(DVec3::ZERO, DVec3::ONE)
+}
+
+/// What of a small disc's coverage is area: the soft limb, a pixel wide, makes a disc of less than a pixel larger.
+fn of_small(radius_px: f64) -> f64 {
+    let drawn = if radius_px > 0.5 { radius_px * radius_px + 1.0 / 12.0 } else { (radius_px + 0.5).powi(3) / 3.0 };
+    radius_px * radius_px / drawn
+}
+
+/// Takes from points what nearer bodies hide of them, gives the discs that glow their hiders' limbs, and notes both.
+pub(crate) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
+    let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
+    let mut note = |of: &Placed<'_>, left: DVec3| {
+        if left != DVec3::ONE {
+            let reason = format!("nearer bodies leave {:.6} of its disc's light", left.y);
+            let decision = Decision { feature: "hidden", on: left == DVec3::ZERO, reason, tier: None };
+            let new = |b: &&mut BodyInView| b.id == of.body.id && b.decisions.iter().all(|d| d.feature != decision.feature);
+            bodies.iter_mut().filter(new).for_each(|b| b.decisions.push(decision.clone()));
+        }
+    };
+    for point in points.iter_mut() {
+        let Some(p) = found(point.body) else { continue };
+        let left = part_left(placed, p);
+        note(p, left);
+        point.flux *= narrow(left);
+    }
+    let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.needs.shape)).collect();
+    for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.needs.surface == Surface::Emissive) {
+        let Some(of) = found(draw.body) else { continue };
+        let Some(middle) = camera.clip(of.placement.centre_km) else { continue };
+        let margin_rad = 2.0 * camera.pixel_tangent();
+        let before = before(placed, of, margin_rad);
+        let shape = |p: &Placed<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
+        // Triangles have their own edge, not the ellipsoid's.
+        let counted: Vec<_> = before.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
+        if counted.is_empty() {
+            continue;
+        }
+        let left = part_left(placed, of);
+        note(of, left);
+        let from_px = narrow2(camera.pixel_from_clip(middle));
+        let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));
+        let at = ray(from_px.as_dvec2());
+        let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - at, ray(from_px.as_dvec2() + DVec2::Y) - at);
+        for (p, rows) in counted.iter().zip(draw.amounts.hiders.rows.as_chunks_mut::<3>().0) {
+            let limb = Limb::on(&p.placement, at, dx, dy);
+            let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
+            let (kind, factor) = match shape(p) {
+                _ if left == DVec3::ZERO => (3.0, 1.0),
+                Some(_) => (1.0, 1.0),
+                None => (2.0, of_small(small_px)),
+            };
+            let row = |values: [f64; 4]| Vec4::from_array(values.map(narrow_scalar));
+            let [c, gx, gy, xx, xy, yy] = limb.form;
+            *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, factor]), row([limb.near[0], limb.near[1], limb.near[2], 0.0])];
+        }
+        let rows = &mut draw.amounts.hiders.rows;
+        (rows[2].w, rows[5].w) = (from_px.x, from_px.y);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, EulerRot};
+
+    fn meets(body: &Placement, towards: DVec3) -> bool {
+        let (c, d) = (body.camera_in_unit_sphere(), body.direction_in_unit_sphere(towards).normalize());
+        c.dot(d) < 0.0 && c.cross(d).length() < 1.0
+    }
+
+    /// A long body from a metre above its ground to a telescope's distance: on the plane of rays about a place near its limb those inside are those that meet it.
+    #[test]
+    fn a_limb_holds_the_rays_that_meet_the_body() {
+        let radii_km = DVec3::new(13.0, 11.4, 9.1);
+        for (k, distance_km) in [(0.0, 13.001), (1.0, 14.0), (2.0, 20.0), (3.0, 99.0), (4.0, 1e6), (5.0, 1e9)] {
+            let body_from_icrf = DMat3::from_euler(EulerRot::XYZ, 0.3 + k, 1.1, 0.7 * k);
+            let body = Placement { centre_km: DVec3::X * distance_km, body_from_icrf, radii_km };
+            let (mut inside, mut outside) = (0, 0);
+            for n in 0..12 {
+                let aside = DVec3::new(0.0, f64::from(n).cos(), f64::from(n).sin());
+                let at = |angle: f64| DVec3::X * angle.cos() + aside * angle.sin();
+                // The limb, by halving.
+                let (mut from, mut to) = (0.0, 1.6);
+                for _ in 0..60 {
+                    let middle = 0.5 * (from + to);
+                    if meets(&body, at(middle)) { from = middle } else { to = middle }
+                }
+                let ray = at(from);
+                let unit = 0.1 * from;
+                let (dx, dy) = (aside * unit, DVec3::X.cross(aside) * unit);
+                let limb = Limb::on(&body, ray, dx, dy);
+                for (x, y) in [(0.01, 0.0), (-0.01, 0.0), (0.5, 0.4), (-0.5, 0.9), (0.9, -0.9), (-2.0, 0.1), (2.0, 0.3)] {
+                    let expected = meets(&body, ray + dx * x + dy * y);
+                    assert_eq!(limb.holds(x, y), expected, "{distance_km} km, {n}: {x} {y}");
+                    (inside, outside) = (inside + u32::from(expected), outside + u32::from(!expected));
+                }
+                // One of the crossings of its own line is the limb.
+                let nearest = limb.crossings(0.0).into_iter().map(f64::abs).fold(f64::MAX, f64::min);
+                assert!(nearest < 1e-6, "{distance_km} km, {n}: {nearest}");
+            }
+            assert!(inside > 10 && outside > 10, "{distance_km} km: {inside} {outside}");
+        }
+    }
+
+    /// Radius of a disc, its soft limb, and what of that is area.
+    #[test]
+    fn a_small_disc_counts_with_its_area() {
+        for radius in [0.01, 0.3, 0.5, 0.8, 3.0] {
+            let h = 1e-4;
+            let drawn: f64 = (0..80_000).map(|k| (f64::from(k) + 0.5) * h).map(|r| (0.5 + radius - r).clamp(0.0, 1.0) * 2.0 * r * h).sum();
+            assert!((drawn * of_small(radius) / (radius * radius) - 1.0).abs() < 1e-3, "{radius}");
+        }
+    }
+}

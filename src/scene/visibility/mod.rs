@@ -1,0 +1,4 @@
+//! Who hides whom: the order of draws, and what nearer bodies leave of a disc.
+
+pub(crate) mod hidden;
+pub(crate) mod order;

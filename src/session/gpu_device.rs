@@ -1,0 +1,299 @@
+//! The GPU of a session: opened on a thread, made ready for what is drawn, given back when it fails.
+//!
+//! In: plans and the renderer that was asked for. Out: frames, or nothing where software must draw. Always: a window never waits for a driver.
+
+use super::renderers::{Done, DrawnBy, Keep, Readiness, RendererWish};
+use crate::render::frame::Frame;
+use crate::render::gpu::{GpuError, GpuRenderer, Turn};
+use crate::render::plan::{ModuleName, Modules, Plan};
+use crate::shader::{Library, ShaderModule};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+type Say = dyn Fn(&str) + Send + Sync;
+
+/// What a thread works at: the device, open and with what the plan in hand needs.
+struct Preparing {
+    thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
+    /// The epoch and the wish with which it began.
+    epoch: u64,
+    wish: RendererWish,
+}
+
+/// What a window may know of the device.
+pub enum Standing {
+    /// It draws.
+    Open(Arc<GpuRenderer>),
+    /// As it was when last asked, as far as can be told without waiting.
+    Unchanged,
+    /// Software draws.
+    Software,
+}
+
+enum State {
+    /// Not tried yet.
+    Unopened,
+    /// A thread opens the device, or makes what a plan needs.
+    Preparing(Preparing),
+    Open(Arc<GpuRenderer>),
+    /// Software draws from here on.
+    Closed,
+}
+
+pub struct Gpu {
+    wish: Mutex<RendererWish>,
+    state: Mutex<State>,
+    /// Grows when kept pipelines are no longer those of the modules.
+    epoch: AtomicU64,
+    /// A thread's work was taken over, and no picture was drawn promptly since.
+    just_ready: AtomicBool,
+    /// Said last: a run of frames says it once.
+    said: Mutex<Option<GpuError>>,
+}
+
+/// The modules of one plan, for a thread that outlives the borrow of the library.
+struct Gathered(HashMap<ModuleName, Arc<ShaderModule>>);
+
+impl Modules for Gathered {
+    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+        self.0.get(name).cloned().ok_or_else(|| format!("{name} was not gathered"))
+    }
+}
+
+fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What `auto` makes of a failure to open: software, and one line that says so.
+fn closed(e: &GpuError, say: &Say) -> State {
+    match e {
+        GpuError::SoftwareDriver(_) => say(&format!("{e}: drawing in software; --renderer gpu takes it nonetheless")),
+        e => say(&format!("{e}: drawing in software")),
+    }
+    State::Closed
+}
+
+impl Drop for Gpu {
+    /// No driver is still loading or compiling when the process ends: at its exit a driver takes down what such a thread stands on.
+    fn drop(&mut self) {
+        if let State::Preparing(preparing) = std::mem::replace(&mut *locked(&self.state), State::Closed) {
+            let _ = preparing.thread.join();
+        }
+    }
+}
+
+impl Gpu {
+    pub fn new(wish: RendererWish) -> Self {
+        let state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
+        Self {
+            wish: Mutex::new(wish),
+            state: Mutex::new(state),
+            epoch: AtomicU64::new(0),
+            just_ready: AtomicBool::new(false),
+            said: Mutex::default(),
+        }
+    }
+
+    pub fn wish(&self) -> RendererWish {
+        *self.wish.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Another wish may mean another device: what is open is given back.
+    pub fn choose(&self, wish: RendererWish) {
+        let before = std::mem::replace(&mut *self.wish.lock().unwrap_or_else(PoisonError::into_inner), wish);
+        if wish == before {
+            return;
+        }
+        self.said.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let mut state = locked(&self.state);
+        if !matches!(*state, State::Preparing(_)) {
+            *state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
+        }
+    }
+
+    pub fn readiness(&self) -> Readiness {
+        let Ok(state) = self.state.try_lock() else { return Readiness::Settled };
+        match &*state {
+            _ if self.wish() == RendererWish::Software => Readiness::Settled,
+            State::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
+            State::Preparing(_) => Readiness::Preparing,
+            State::Open(_) if self.just_ready.load(Ordering::SeqCst) => Readiness::JustReady,
+            State::Unopened | State::Open(_) | State::Closed => Readiness::Settled,
+        }
+    }
+
+    pub fn forget_modules(&self) {
+        self.epoch.fetch_add(1, Ordering::SeqCst);
+        let open = match &*locked(&self.state) {
+            State::Open(renderer) => Some(Arc::clone(renderer)),
+            _ => None,
+        };
+        if let Some(renderer) = open {
+            renderer.forget_modules();
+        }
+    }
+
+    /// Never waits.
+    pub fn standing(&self, say: &Say) -> Standing {
+        if self.wish() == RendererWish::Software {
+            return Standing::Software;
+        }
+        let Ok(mut state) = self.state.try_lock() else { return Standing::Unchanged };
+        self.settle(&mut state, say);
+        match &*state {
+            State::Open(renderer) => Standing::Open(Arc::clone(renderer)),
+            State::Unopened | State::Preparing(_) => Standing::Unchanged,
+            State::Closed => Standing::Software,
+        }
+    }
+
+    fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> State {
+        State::Preparing(Preparing { thread: std::thread::spawn(work), epoch: self.epoch.load(Ordering::SeqCst), wish: self.wish() })
+    }
+
+    /// Waits for the thread. What it made of modules that were forgotten meanwhile is forgotten too; a device that is no longer wished for is given back.
+    fn prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
+        let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
+        if preparing.wish != self.wish() {
+            return Ok(State::Unopened);
+        }
+        if preparing.epoch != self.epoch.load(Ordering::SeqCst) {
+            renderer.forget_modules();
+        }
+        Ok(State::Open(renderer))
+    }
+
+    /// Takes over what a thread has made, if it is done.
+    fn settle(&self, state: &mut State, say: &Say) {
+        *state = match std::mem::replace(state, State::Unopened) {
+            State::Preparing(preparing) if preparing.thread.is_finished() => {
+                self.just_ready.store(true, Ordering::SeqCst);
+                self.prepared(preparing).unwrap_or_else(|e| closed(&e, say))
+            }
+            other => other,
+        };
+    }
+
+    /// Opens the device beside whatever else is done before the first frame.
+    pub fn begin(&self) {
+        let mut state = locked(&self.state);
+        if matches!(*state, State::Unopened) {
+            let software = self.wish() == RendererWish::Gpu;
+            *state = self.prepare(move || GpuRenderer::open(software).map(Arc::new));
+        }
+    }
+
+    pub fn destroy(&self) {
+        if let State::Open(renderer) = &*locked(&self.state) {
+            renderer.destroy();
+        }
+    }
+
+    /// The device, opened and waited for; `None`: software shall draw.
+    fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, String> {
+        let mut state = locked(&self.state);
+        let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
+        if let Ok(State::Preparing(preparing)) = now {
+            now = self.prepared(preparing);
+        }
+        if let Ok(State::Unopened) = now {
+            now = GpuRenderer::open(self.wish() == RendererWish::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
+        }
+        *state = match now {
+            Ok(now) => now,
+            Err(e) if self.wish() == RendererWish::Gpu => return Err(format!("{e}; leave --renderer out, or say --renderer software")),
+            Err(e) => closed(&e, say),
+        };
+        Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
+    }
+
+    /// `None`: software shall draw it.
+    pub fn draw(&self, plan: &Plan, library: &Library, keep: Keep, say: &Say) -> Result<Option<Done>, String> {
+        if self.wish() == RendererWish::Software {
+            return Ok(None);
+        }
+        // Drawn without the lock: whoever wants a picture promptly, or asks how the device stands, sees at once that it is at work.
+        Ok(self.opened(say)?.and_then(|renderer| self.draw_in(&renderer, renderer.turn(), plan, library, keep, say)))
+    }
+
+    /// `None`: it could not, and software shall draw.
+    fn draw_in(&self, renderer: &Arc<GpuRenderer>, turn: Turn<'_>, plan: &Plan, library: &Library, keep: Keep, say: &Say) -> Option<Done> {
+        let drawn = match keep {
+            Keep::Pixels | Keep::Linear => {
+                renderer.render_in(turn, plan, library, keep == Keep::Linear).map(|(frame, timings)| (frame, None, timings))
+            }
+            Keep::OnDevice => renderer.render_on_device_in(turn, plan, library).map(|(picture, timings)| {
+                let frame = Frame { width: picture.width, height: picture.height, hdr: Vec::new(), display: Vec::new() };
+                (frame, Some(picture), timings)
+            }),
+        };
+        match drawn {
+            Ok((frame, on_device, timings)) => {
+                let adapter = Some(renderer.facts().to_string());
+                let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None };
+                Some(Done { frame, on_device, by })
+            }
+            Err(e) => {
+                let said = self.said.lock().unwrap_or_else(PoisonError::into_inner).replace(e.clone());
+                if said.as_ref() != Some(&e) {
+                    say(&format!("{e}: drawing in software"));
+                }
+                if e.is_final() {
+                    let mut state = locked(&self.state);
+                    if matches!(&*state, State::Open(open) if Arc::ptr_eq(open, renderer)) {
+                        *state = State::Closed;
+                    }
+                }
+                None
+            }
+        }
+    }
+
+    /// `None`: software shall draw it, now or for good. Never waits for a driver.
+    pub fn draw_if_ready(
+        &self,
+        plan: &Plan,
+        window: impl FnOnce() -> Option<Plan>,
+        library: &Library,
+        keep: Keep,
+        say: &Arc<Say>,
+    ) -> Option<Done> {
+        if self.wish() == RendererWish::Software {
+            return None;
+        }
+        // Another thread opens the device or waits for it.
+        let Ok(mut state) = self.state.try_lock() else { return None };
+        self.settle(&mut state, &**say);
+        self.just_ready.store(false, Ordering::SeqCst);
+        let renderer = match &*state {
+            State::Open(renderer) => Some(Arc::clone(renderer)),
+            State::Unopened => None,
+            State::Preparing(_) | State::Closed => return None,
+        };
+        let window = window();
+        if let Some(renderer) = &renderer {
+            let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
+            if let Some(turn) = renderer.turn_if_ready(plan).filter(|_| for_windows) {
+                drop(state);
+                return self.draw_in(renderer, turn, plan, library, keep, &**say);
+            }
+        }
+        let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
+        let names: Vec<&ModuleName> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
+        let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;
+        let (plan, wish) = (plan.clone(), self.wish());
+        *state = self.prepare(move || {
+            let renderer = renderer.map_or_else(|| GpuRenderer::open(wish == RendererWish::Gpu).map(Arc::new), Ok)?;
+            // Drawn once to no end: some drivers compile with the first draw only.
+            let drawn =
+                [Some(renderer.render(&plan, &gathered, false).err()), window.map(|w| renderer.prepare_windows(&w, &gathered).err())];
+            match drawn.into_iter().flatten().flatten().find(GpuError::is_final) {
+                Some(e) => Err(e),
+                None => Ok(renderer),
+            }
+        });
+        None
+    }
+}

@@ -1,0 +1,123 @@
+//! What a scene needs besides catalog and ephemeris: which files and tables a view requires, read or computed once.
+//!
+//! In: a request. Out: its scene. Always: a file that cannot be read is said once, and the scene goes without it.
+
+use super::{Session, SessionError, Stage};
+use crate::catalog::Body;
+use crate::image::Reading;
+use crate::render::plan;
+use crate::scene::draw::Shape;
+use crate::scene::lamps::Lamps;
+use crate::scene::request::ViewRequest;
+use crate::scene::{Requirements, Resources, Scene, SceneBuilder};
+use std::collections::BTreeSet;
+use std::fmt::Display;
+use std::sync::{Arc, PoisonError};
+
+/// Texels around the equator of the lamps that the light meter reads: 20 km on the Earth.
+const LAMPS_WIDTH: u32 = 2048;
+
+impl Session {
+    /// The scene of a view. Shape models, lamps and tables are read or computed; maps are not: those already found unreadable are left out.
+    ///
+    /// # Errors
+    /// See [`SceneBuilder::new`].
+    pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
+        self.scene_after(request, |_| {})
+    }
+
+    /// The scene of a view. `prepare` is told what the view needs before anything of it is read.
+    pub(super) fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
+        let start = || SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches);
+        let mut builder = self.measured(Stage::Scene, start)?;
+        let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
+        for body in builder.lamps_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
+            let lamps = self.measured(Stage::Maps, || self.lamps.get(body.id, || self.read_lamps(body)));
+            known.lamps.extend(lamps.map(|lamps| (body.id, lamps)));
+        }
+        if !known.lamps.is_empty() {
+            self.measured(Stage::Scene, || builder.meter_lamps(&known));
+        }
+        let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
+        prepare(&wanted);
+        let resources = self.resources(&wanted);
+        Ok(self.measured(Stage::Scene, || builder.build(&resources)))
+    }
+
+    fn unreadable(&self) -> BTreeSet<String> {
+        self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Remembers that a file cannot be read, and says so once. Whether that is new.
+    fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
+        let new = self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned());
+        if new {
+            (self.say)(&line());
+        }
+        new
+    }
+
+    /// The same of a map.
+    pub(super) fn note_bad_map(&self, file: &str, why: &dyn Display) -> bool {
+        let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
+        let instead = if overlay { "without it" } else { "in its mean colour" };
+        self.note_unreadable(file, || format!("{why}; drawn {instead}"))
+    }
+
+    /// Reads and computes what a view needs. A shape model that cannot be read is said once.
+    fn resources(&self, wanted: &Requirements) -> Resources {
+        let mut resources = Resources::default();
+        for mesh in &wanted.meshes {
+            let Some((body, named)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
+            match self.measured(Stage::Maps, || self.meshes.model(body)) {
+                Ok(model) => {
+                    if let Some((towards, radius_rad)) = mesh.sun {
+                        let heights = self.measured(Stage::Scene, || self.meshes.sun_heights(&model, towards, radius_rad));
+                        resources.sun_heights.insert(body.id, heights);
+                    }
+                    resources.meshes.insert(body.id, model);
+                }
+                Err(why) => {
+                    self.note_unreadable(&named.file, || format!("{why}; {} is drawn as its ellipsoid", body.name));
+                }
+            }
+        }
+        for body in wanted.scattering_tables.iter().filter_map(|id| self.catalog.body(*id)) {
+            resources.scattering_tables.insert(body.id, self.measured(Stage::Scene, || self.air_tables.get(body)));
+        }
+        resources.unreadable = self.unreadable();
+        resources
+    }
+
+    /// Reads the maps of a view, all at a time; the plan finds them in memory. One that cannot be read is said once.
+    pub(super) fn read_maps(&self, wanted: &Requirements) {
+        let (overlays, maps): (Vec<_>, Vec<_>) = wanted
+            .maps
+            .iter()
+            .flat_map(|(files, shape)| files.bindings().map(move |(binding, file)| (binding, file, *shape)))
+            .filter(|(_, file, _)| !self.missing.lock().unwrap_or_else(PoisonError::into_inner).contains(*file))
+            .partition(|(binding, ..)| plan::OVERLAY_BINDINGS.contains(binding));
+        let maps: Vec<(&str, Reading)> = maps.into_iter().map(|(binding, file, shape)| (file, plan::map_reading(binding, shape))).collect();
+        self.maps.bring(&maps);
+        for (file, reading) in maps {
+            if let Err(why) = self.maps.get_as(file, reading) {
+                self.note_bad_map(file, &why);
+            }
+        }
+        for (_, file, _) in overlays {
+            if let Err(why) = self.maps.premultiplied(file) {
+                self.note_bad_map(file, &why);
+            }
+        }
+    }
+
+    /// The lamps of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
+    fn read_lamps(&self, body: &Body) -> Option<Arc<Lamps>> {
+        let night = body.maps.night.as_ref()?;
+        let map = self.maps.get_as(&night.file, plan::map_reading(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
+        let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
+        let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
+        let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
+        Lamps::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
+    }
+}
