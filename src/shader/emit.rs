@@ -135,7 +135,7 @@ impl Emitter<'_> {
         if !fragment.declared.contains(&import.item) {
             return Err(fault(format!("shaders/{} declares no `{}`", import.path, import.item)));
         }
-        if self.map.fragments.iter().any(|f| *f == import.path) {
+        if self.map.fragments.contains(&import.path) {
             return Ok(());
         }
         self.fragment(&import.path, text, fragment, asked_by)

@@ -33,6 +33,7 @@ sources![
     "shader/mod.rs",
     "shader/module.rs",
     "shader/reflect.rs",
+    "shader/source/block.rs",
     "shader/source/condition.rs",
     "shader/source/fragment.rs",
     "shader/source/mod.rs",

@@ -573,5 +573,5 @@ fn compared_pictures_are_never_stretched() {
             }
         }
     }
-    assert!(seen.len() > 5, "one size in all windows shows nothing");
+    assert!(seen.len() > 1, "the halves of a pair are smaller than a whole image: {seen:?}");
 }

@@ -1,28 +1,13 @@
 //! One fragment, cut into the lines and pieces that a module takes or leaves out.
 
+use super::block::{Block, ROOT};
 use super::condition::{Condition, Features};
 use super::scan::{Chain, Fault, Scan, scan};
 use crate::shader::ShaderError;
 use std::ops::Range;
 
-/// The block that every module has.
-pub const ROOT: u32 = 0;
 /// Owner of what no module shows: attributes and imports.
 const CUT: u32 = u32::MAX;
-
-/// What decides whether a piece of text is emitted.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Block {
-    Root,
-    /// Emitted inside `parent` where the condition holds and none of the alternatives before it did.
-    When {
-        parent: u32,
-        condition: Condition,
-        unless: Option<u32>,
-    },
-    /// Emitted where any of these is: the comments above a chain of alternatives.
-    AnyOf(Vec<u32>),
-}
 
 /// Part of a line that belongs to one block.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,8 +96,7 @@ impl Fragment {
             let end = start + line.len();
             let mut pieces: Vec<Piece> = Vec::new();
             let mut cut = false;
-            for byte in start..end {
-                let block = owners[byte];
+            for (byte, &block) in (start..).zip(&owners[start..end]) {
                 match pieces.last_mut() {
                     _ if block == CUT => cut = true,
                     Some(last) if last.block == block && last.span.end == byte => last.span.end = byte + 1,

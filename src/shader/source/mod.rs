@@ -5,9 +5,11 @@
 //! fragments ask for. Always: a fragment is parsed once, whatever the number of modules made of it. Not here: which
 //! fragments there are (`shader::fragments`) and how lines become a module (`shader::emit`).
 
+mod block;
 pub mod condition;
 mod fragment;
 pub mod predicates;
 mod scan;
 
-pub use fragment::{Block, Fragment, Import, Line, Piece};
+pub use block::Block;
+pub use fragment::{Fragment, Import, Line, Piece};

@@ -3,8 +3,8 @@
 //! In: a fragment's text. Out: for each item with `@if`, `@elif` or `@else` the span of the item and of the attribute, and every
 //! import statement with its span. An item is a declaration, a struct member, a parameter, a statement or an import: whatever ends at a semicolon, at a comma of its list or with a closing brace. Not here: what lines become of it.
 
+use super::block::{Block, ROOT};
 use super::condition::Condition;
-use super::fragment::{Block, ROOT};
 use std::ops::Range;
 use wgsl_parse::lexer::{Lexer, Token};
 use wgsl_parse::syntax::{Import as Path, ImportContent, ImportStatement, PathOrigin};

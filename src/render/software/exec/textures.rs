@@ -7,11 +7,9 @@ use crate::render::software::math::Real;
 /// anything, NaN included, and their results are not used.
 pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
-    #[expect(clippy::too_many_arguments, reason = "one slice for each operand of the instruction")]
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
     /// The same with up to `most` taps along the footprint, as shaders/lib/filtered.wesl sums them; a unit that does not know better takes one.
     /// `place`: u and v.
-    #[expect(clippy::too_many_arguments, reason = "one slice for each operand of the instruction")]
     fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {
         let _ = most;
         self.sample_gradients(texture, place[0], place[1], g, active, out);
