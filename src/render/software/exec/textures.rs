@@ -3,7 +3,7 @@
 use super::LaneMask;
 use crate::render::software::math::Real;
 
-/// Reads textures for a batch. `texture` indexes [`Program::textures`]; slices hold one value per lane; lanes outside `active` may hold
+/// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures); slices hold one value per lane; lanes outside `active` may hold
 /// anything, NaN included, and their results are not used.
 pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.

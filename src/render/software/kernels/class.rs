@@ -93,7 +93,7 @@ pub trait Kernels: Sized + 'static {
     fn special(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;
     /// The kernel that takes lane operands.
     fn general(class: KernelClass, op: Op) -> KernelFn<Self>;
-    /// The kernels of [`chains::all`], in that order; none for f64, which is for checks and would take as long to build again. There a chain
+    /// The kernels of [`all`](super::chains::all), in that order; none for f64, which is for checks and would take as long to build again. There a chain
     /// runs as its single operations, with the same bits.
     fn chained(class: KernelClass) -> &'static [KernelFn<Self>];
 }
