@@ -209,7 +209,7 @@ impl<'a> SceneBuilder<'a> {
 fn decided<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, String)>, bodies: &mut [BodyInView]) -> Option<T> {
     let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Shaded)?;
     let (on, reason) = match request.effects.asked(effect) {
-        Some(on) => (on, "asked for".into()),
+        Some(on) => (on, "set by you".into()),
         None => (by_bound, reason),
     };
     let feature = effect.name();

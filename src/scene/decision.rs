@@ -52,14 +52,14 @@ impl<'a> DecisionLog<'a> {
     /// The bound decides, unless the viewer asked.
     pub fn effect(&mut self, effect: Effect, by_bound: bool, reason: String) -> bool {
         match self.effects.asked(effect) {
-            Some(on) => self.note(effect.name(), on, "asked for".into()),
+            Some(on) => self.note(effect.name(), on, "set by you".into()),
             None => self.note(effect.name(), by_bound, reason),
         }
     }
     /// A map: absent and unreadable files cannot be asked for.
     pub fn map(&mut self, effect: Effect, map: Option<&Map>, bound: impl FnOnce() -> (bool, String)) -> bool {
         match map {
-            None => self.note(effect.name(), false, "the catalog names no such map".into()),
+            None => self.note(effect.name(), false, "not available for this body".into()),
             Some(m) if self.resources.is_unreadable(&m.file) => {
                 self.note(effect.name(), false, format!("{} could not be read: drawn without it", m.file))
             }

@@ -69,7 +69,7 @@ fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
 /// What `auto` makes of a failure to open: software, and one line that says so.
 fn closed(e: &GpuError, say: &Say) -> State {
     match e {
-        GpuError::SoftwareDriver(_) => say(&format!("{e}: drawing in software; --renderer gpu takes it nonetheless")),
+        GpuError::SoftwareDriver(_) => say(&format!("{e}: drawing in software; --renderer gpu forces it")),
         e => say(&format!("{e}: drawing in software")),
     }
     State::Closed

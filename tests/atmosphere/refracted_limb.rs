@@ -323,7 +323,7 @@ fn the_limb_is_explained() {
         assert!(is_on == on_ && reason.contains(words), "{is_on}: {reason}");
     };
     says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white against");
-    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "asked for");
+    says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
     says(&behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
     says(&behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");
     says(&behind(NaifId(499), 40.0, 0.1, 64, 3.0, ""), false, "no layer");

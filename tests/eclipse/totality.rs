@@ -171,7 +171,7 @@ fn the_corona_is_drawn_when_it_can_be_seen() {
         {
             let (on, why) = reason(&from_ground(time, place, stops), NaifId::SUN, "corona");
             // What is left of an annular Sun is little enough for half a percent of corona.
-            assert!((!on || time.starts_with("2023")) && why.contains("veil"), "{time} at {stops} stops: {why}");
+            assert!((!on || time.starts_with("2023")) && why.contains("glare"), "{time} at {stops} stops: {why}");
         }
     }
     for (from, seen) in [(NaifId(199), true), (NaifId::EARTH, true), (NaifId(599), true), (NaifId(999), false)] {

@@ -1,5 +1,5 @@
 //! What is laid over a picture: orbits, names, an outline, bloom. Each is asked for, changes what it may change, and nothing else. Where orbit lines run is
-//! tested beside src/scene/orbits.rs, letters beside src/image/letters.rs.
+//! tested beside src/scene/annotation/orbits.rs, letters beside src/image/letters.rs.
 
 use crate::support::session::SESSION;
 use glam::DVec2;

@@ -272,12 +272,12 @@ fn what_is_decided_is_said_and_far_away_it_is_a_point() {
     assert!(possible_needs(mine.session.catalog()).contains(&needs(&scene)));
     assert!(!possible_needs(&Catalog::embedded()).contains(&needs(&scene)));
     let (scene, _) = mine.draw("-mesh", PixelView::Shaded, vantages()[0]);
-    assert_eq!(decision(&scene, "mesh"), (false, "asked for".into()));
+    assert_eq!(decision(&scene, "mesh"), (false, "set by you".into()));
     let (scene, _) = mine.draw("", PixelView::Shaded, DVec3::X * 2e4);
     assert!(scene.draws.iter().all(|d| d.body != PHOBOS) && scene.points.iter().any(|p| p.body == PHOBOS));
     // A body without one says so.
     let (scene, _) = Mine::new("", &[]).draw("", PixelView::Shaded, vantages()[0]);
-    assert_eq!(decision(&scene, "mesh"), (false, "the catalog names none".into()));
+    assert_eq!(decision(&scene, "mesh"), (false, "not available for this body".into()));
 }
 
 #[test]

@@ -187,7 +187,7 @@ fn every_reason_is_given_and_lamps_wait_for_a_long_exposure() {
     assert!(night(&request).on);
     request.effects = orrery::scene::effects::EffectOverrides::parse("-night").expect("an effect");
     let asked = night(&request);
-    assert_eq!((asked.on, asked.reason.as_str()), (false, "asked for"));
+    assert_eq!((asked.on, asked.reason.as_str()), (false, "set by you"));
 }
 
 #[test]

@@ -56,10 +56,10 @@ pub fn legend(view: PixelView, exposure: &Exposure) -> String {
             )
         }
         PixelView::Eclipse => {
-            format!("eclipse: part of the Sun's light that bodies before it leave, red, green, blue; {}", range("(no unit; 1 no eclipse)"))
+            format!("eclipse: visible fraction of the Sun's light past occluders, red, green, blue; {}", range("(no unit; 1 no eclipse)"))
         }
         PixelView::Ring => {
-            format!("ring: part of the Sun's light that the ring leaves; on the ring its opacity along the view; {}", range("(no unit)"))
+            format!("ring: transmittance of the ring towards the Sun; on the ring its opacity along the view; {}", range("(no unit)"))
         }
         PixelView::OpticalDepth => format!(
             "optical-depth: of the air along the view to the ground or to space in red, green, blue; of a ring along the view; {}",

@@ -51,12 +51,12 @@ pub(crate) fn tier(chosen: Option<AirTier>, quality: Quality) -> (AirTier, &'sta
     });
     let reason = match (tier, chosen) {
         (AirTier::None, _) => "no air is drawn",
-        (AirTier::Vertex, _) => "4 or 5 samples along each ray: asked for",
-        (AirTier::Pixel8, Some(_)) => "6 or 8 samples along each ray: asked for",
+        (AirTier::Vertex, _) => "4 or 5 samples along each ray: set by you",
+        (AirTier::Pixel8, Some(_)) => "6 or 8 samples along each ray: set by you",
         (AirTier::Pixel8, None) => "6 or 8 samples along each ray: draft quality",
-        (AirTier::Pixel16, _) => "8 or 16 samples along each ray: asked for",
-        (AirTier::Pixel32, _) => "16 or 32 samples along each ray: asked for",
-        (AirTier::Table, Some(_)) => "8 or 16 samples along each ray, and a table of further scattering: asked for",
+        (AirTier::Pixel16, _) => "8 or 16 samples along each ray: set by you",
+        (AirTier::Pixel32, _) => "16 or 32 samples along each ray: set by you",
+        (AirTier::Table, Some(_)) => "8 or 16 samples along each ray, and a table of further scattering: set by you",
         (AirTier::Table, None) => "8 or 16 samples along each ray, and a table of further scattering",
     };
     (tier, reason)

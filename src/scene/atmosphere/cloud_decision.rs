@@ -24,7 +24,7 @@ fn shell(case: &Case<'_, '_>, so_far: &mut Decided<'_>) -> Option<Draw> {
     let scale = clouds::shell_scale(body, clouds);
     let shell = clouds::shell(&p.placement, scale);
     if shell.camera_is_inside() {
-        let reason = format!("the camera is below them, {} km over the ground", clouds.height_km);
+        let reason = format!("the camera is below the clouds, {} km above the surface", clouds.height_km);
         so_far.log.note(Effect::Clouds.name(), false, reason);
         return None;
     }

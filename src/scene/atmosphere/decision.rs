@@ -63,7 +63,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         log.note("light-into-shadow", spread, reason.into());
     }
     if !chosen.ellipsoid && Available::of(body).ellipsoid {
-        log.note(Effect::Ellipsoid.name(), true, "air lies on the true shape".into());
+        log.note(Effect::Ellipsoid.name(), true, "required by the atmosphere".into());
     }
     let needs = chosen.sky_needs(body, case.pixel_view());
     let no_rim = !inside && air::rim_px(body, air, case.diameter_px) < air::RIM_PX;

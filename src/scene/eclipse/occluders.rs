@@ -187,7 +187,7 @@ pub fn find_among<'a>(candidates: &[Caster<'a>], sun: &Body, receiver: &Receiver
     let reason = match (casters.first(), nearest) {
         (Some(first), _) => {
             let names: Vec<_> = casters.iter().map(|c| c.body.name.as_str()).collect();
-            let more = if left_out > 0 { format!("; {left_out} weaker left out") } else { String::new() };
+            let more = if left_out > 0 { format!("; {left_out} weaker ones omitted") } else { String::new() };
             format!(
                 "penumbra of {} on its lit side; {} takes up to {:.3} of the light{more}",
                 names.join(", "),
@@ -195,8 +195,8 @@ pub fn find_among<'a>(candidates: &[Caster<'a>], sun: &Body, receiver: &Receiver
                 first.takes
             )
         }
-        (None, Some((share, name))) => format!("the nearest penumbra, {name}'s, passes {share:.2} of its radius outside"),
-        (None, None) => format!("no body can take {VISIBLE_CHANGE:.2e} of its sunlight in view"),
+        (None, Some((share, name))) => format!("nearest penumbra: {name}'s, {share:.2} of its radius outside"),
+        (None, None) => format!("no occluder blocks more than {VISIBLE_CHANGE:.2e} of the sunlight in view"),
     };
     Found { casters, reason }
 }

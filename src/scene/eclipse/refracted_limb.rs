@@ -184,7 +184,7 @@ pub(crate) fn limbs(
         let part = sky.most(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
         let reason = if part > 0.0 { format!("at most {}", bound.said(part)) } else { "no layer of its air shows the Sun".into() };
         let on = match effects.asked(Effect::RefractedLimb) {
-            Some(on) => note(on, "asked for".into()),
+            Some(on) => note(on, "set by you".into()),
             None => note(bound.counts(part), reason),
         };
         if on {

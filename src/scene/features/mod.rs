@@ -64,7 +64,7 @@ fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         chosen.ring_shadow = RingShadow::None;
     }
     if chosen.ring_shine && !so_far.shine.is_empty() {
-        so_far.log.note(Effect::PlanetShine.name(), false, "left out where the rings light the globe: they give far more".into());
+        so_far.log.note(Effect::PlanetShine.name(), false, "negligible beside ring-shine".into());
         so_far.shine.clear();
     }
     so_far

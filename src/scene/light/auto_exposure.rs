@@ -11,8 +11,7 @@ use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CANDELAS_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lamps;
-use crate::scene::light::lights;
-use crate::scene::light::lights::Reflector;
+use crate::scene::light::lights::{self, Reflector};
 use crate::scene::light::meter::{Meter, Metered, Reading};
 use crate::scene::placed::Placed;
 use crate::scene::request::effects::Effect;
@@ -37,7 +36,7 @@ pub(crate) fn exposure(
     air: Option<&air::Around<'_>>,
 ) -> Exposure {
     if let ExposureRequest::Stops(stops) = context.request.exposure {
-        return Exposure::of(stops, "asked for");
+        return Exposure::of(stops, "set by you");
     }
     let metered = metered(context, camera, placed, reflectors, air);
     Exposure { stops: context.request.exposure.stops_of(metered.stops), ..metered }
@@ -116,9 +115,9 @@ fn reason(metered: &[Metered], part: impl Fn(&Metered) -> f64, [key, glare, dark
         text.push_str(&format!("; {:.0} % of the choice for {} at {}", 100.0 * part(second), second.name, candelas(second.radiance)));
     }
     if glare > key.max(darkest) {
-        text.push_str(&format!("; held by the Sun's glare, shown as white at {}", candelas(glare)));
+        text.push_str(&format!("; limited by the Sun's glare, shown as white at {}", candelas(glare)));
     } else if darkest >= 0.999 * key {
-        text.push_str(&format!("; opened no further than a photograph of the night sky, EV {DARKEST_EV}"));
+        text.push_str(&format!("; limited to a night-sky photograph, EV {DARKEST_EV}"));
     }
     text
 }

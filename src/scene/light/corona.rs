@@ -138,7 +138,7 @@ pub(crate) fn corona(
         format!("the Sun is {sun_px:.2} px across against {LEAST_SUN_PX}")
     } else {
         let index = flattening(request.time);
-        let drowned = if veil > 0.0 { format!(", under a veil {:.1e} times as bright", veil / limb) } else { String::new() };
+        let drowned = if veil > 0.0 { format!(", under glare {:.1e} times as bright", veil / limb) } else { String::new() };
         format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", bound.said(limb))
     };
     let narrowed = |v: DVec3| narrow(axes(v));

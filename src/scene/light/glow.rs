@@ -112,7 +112,7 @@ pub(crate) fn glow(camera: &Camera, placed: &[Placed<'_>], bound: Bound, through
     let strength = through(towards) * strength;
     let beside = strength.max_element() / least_sq;
     let on = bound.counts(beside);
-    let reason = if seen > 0.0 { format!("beside its limb the veil is {}", bound.said(beside)) } else { "other bodies hide it".into() };
+    let reason = if seen > 0.0 { format!("glare at the limb: {}", bound.said(beside)) } else { "other bodies hide it".into() };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
     let rect = reach(camera, in_camera, (strength.max_element() / bound.least_shown(LEAST_SHOWN).max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {

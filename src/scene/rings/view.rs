@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 /// Thickness of the spheroid that stands for the ring where its outline is sought, over its radius.
 const THIN: f64 = 1e-6;
+
 /// What of a body's rings a frame can see.
 pub struct View<'a> {
     pub body: &'a Body,
@@ -172,12 +173,12 @@ impl<'a> View<'a> {
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let at_most = lit.at_most() * radiance;
         if asked == Some(false) || asked.is_none() && !self.bound.counts(at_most) {
-            let reason = format!("they light it by less than {}", self.bound.said(at_most));
+            let reason = format!("ring-shine below {}", self.bound.said(at_most));
             return (Bound { on: false, reason }, None);
         }
         let shine = lit.shine(&self.caches.ring_shines);
         let most = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
-        let reason = format!("they light it by up to {}", self.bound.said(most));
+        let reason = format!("ring-shine up to {}", self.bound.said(most));
         (Bound { on: self.bound.counts(most), reason }, shine)
     }
 

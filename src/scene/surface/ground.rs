@@ -26,7 +26,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {diameter_px:.1} px is drawn")));
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.emissive {
-        log.note("lights", false, "it glows by itself".into());
+        log.note("lights", false, "it emits light".into());
         so_far.chosen.maps = maps;
         return so_far;
     }

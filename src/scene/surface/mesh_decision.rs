@@ -27,7 +27,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     let (name, body, log) = (Effect::Mesh.name(), case.body(), &mut so_far.log);
     let resources = case.frame.context.resources;
     let Some(named) = &body.mesh else {
-        log.note(name, false, "the catalog names none".into());
+        log.note(name, false, "not available for this body".into());
         return so_far;
     };
     if resources.is_unreadable(&named.file) {

@@ -30,7 +30,7 @@ pub fn bound(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, least: Boun
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
     let (body, name) = (case.body(), Effect::Overlays.name());
     if body.overlays.is_empty() {
-        so_far.log.note(name, false, "the catalog names none".into());
+        so_far.log.note(name, false, "not available for this body".into());
     }
     let resources = case.frame.context.resources;
     for overlay in &body.overlays {
