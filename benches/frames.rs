@@ -5,11 +5,11 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use orrery::image::{TexelFormat, Texture};
-use orrery::render::plan::{self, AddressMode, Fineness, SamplerState};
+use orrery::render::plan::{self, AddressMode, SamplerState, SamplingQuality};
 use orrery::render::software::exec::{Gradients, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::sample::texels::Texels;
-use orrery::render::software::sample::{Bound, Textures};
+use orrery::render::software::sample::{BoundTexture, Textures};
 use orrery::render::software::{SoftwareRenderer, lowering};
 use orrery::scene::Scene;
 use orrery::session::{Session, Sources, standard_scenes};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 const SIZE: u32 = 512;
-const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 
 fn session(cache: &tempfile::TempDir) -> Session {
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
@@ -32,12 +32,12 @@ fn frames(c: &mut Criterion) {
     let renderer: &SoftwareRenderer = session.renderer();
     for scene in standard_scenes(SIZE, SIZE) {
         // Maps and modules come in here, once.
-        let (built, planned) = session.plan(&scene.request, FINENESS).expect("a standard scene");
+        let (built, planned) = session.plan(&scene.request, SAMPLING).expect("a standard scene");
         c.bench_function(&format!("scene/{}", scene.name), |b| {
             b.iter(|| Scene::build(session.catalog(), session.ephemeris(), black_box(&scene.request)).expect("a scene"));
         });
         c.bench_function(&format!("plan/{}", scene.name), |b| {
-            b.iter(|| plan::plan(black_box(&built), &session, FINENESS).expect("a plan"));
+            b.iter(|| plan::plan(black_box(&built), &session, SAMPLING).expect("a plan"));
         });
         c.bench_function(&format!("draw/{}", scene.name), |b| {
             b.iter(|| renderer.render(black_box(&planned), session.library(), false).expect("a frame"));
@@ -49,7 +49,7 @@ fn frames(c: &mut Criterion) {
 fn shader(c: &mut Criterion) {
     let cache = tempfile::tempdir().expect("a folder");
     let first = session(&cache);
-    let (scene, _) = first.plan(&standard_scenes(SIZE, SIZE)[0].request, FINENESS).expect("a standard scene");
+    let (scene, _) = first.plan(&standard_scenes(SIZE, SIZE)[0].request, SAMPLING).expect("a standard scene");
     let id = plan::modules(&scene).into_iter().find(|m| matches!(m, ModuleId::Planet(_))).expect("the Earth is drawn");
     c.bench_function("shader/emit", |b| b.iter(|| emit::emit_module(black_box(&id)).expect("emits")));
     let lowering = lowering();
@@ -78,7 +78,7 @@ fn sampling(c: &mut Criterion) {
     for taps in [1, 8] {
         let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
         let most = vec![taps as f32; LANES];
-        let bound = Bound { texels: Arc::new(Texels::of_texture(&map).expect("whole")), sampler: Some(sampler) };
+        let bound = BoundTexture { texels: Arc::new(Texels::of_texture(&map).expect("whole")), sampler: Some(sampler) };
         let textures = Textures::new(vec![bound], KernelClass::detect());
         let mut out: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; LANES]);
         group.bench_function(format!("{taps}-taps"), |b| {

@@ -5,8 +5,8 @@
 //! (NAIF's SPK and DAF Required Reading). The worst error against DE440, at points between the nodes, is printed per body.
 
 use glam::DVec3;
-use orrery::ephemeris::chebyshev::{through_nodes, value_and_slope};
-use orrery::ephemeris::kernel::Spk;
+use orrery::ephemeris::chebyshev::{fit_nodes, value_and_slope};
+use orrery::ephemeris::spk::Spk;
 use std::f64::consts::PI;
 
 const DAY_S: f64 = 86_400.0;
@@ -78,7 +78,7 @@ struct Fit {
 
 /// Coefficients per axis from the interpolation at `terms` Chebyshev nodes of the interval.
 fn coefficients(kernel: &Spk, body: &Wanted, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
-    through_nodes(terms, |u| position(kernel, body, midpoint_s + u * radius_s))
+    fit_nodes(terms, |u| position(kernel, body, midpoint_s + u * radius_s))
 }
 
 fn position(kernel: &Spk, body: &Wanted, tdb_s: f64) -> DVec3 {

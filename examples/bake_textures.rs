@@ -169,7 +169,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for r in &RECOLOURED {
         let body =
             catalog.bodies().iter().find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == r.to)).ok_or("no body has this map")?;
-        save(&recolour(&open(r.from)?, r, body.map_target()), &out.join(r.to))?;
+        save(&recolour(&open(r.from)?, r, body.target_mean_colour()), &out.join(r.to))?;
     }
     save(&natural_water(&open("earth_day_flatocean_2048.jpg")?), &out.join("earth_day.jpg"))?;
     let land = image::imageops::resize(&open("earth_elevation_2048_u8.png")?, 2048, 1024, FilterType::Triangle);
@@ -189,7 +189,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some(map) = &body.maps.albedo {
             let texture = Texture::decode(&map.file, &std::fs::read(out.join(&map.file))?, TexelFormat::Rgba8Srgb)?;
             let mean = texture.mean_over_sphere();
-            let target = body.map_target();
+            let target = body.target_mean_colour();
             let gain: Vec<String> = (0..3).map(|c| format!("{:.4}", target[c] / mean[c])).collect();
             println!("{} gain = [{}]", map.file, gain.join(", "));
         }

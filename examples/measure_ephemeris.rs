@@ -4,7 +4,7 @@
 //! counts from, and in arcseconds as seen from there. `error_km` of the sources quotes these figures, rounded up.
 
 use orrery::catalog::{Catalog, NaifId};
-use orrery::ephemeris::{Ephemeris, Source, kernel::Spk};
+use orrery::ephemeris::{Ephemeris, Source, spk::Spk};
 use orrery::time::Instant;
 
 const DATES: usize = 4000;

@@ -3,7 +3,7 @@
 //!     cargo run --release --example render_picture -- saturn.png
 
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::ViewRequest;
 use orrery::session::{Session, Sources, is_exr, write_picture};
 use orrery::time::Instant;
@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::path::PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "saturn.png".into()));
     let session = Session::open(&Sources::default(), |line| eprintln!("{line}"))?;
     let request = ViewRequest { width: 640, height: 400, ..ViewRequest::of(NaifId(699), Instant::parse("2017-04-26T12:00:00Z")?) };
-    let drawn = session.draw(&request, Fineness { samples: 4, anisotropy: 8 }, is_exr(&path))?;
+    let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, is_exr(&path))?;
     write_picture(&path, &drawn.frame, &[])?;
     Ok(())
 }

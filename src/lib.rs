@@ -13,11 +13,11 @@
 //! Render an image:
 //!
 //! ```no_run
-//! use orrery::{Fineness, Instant, NaifId, Session, Sources, ViewRequest, write_picture};
+//! use orrery::{SamplingQuality, Instant, NaifId, Session, Sources, ViewRequest, write_picture};
 //!
 //! let session = Session::open(&Sources::default(), |message| eprintln!("{message}"))?;
 //! let request = ViewRequest::of(NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z")?);
-//! let drawn = session.draw(&request, Fineness::of(request.quality), false)?;
+//! let drawn = session.draw(&request, SamplingQuality::of(request.quality), false)?;
 //! write_picture("earth.png".as_ref(), &drawn.frame, &[])?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -64,7 +64,7 @@ pub mod wording;
 
 pub use catalog::{Catalog, NaifId};
 pub use ephemeris::Ephemeris;
-pub use render::plan::Fineness;
+pub use render::plan::SamplingQuality;
 pub use render::software::lowering;
 pub use scene::request::ViewRequest;
 pub use session::{Session, Sources, write_picture};

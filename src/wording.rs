@@ -4,16 +4,16 @@
 //! Not done: sentences, which belong to whoever knows what is wrong.
 
 /// Characters that a message repeats of what it was given, at most.
-pub const ECHO_AT_MOST: usize = 200;
+pub const MAX_ECHO_CHARS: usize = 200;
 
-/// What was given, with control characters escaped and cut at [`ECHO_AT_MOST`].
+/// What was given, with control characters escaped and cut at [`MAX_ECHO_CHARS`].
 pub fn echo(given: &str) -> String {
-    echo_of(given, ECHO_AT_MOST)
+    echo_within(given, MAX_ECHO_CHARS)
 }
 
 /// The same with another limit, for messages that repeat more than one thing.
-pub fn echo_of(given: &str, most: usize) -> String {
-    let escaped = given.chars().flat_map(|c| if steers(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] });
+pub fn echo_within(given: &str, most: usize) -> String {
+    let escaped = given.chars().flat_map(|c| if controls_terminal(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] });
     let mut shown: Vec<char> = escaped.take(most + 1).collect();
     if shown.len() > most {
         shown.truncate(most.saturating_sub(1));
@@ -23,12 +23,12 @@ pub fn echo_of(given: &str, most: usize) -> String {
 }
 
 /// A message with what would steer a terminal escaped; lines stay lines.
-pub fn harmless(message: &str) -> String {
-    message.chars().map(|c| if steers(c) && c != '\n' { c.escape_default().to_string() } else { c.to_string() }).collect()
+pub fn escape_controls(message: &str) -> String {
+    message.chars().map(|c| if controls_terminal(c) && c != '\n' { c.escape_default().to_string() } else { c.to_string() }).collect()
 }
 
 /// Whether a terminal acts upon it: control characters, and those that turn the direction of writing.
-fn steers(c: char) -> bool {
+fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
@@ -60,26 +60,26 @@ pub fn did_you_mean<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) ->
 }
 
 /// What was meant, or else all there is: ``did you mean `a`?`` or `one of a, b, c`.
-pub fn or_one_of(word: &str, known: &[&str]) -> String {
+pub fn suggestion_or_list(word: &str, known: &[&str]) -> String {
     did_you_mean(word, known.iter().copied()).unwrap_or_else(|| format!("one of {}", known.join(", ")))
 }
 
 /// What serde_json says, in plain words and without its place in the text: ``expected an object, found a list``.
-pub fn of_json(error: &serde_json::Error) -> String {
+pub fn json_error_text(error: &serde_json::Error) -> String {
     let said = error.to_string();
     let at = said.rfind(" at line ").filter(|_| error.line() > 0).unwrap_or(said.len());
     let said = &said[..at];
     for (prefix, length) in [("invalid type: ", false), ("invalid value: ", false), ("invalid length ", true)] {
         if let Some((found, wanted)) = said.strip_prefix(prefix).and_then(|rest| rest.rsplit_once(", expected ")) {
-            let found = if length { format!("{found} values") } else { kind_of(found) };
-            return format!("expected {}, found {found}", wanted_of(wanted));
+            let found = if length { format!("{found} values") } else { json_kind_name(found) };
+            return format!("expected {}, found {found}", expected_type_name(wanted));
         }
     }
     said.to_owned()
 }
 
 /// `sequence` is serde's word for a list.
-fn kind_of(found: &str) -> String {
+fn json_kind_name(found: &str) -> String {
     match found {
         "sequence" => "a list".into(),
         "map" => "an object".into(),
@@ -94,7 +94,7 @@ fn kind_of(found: &str) -> String {
 }
 
 /// Rust's names of types are nobody's words.
-fn wanted_of(wanted: &str) -> String {
+fn expected_type_name(wanted: &str) -> String {
     match wanted {
         "a sequence" => "a list".into(),
         "a map" => "an object".into(),
@@ -114,18 +114,18 @@ mod tests {
         let cases =
             ["", "mars", &"x".repeat(200), &"x".repeat(201), &"é".repeat(5000), "a\u{1b}[2Jb\r\n\t", "\u{202e}sram", &"\u{7}".repeat(150)];
         for given in cases {
-            for most in [20, ECHO_AT_MOST] {
-                let shown = echo_of(given, most);
+            for most in [20, MAX_ECHO_CHARS] {
+                let shown = echo_within(given, most);
                 assert!(shown.chars().count() <= most, "{given:?}: {} characters", shown.chars().count());
-                assert!(!shown.chars().any(steers), "{shown:?}");
+                assert!(!shown.chars().any(controls_terminal), "{shown:?}");
                 // What fits is shown as it is.
-                if given.chars().count() <= most && !given.chars().any(steers) {
+                if given.chars().count() <= most && !given.chars().any(controls_terminal) {
                     assert_eq!(shown, given);
                 }
             }
         }
         assert!(echo(&"x".repeat(201)).ends_with("x…") && echo("a\u{1b}[2J") == "a\\u{1b}[2J");
-        assert_eq!(harmless("a\u{1b}b\nc"), "a\\u{1b}b\nc");
+        assert_eq!(escape_controls("a\u{1b}b\nc"), "a\\u{1b}b\nc");
     }
 
     #[test]
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn json_is_faulted_in_plain_words() {
-        let said = |text: &str| of_json(&serde_json::from_str::<Vec<f64>>(text).expect_err(text));
+        let said = |text: &str| json_error_text(&serde_json::from_str::<Vec<f64>>(text).expect_err(text));
         assert_eq!(said("{}"), "expected a list, found an object");
         assert_eq!(said("[\"a\"]"), "expected a number, found the text \"a\"");
         assert_eq!(said("[1,"), "EOF while parsing a value");

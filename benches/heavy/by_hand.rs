@@ -156,14 +156,14 @@ fn sample(map: &Texels, u: V, v: V) -> [V; 3] {
 /// The machine has AVX2 and FMA; `size` is a multiple of 8.
 #[target_feature(enable = "avx2,fma")]
 pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
-    let [sun, caster, air] = UNIFORMS;
+    let [sun, occluder, air] = UNIFORMS;
     let sun_v = [k(sun[0]), k(sun[1]), k(sun[2])];
     let dot_sun = |p: [V; 3]| fma(p[2], sun_v[2], fma(p[1], sun_v[1], mul(p[0], sun_v[0])));
     let shadow = |p: [V; 3]| {
-        let to = [sub(k(caster[0]), p[0]), sub(k(caster[1]), p[1]), sub(k(caster[2]), p[2])];
+        let to = [sub(k(occluder[0]), p[0]), sub(k(occluder[1]), p[1]), sub(k(occluder[2]), p[2])];
         let distance = sqrt(fma(to[2], to[2], fma(to[1], to[1], mul(to[0], to[0]))));
         let separation = acos(max(min(div(dot_sun(to), distance), k(1.0)), k(-1.0)));
-        let radius = asin(min(div(k(caster[3]), distance), k(1.0)));
+        let radius = asin(min(div(k(occluder[3]), distance), k(1.0)));
         let t = mul(sub(separation, sub(radius, k(0.05))), k(10.0));
         let t = max(min(t, k(1.0)), k(0.0));
         mul(mul(t, t), _mm256_fnmadd_ps(k(2.0), t, k(3.0)))

@@ -2,19 +2,20 @@
 
 use glam::Vec4;
 use orrery::image::{Level, TexelFormat, Texture};
-use orrery::render::plan::Modules;
+use orrery::render::plan::ModuleProvider;
 use orrery::render::plan::{
-    AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
-    TextureBinding, TextureSource, Vertices,
+    AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding,
+    TextureSource, Vertices,
 };
 use orrery::render::software::lowering;
+use orrery::shader::ModuleId;
 use orrery::shader::reflect::Layout;
 use orrery::shader::{ShaderModule, SourceMap};
 use std::sync::Arc;
 
 pub const WGSL: &str = include_str!("heavy.wgsl");
 
-/// The uniform block: the Sun's direction, the caster, the air.
+/// The uniform block: the Sun's direction, the occluder, the air.
 pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
 
 /// A map with detail at every scale, 1024 x 512, sRGB.
@@ -33,8 +34,8 @@ pub fn map() -> Texture {
 /// One hand-written module, whatever its name.
 pub struct Only(pub Arc<ShaderModule>);
 
-impl Modules for Only {
-    fn module(&self, _: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+impl ModuleProvider for Only {
+    fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, String> {
         Ok(Arc::clone(&self.0))
     }
 }
@@ -46,7 +47,7 @@ pub fn module(wgsl: &str) -> Only {
     let tape = (lowering().lower)(&module, &info).expect("and can be lowered");
     let layout = Layout::of(&module).expect("its bindings are usual ones");
     Only(Arc::new(ShaderModule {
-        id: ModuleName::Simple("tone_map"),
+        id: ModuleId::Simple("tone_map"),
         wgsl: wgsl.into(),
         module,
         info,
@@ -58,16 +59,16 @@ pub fn module(wgsl: &str) -> Only {
 
 /// The program's own module of this name.
 pub fn shared_module(name: &'static str) -> Only {
-    Only(Arc::new(ShaderModule::build(&ModuleName::Simple(name), &lowering()).expect("a shared module builds")))
+    Only(Arc::new(ShaderModule::build(&ModuleId::Simple(name), &lowering()).expect("a shared module builds")))
 }
 
 pub fn plan(size: u32) -> Plan {
-    let uniforms = UNIFORMS.map(|v| Vec4::from_array(v).to_array()).concat().iter().flat_map(|v| v.to_le_bytes()).collect();
+    let uniform_bytes = UNIFORMS.map(|v| Vec4::from_array(v).to_array()).concat().iter().flat_map(|v| v.to_le_bytes()).collect();
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let draw = PlanDraw {
         label: "heavy".into(),
-        module: ModuleName::Simple("tone_map"),
-        uniforms,
+        module: ModuleId::Simple("tone_map"),
+        uniform_bytes,
         textures: vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(map())) }],
         samplers: vec![SamplerBinding { binding: 8, state }],
         vertices: Vertices::Count(3),
@@ -104,7 +105,7 @@ pub fn tone_map_plan(size: u32) -> Plan {
     (pass.name, pass.format) = ("tone map", ColourFormat::Rgba8Unorm);
     let draw = &mut pass.draws[0];
     // Exposure, dither, and the radiance up to which the picture is true.
-    draw.uniforms = [1.0_f32, 1.0, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
+    draw.uniform_bytes = [1.0_f32, 1.0, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
     draw.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(hdr)) }];
     draw.samplers.clear();
     plan

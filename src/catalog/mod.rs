@@ -3,18 +3,18 @@
 //! In: the embedded files of catalogs/ and the user's, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
 //! every field in its range, single names and known parents. It reads no file system and computes no position.
 
-use crate::wording::{did_you_mean, echo, echo_of};
+use crate::wording::{did_you_mean, echo, echo_within};
 use glam::{DVec3, Vec3};
 use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
+mod eclipse_radii;
 pub mod moments;
 mod overlay;
-mod radii;
 mod read;
 mod table;
 
-pub use radii::EclipseRadii;
+pub use eclipse_radii::EclipseRadii;
 
 /// A NAIF integer code: a body (`399` the Earth), a system barycentre (`1`..`9`), or `0`, the solar system barycentre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -30,7 +30,7 @@ impl NaifId {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum BodyKind {
     Star,
     Planet,
     DwarfPlanet,
@@ -179,7 +179,7 @@ pub struct Estimates {
 }
 
 /// Images that one body may have.
-pub const OVERLAYS_AT_MOST: u8 = 2;
+pub const MAX_OVERLAYS: u8 = 2;
 
 /// Where an overlay's image lies. Latitudes are planetographic, longitudes east; north is up in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -234,9 +234,9 @@ pub struct Atmosphere {
 pub struct Body {
     pub id: NaifId,
     pub name: String,
-    /// Other names that [`Catalog::find_place`] takes.
+    /// Other names that [`Catalog::find_body_or_barycenter`] takes.
     pub aliases: Vec<String>,
-    pub kind: Kind,
+    pub kind: BodyKind,
     pub parent: Option<NaifId>,
     /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
     pub radii_km: DVec3,
@@ -265,7 +265,7 @@ pub struct Body {
 
 impl Body {
     /// What of the body rests on estimates, and what that does to a picture; a line for each.
-    pub fn estimated(&self) -> Vec<String> {
+    pub fn estimate_notes(&self) -> Vec<String> {
         // A part too little is more magnitudes than the same part too much.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
         let albedo = self.estimates.albedo_percent.map(|p| {
@@ -284,9 +284,9 @@ impl Body {
 
     /// The mean linear RGB that the albedo map times its gain has over the sphere: the body's colour times its geometric albedo (the Sun: 1).
     /// The Earth's map shows its ground without cloud and air, so its target is that of a clear sky: a luminance of 0.11, not 0.434.
-    pub fn map_target(&self) -> [f64; 3] {
+    pub fn target_mean_colour(&self) -> [f64; 3] {
         let level = match self.kind {
-            Kind::Star => 1.0,
+            BodyKind::Star => 1.0,
             _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),
         };
         self.colour.to_array().map(|c| f64::from(c) * level)
@@ -305,7 +305,7 @@ impl Body {
 }
 
 /// A body and the name of one of its fields.
-type FieldOf = (NaifId, &'static str);
+type BodyField = (NaifId, &'static str);
 /// A file and a line of it, the first is 1.
 type FileLine = (String, usize);
 
@@ -315,7 +315,7 @@ pub struct Catalog {
     moments: Vec<moments::Moment>,
     eclipse_radii: EclipseRadii,
     /// File and line of the fields that only the whole can check, by body and field; a field that is not here stands with its body, under "".
-    places: BTreeMap<FieldOf, FileLine>,
+    field_lines: BTreeMap<BodyField, FileLine>,
 }
 
 /// One wrong field: where, what it says, what is allowed.
@@ -363,7 +363,7 @@ impl Catalog {
 
     /// A problem of a body's field, with its file and line.
     pub fn problem(&self, id: NaifId, field: &'static str, message: String) -> Problem {
-        let place = self.places.get(&(id, field)).or_else(|| self.places.get(&(id, "")));
+        let place = self.field_lines.get(&(id, field)).or_else(|| self.field_lines.get(&(id, "")));
         let (file, line) = place.cloned().unwrap_or_default();
         let name = self.body(id).map_or_else(|| format!("body {}", id.0), |b| b.name.clone());
         Problem { file, line, message: format!("{name}.{field}: {message}") }
@@ -385,7 +385,7 @@ impl Catalog {
 
     /// The place of a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
     /// `<planet> barycenter`. Case and the spelling of barycentre do not matter.
-    pub fn find_place(&self, name: &str) -> Option<NaifId> {
+    pub fn find_body_or_barycenter(&self, name: &str) -> Option<NaifId> {
         let wanted = name.trim().to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
         let wanted = wanted.split_whitespace().collect::<Vec<_>>().join(" ");
         match wanted.as_str() {
@@ -405,7 +405,7 @@ impl Catalog {
     /// # Errors
     /// What the name may have meant.
     pub fn place(&self, name: &str) -> Result<NaifId, UnknownName> {
-        self.find_place(name).ok_or_else(|| self.unknown(name, "body or centre of mass"))
+        self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body or centre of mass"))
     }
 
     /// The body of a name.
@@ -413,9 +413,10 @@ impl Catalog {
     /// # Errors
     /// What the name may have meant, or that it is a centre of mass.
     pub fn named(&self, name: &str) -> Result<&Body, UnknownName> {
-        let id = self.find_place(name).ok_or_else(|| self.unknown(name, "body"))?;
-        self.body(id)
-            .ok_or_else(|| UnknownName(format!("`{}` is a centre of mass, which has no surface: name a body", echo_of(name.trim(), 60))))
+        let id = self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body"))?;
+        self.body(id).ok_or_else(|| {
+            UnknownName(format!("`{}` is a centre of mass, which has no surface: name a body", echo_within(name.trim(), 60)))
+        })
     }
 
     fn unknown(&self, name: &str, what: &str) -> UnknownName {

@@ -3,7 +3,7 @@
 //! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and readable times, or every wrong field. A moment of a
 //! later file with the same name replaces the earlier one. It computes nothing: that a moment shows what it says is tested against the ephemeris.
 
-use super::table::{Located, Problems, Section, nearest};
+use super::table::{Problems, TableReader, WithLine, nearest};
 use super::{Body, NaifId};
 use crate::time::Instant;
 
@@ -36,24 +36,24 @@ pub struct Moment {
 pub const KINDS: [&str; 7] = ["solar eclipse", "lunar eclipse", "transit", "shadows", "rings", "conjunction", "photograph"];
 
 /// One table, its bodies not looked up yet.
-pub(super) struct Draft {
-    name: Located<String>,
+pub(super) struct MomentDraft {
+    name: WithLine<String>,
     kind: String,
     about: String,
     time: Instant,
-    target: Located<String>,
+    target: WithLine<String>,
     vantage: DraftVantage,
     source: String,
 }
 
 enum DraftVantage {
-    Centre { body: Located<String>, fov_deg: f64 },
-    Side { of: Located<String>, away: bool, radii: f64 },
-    Place { body: Located<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
+    Centre { body: WithLine<String>, fov_deg: f64 },
+    Side { of: WithLine<String>, away: bool, radii: f64 },
+    Place { body: WithLine<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
 }
 
-pub(super) fn draft(mut s: Section) -> Option<Draft> {
-    let text = |s: &mut Section, field: &'static str, what: &str| s.need(field, what, |v: &String| !v.trim().is_empty());
+pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
+    let text = |s: &mut TableReader, field: &'static str, what: &str| s.need(field, what, |v: &String| !v.trim().is_empty());
     let name = text(&mut s, "name", "a string");
     if let Some(name) = &name {
         s.rename(&name.value);
@@ -92,7 +92,7 @@ pub(super) fn draft(mut s: Section) -> Option<Draft> {
         s.problem(&place, "vantage", "incomplete", allowed);
     }
     s.finish();
-    Some(Draft {
+    Some(MomentDraft {
         name: name?,
         kind: kind?.value,
         about: about?.value,
@@ -104,10 +104,10 @@ pub(super) fn draft(mut s: Section) -> Option<Draft> {
 }
 
 /// Looks the bodies up; the list by kind, then by time.
-pub(super) fn assemble(drafts: Vec<Draft>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
+pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
     let names: Vec<String> = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(|n| n.to_lowercase()).collect();
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
-    let resolve = |name: &Located<String>| {
+    let resolve = |name: &WithLine<String>| {
         let wanted = name.value.to_lowercase();
         let found = bodies.iter().find(|b| std::iter::once(&b.name).chain(&b.aliases).any(|n| n.to_lowercase() == wanted));
         if found.is_none() {

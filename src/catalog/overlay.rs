@@ -1,10 +1,10 @@
 //! Reading `[[overlay]]`: images laid over a body's ground.
 
 use super::read::{each, number};
-use super::table::{Located, Section};
-use super::{OVERLAYS_AT_MOST, Overlay, Projection};
+use super::table::{TableReader, WithLine};
+use super::{MAX_OVERLAYS, Overlay, Projection};
 
-fn projection(s: &mut Section) -> Option<Projection> {
+fn projection(s: &mut TableReader) -> Option<Projection> {
     const KINDS: [&str; 2] = ["equirectangular", "orthographic"];
     let kind = s.need("projection", "one of \"equirectangular\", \"orthographic\"", |k: &String| KINDS.contains(&k.as_str()))?;
     if kind.value == KINDS[0] {
@@ -34,7 +34,7 @@ fn projection(s: &mut Section) -> Option<Projection> {
 }
 
 /// The body's name and the overlay.
-pub(super) fn overlay(mut s: Section) -> Option<(Located<String>, Overlay)> {
+pub(super) fn overlay(mut s: TableReader) -> Option<(WithLine<String>, Overlay)> {
     let of = s.need("body", "the name of a body", |_: &String| true);
     let name = s.need("name", "a name", |n: &String| !n.trim().is_empty());
     let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
@@ -54,14 +54,14 @@ pub(super) fn overlay(mut s: Section) -> Option<(Located<String>, Overlay)> {
 }
 
 /// Puts an overlay over those that are there: one of the same name is replaced. What is wrong, if it cannot be.
-pub(super) fn lay(over: &mut Vec<Overlay>, new: Overlay) -> Result<(), String> {
+pub(super) fn add(over: &mut Vec<Overlay>, new: Overlay) -> Result<(), String> {
     if let Some(same) = over.iter_mut().find(|o| o.name == new.name) {
         *same = new;
-    } else if over.len() < usize::from(OVERLAYS_AT_MOST) {
+    } else if over.len() < usize::from(MAX_OVERLAYS) {
         over.push(new);
     } else {
         let names: Vec<_> = over.iter().map(|o| format!("\"{}\"", o.name)).collect();
-        return Err(format!("overlay \"{}\" is one too many: a body takes {OVERLAYS_AT_MOST}, here {}", new.name, names.join(" and ")));
+        return Err(format!("overlay \"{}\" is one too many: a body takes {MAX_OVERLAYS}, here {}", new.name, names.join(" and ")));
     }
     Ok(())
 }

@@ -4,21 +4,21 @@
 //! replaces that field; photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced whole, maps one by one.
 
 use super::overlay;
-use super::table::{Located, Place, Problems, Section, Source, nearest};
+use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine, nearest};
 use super::{
-    Atmosphere, Body, Catalog, CatalogError, Clouds, EclipseRadii, Estimates, FieldOf, FileLine, Kind, Map, MapLatitude, Maps,
+    Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, Clouds, EclipseRadii, Estimates, FileLine, Map, MapLatitude, Maps,
     MeanElements, Motion, NaifId, Overlay, Photometry, Ring, Rotation, ShapeModel, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
 /// What the files say of one body so far.
-struct Draft {
-    place: Place,
+struct BodyDraft {
+    place: SourceLine,
     name: Option<String>,
     aliases: Option<Vec<String>>,
-    kind: Option<Kind>,
-    parent: Option<Located<String>>,
+    kind: Option<BodyKind>,
+    parent: Option<WithLine<String>>,
     radii_km: Option<[f64; 3]>,
     gm_km3_s2: Option<f64>,
     geometric_albedo: Option<f64>,
@@ -28,9 +28,9 @@ struct Draft {
     photometry: Option<Photometry>,
     maps: Maps,
     clouds: Option<Clouds>,
-    mesh: Option<Located<ShapeModel>>,
-    motion: Option<Located<Motion>>,
-    rotation: Option<Located<Rotation>>,
+    mesh: Option<WithLine<ShapeModel>>,
+    motion: Option<WithLine<Motion>>,
+    rotation: Option<WithLine<Rotation>>,
     sources: BTreeMap<String, String>,
     estimates: Estimates,
 }
@@ -44,23 +44,23 @@ pub(super) fn each(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
 }
 
 /// Reads one of a few words.
-fn word<T: Copy>(section: &mut Section, field: &'static str, words: &[(&str, T)]) -> Option<T> {
+fn word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
     let found = section.take::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
     words.iter().find(|(w, _)| *w == found.value).map(|(_, t)| *t)
 }
 
-fn need_word<T: Copy>(section: &mut Section, field: &'static str, words: &[(&str, T)]) -> Option<T> {
+fn need_word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
     let found = section.need::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
     words.iter().find(|(w, _)| *w == found.value).map(|(_, t)| *t)
 }
 
-pub(super) fn number(section: &mut Section, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
+pub(super) fn number(section: &mut TableReader, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
     section.need::<f64>(field, allowed, |v| v.is_finite() && ok(*v)).map(|l| l.value)
 }
 
-fn photometry(mut s: Section) -> Option<Photometry> {
+fn photometry(mut s: TableReader) -> Option<Photometry> {
     let model =
         need_word(&mut s, "model", &[("emissive", 0), ("lambert", 1), ("lommel-seeliger", 2), ("lunar-lambert", 3), ("oren-nayar", 4)]);
     let result = match model {
@@ -82,7 +82,7 @@ fn photometry(mut s: Section) -> Option<Photometry> {
     result
 }
 
-fn motion(mut s: Section) -> Option<Motion> {
+fn motion(mut s: TableReader) -> Option<Motion> {
     let theory = need_word(&mut s, "theory", &[("planetary", 0), ("galilean-l12", 1), ("tass17", 2), ("mean-elements", 3)]);
     let result = match theory {
         Some(0) => Some(Motion::Planetary),
@@ -99,7 +99,7 @@ fn motion(mut s: Section) -> Option<Motion> {
     result
 }
 
-fn elements(s: &mut Section) -> Option<MeanElements> {
+fn elements(s: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
     let pole_ra_deg = number(s, "pole_ra_deg", "degrees", any);
     let pole_dec_deg = number(s, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
@@ -131,7 +131,7 @@ fn elements(s: &mut Section) -> Option<MeanElements> {
     })
 }
 
-fn rotation(mut s: Section) -> Option<Rotation> {
+fn rotation(mut s: TableReader) -> Option<Rotation> {
     let model = need_word(&mut s, "model", &[("earth-iau2006", 0), ("pck", 1), ("synchronous", 2), ("fixed", 3)]);
     let result = match model {
         Some(0) => Some(Rotation::EarthIau2006),
@@ -156,18 +156,18 @@ fn rotation(mut s: Section) -> Option<Rotation> {
 }
 
 /// What of a map or a shape is invented, in words of one line.
-fn invented(s: &mut Section) -> Option<String> {
+fn invented(s: &mut TableReader) -> Option<String> {
     let said = s.take("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
     said.map(|l| l.value)
 }
 
 /// A table's value with the line where it begins.
-fn located<T>(s: Section, read: impl FnOnce(Section) -> Option<T>) -> Option<Located<T>> {
+fn located<T>(s: TableReader, read: impl FnOnce(TableReader) -> Option<T>) -> Option<WithLine<T>> {
     let place = s.place.clone();
-    Some(Located { value: read(s)?, place })
+    Some(WithLine { value: read(s)?, place })
 }
 
-fn map(mut s: Section) -> Option<Map> {
+fn map(mut s: TableReader) -> Option<Map> {
     let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
     let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
     let latitude =
@@ -179,7 +179,7 @@ fn map(mut s: Section) -> Option<Map> {
     Some(Map { file: file?.value, gain, latitude, invented })
 }
 
-fn clouds(mut s: Section) -> Option<Clouds> {
+fn clouds(mut s: TableReader) -> Option<Clouds> {
     let part = "a number from 0 to 1";
     let height_km = number(&mut s, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
     let albedo = number(&mut s, "albedo", part, |x| (0.0..=1.0).contains(&x));
@@ -190,7 +190,7 @@ fn clouds(mut s: Section) -> Option<Clouds> {
     Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
 }
 
-fn mesh(mut s: Section) -> Option<Located<ShapeModel>> {
+fn mesh(mut s: TableReader) -> Option<WithLine<ShapeModel>> {
     let place = s.place.clone();
     let file = s.need::<String>("file", "the name of a .obj file without folders", |f| {
         f.to_lowercase().ends_with(".obj") && f.len() > 4 && !f.contains(['/', '\\'])
@@ -203,10 +203,10 @@ fn mesh(mut s: Section) -> Option<Located<ShapeModel>> {
     s.finish();
     let scale_km = scale_km.map_or(1.0, |l| l.value);
     let value = ShapeModel { file: file?.value, scale_km, two_sided, alpha, vertex_colours, invented };
-    Some(Located { value, place })
+    Some(WithLine { value, place })
 }
 
-fn maps(mut s: Section, into: &mut Maps) {
+fn maps(mut s: TableReader, into: &mut Maps) {
     for (field, slot) in
         [("albedo", &mut into.albedo), ("normal", &mut into.normal), ("specular", &mut into.specular), ("night", &mut into.night)]
     {
@@ -220,17 +220,17 @@ fn maps(mut s: Section, into: &mut Maps) {
 /// Below 100: of a value that may be wholly wrong nothing is known.
 const PERCENT: &str = "percent above 0, at most 90";
 
-fn percent(s: &mut Section, field: &'static str) -> Option<f64> {
+fn percent(s: &mut TableReader, field: &'static str) -> Option<f64> {
     s.take(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
 }
 
-fn estimates(mut s: Section) -> Estimates {
+fn estimates(mut s: TableReader) -> Estimates {
     let found = Estimates { albedo_percent: percent(&mut s, "albedo_percent"), colour_percent: percent(&mut s, "colour_percent") };
     s.finish();
     found
 }
 
-fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
+fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
     let name = s.take("name", "a name", |n: &String| !n.trim().is_empty());
     let place = s.place.clone();
     if let Some(n) = &name {
@@ -240,7 +240,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
     if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
         s.rename(&n);
     }
-    let mut fresh = Draft {
+    let mut fresh = BodyDraft {
         place,
         name: name.map(|l| l.value),
         aliases: s.take("aliases", "a list of names", |_: &Vec<String>| true).map(|l| l.value),
@@ -248,11 +248,11 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
             &mut s,
             "kind",
             &[
-                ("star", Kind::Star),
-                ("planet", Kind::Planet),
-                ("dwarf-planet", Kind::DwarfPlanet),
-                ("moon", Kind::Moon),
-                ("asteroid", Kind::Asteroid),
+                ("star", BodyKind::Star),
+                ("planet", BodyKind::Planet),
+                ("dwarf-planet", BodyKind::DwarfPlanet),
+                ("moon", BodyKind::Moon),
+                ("asteroid", BodyKind::Asteroid),
             ],
         ),
         parent: s.take("parent", "the name of a body", |_: &String| true),
@@ -313,7 +313,7 @@ fn body(mut s: Section, drafts: &mut BTreeMap<i32, Draft>) {
     s.finish();
 }
 
-fn ring(mut s: Section) -> Option<(Located<String>, Ring)> {
+fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
     let of = s.need("body", "the name of a body", |_: &String| true);
     let name = s.need("name", "a name", |n: &String| !n.is_empty());
     let inner_km = number(&mut s, "inner_km", "kilometres above 0", |x| x > 0.0);
@@ -335,7 +335,7 @@ fn ring(mut s: Section) -> Option<(Located<String>, Ring)> {
     ))
 }
 
-fn species(mut s: Section) -> Option<Species> {
+fn species(mut s: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
     let name = s.need("name", "a name", |n: &String| !n.is_empty());
     let scale_height_km = number(&mut s, "scale_height_km", "kilometres above 0", |x| x > 0.0);
@@ -356,7 +356,7 @@ fn species(mut s: Section) -> Option<Species> {
     })
 }
 
-fn atmosphere(mut s: Section) -> Option<(Located<String>, Atmosphere)> {
+fn atmosphere(mut s: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let of = s.need("body", "the name of a body", |_: &String| true);
     let top_km = number(&mut s, "top_km", "kilometres above 0", |x| x > 0.0);
     let refractivity = s.take("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
@@ -371,17 +371,17 @@ fn atmosphere(mut s: Section) -> Option<(Located<String>, Atmosphere)> {
 pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let problems = Problems::default();
     let mut drafts = BTreeMap::new();
-    let mut rings: Vec<(Located<String>, Vec<Ring>)> = Vec::new();
+    let mut rings: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
     let mut atmospheres = Vec::new();
     let mut overlays = Vec::new();
     let mut moments_drafts = Vec::new();
     for (file, text) in files {
-        let source = Source::new(file, text, &problems);
+        let source = TomlFile::new(file, text, &problems);
         let mut root = source.root();
         for s in root.sections("body") {
             body(s, &mut drafts);
         }
-        let mut of_file: Vec<(Located<String>, Vec<Ring>)> = Vec::new();
+        let mut of_file: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
         for (of, ring) in root.sections("ring").into_iter().filter_map(ring) {
             match of_file.iter_mut().find(|(b, _)| b.value == of.value) {
                 Some((_, list)) => list.push(ring),
@@ -394,15 +394,15 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
         root.finish();
     }
-    let places = drafts.iter().flat_map(places_of).collect();
+    let field_lines = drafts.iter().flat_map(lines_of).collect();
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     let moments = moments::assemble(moments_drafts, &bodies, &problems);
     problems.into_result()?;
-    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), places })
+    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), field_lines })
 }
 
 /// Where a body's fields stand that only the whole can check.
-fn places_of((id, d): (&i32, &Draft)) -> Vec<(FieldOf, FileLine)> {
+fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     let fields = [
         ("", Some(&d.place)),
         ("parent", d.parent.as_ref().map(|l| &l.place)),
@@ -414,10 +414,10 @@ fn places_of((id, d): (&i32, &Draft)) -> Vec<(FieldOf, FileLine)> {
 
 /// Drafts to bodies: what must be there is there, names are single, parents and owners exist.
 fn assemble(
-    drafts: BTreeMap<i32, Draft>,
-    rings: Vec<(Located<String>, Vec<Ring>)>,
-    atmospheres: Vec<(Located<String>, Atmosphere)>,
-    overlays: Vec<(Located<String>, Overlay)>,
+    drafts: BTreeMap<i32, BodyDraft>,
+    rings: Vec<(WithLine<String>, Vec<Ring>)>,
+    atmospheres: Vec<(WithLine<String>, Atmosphere)>,
+    overlays: Vec<(WithLine<String>, Overlay)>,
     problems: &Problems,
 ) -> Vec<Body> {
     let mut ids: BTreeMap<String, i32> = BTreeMap::new();
@@ -429,7 +429,7 @@ fn assemble(
         }
     }
     let known: Vec<&str> = ids.keys().map(String::as_str).collect();
-    let resolve = |name: &Located<String>| {
+    let resolve = |name: &WithLine<String>| {
         let id = ids.get(&name.value.to_lowercase()).copied();
         if id.is_none() {
             let hint = nearest(&name.value.to_lowercase(), &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
@@ -465,7 +465,7 @@ fn assemble(
             need!(geometric_albedo, "geometric_albedo"),
             need!(colour, "colour_linear_srgb"),
         );
-        if d.parent.is_none() && kind.is_some_and(|k| k != Kind::Star) {
+        if d.parent.is_none() && kind.is_some_and(|k| k != BodyKind::Star) {
             missing("parent");
         }
         let photometry = need!(photometry, "photometry");
@@ -535,7 +535,7 @@ fn assemble(
     }
     for (of, new) in overlays {
         if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
-            && let Err(wrong) = overlay::lay(&mut b.overlays, new)
+            && let Err(wrong) = overlay::add(&mut b.overlays, new)
         {
             problems.add(&of.place, format!("{}: {wrong}", b.name));
         }

@@ -4,7 +4,7 @@
 //! Serde turns each leaf into its type. What is allowed is said by the caller, beside the check.
 
 use super::{CatalogError, Problem};
-use crate::wording::echo_of;
+use crate::wording::echo_within;
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Where a value stands.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct SourceLine {
     pub file: Rc<str>,
     /// First line is 1.
     pub line: usize,
@@ -21,9 +21,9 @@ pub(super) struct Place {
 
 /// A value and where it stands.
 #[derive(Clone, Debug)]
-pub(super) struct Located<T> {
+pub(super) struct WithLine<T> {
     pub value: T,
-    pub place: Place,
+    pub place: SourceLine,
 }
 
 /// All problems found so far, in the order of the files.
@@ -31,7 +31,7 @@ pub(super) struct Located<T> {
 pub(super) struct Problems(RefCell<Vec<Problem>>);
 
 impl Problems {
-    pub fn add(&self, place: &Place, message: String) {
+    pub fn add(&self, place: &SourceLine, message: String) {
         self.0.borrow_mut().push(Problem { file: place.file.to_string(), line: place.line, message });
     }
 
@@ -44,51 +44,51 @@ impl Problems {
 }
 
 /// One file's text, for turning byte offsets into lines.
-pub(super) struct Source<'a> {
+pub(super) struct TomlFile<'a> {
     file: Rc<str>,
     line_starts: Vec<usize>,
     text: &'a str,
     problems: &'a Problems,
 }
 
-impl<'a> Source<'a> {
+impl<'a> TomlFile<'a> {
     pub fn new(file: &str, text: &'a str, problems: &'a Problems) -> Self {
         let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         Self { file: file.into(), line_starts, text, problems }
     }
 
-    fn place(&self, offset: usize) -> Place {
-        Place { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
+    fn place(&self, offset: usize) -> SourceLine {
+        SourceLine { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
     }
 
     /// The top table; words that are not TOML are problems, each with its line.
-    pub fn root(&'a self) -> Section<'a> {
+    pub fn root(&'a self) -> TableReader<'a> {
         let (table, errors) = DeTable::parse_recoverable(self.text);
         for e in errors {
             let place = self.place(e.span().map_or(0, |s| s.start));
             self.problems.add(&place, format!("not TOML: {}", e.message().replace('\n', ", ")));
         }
-        Section { source: self, name: String::new(), place: self.place(0), table: table.into_inner(), known: Vec::new() }
+        TableReader { source: self, name: String::new(), place: self.place(0), table: table.into_inner(), known: Vec::new() }
     }
 }
 
-/// One table under reading. Every field it may have is asked for once; [`Section::finish`] reports the rest.
-pub(super) struct Section<'a> {
-    source: &'a Source<'a>,
+/// One table under reading. Every field it may have is asked for once; [`TableReader::finish`] reports the rest.
+pub(super) struct TableReader<'a> {
+    source: &'a TomlFile<'a>,
     /// Dotted path for messages, ending in a dot unless empty.
     name: String,
-    pub place: Place,
+    pub place: SourceLine,
     table: DeTable<'a>,
     known: Vec<&'static str>,
 }
 
-impl<'a> Section<'a> {
+impl<'a> TableReader<'a> {
     /// Names the section after the body it describes, for messages.
     pub fn rename(&mut self, name: &str) {
         self.name = format!("{name}.");
     }
 
-    pub fn problem(&self, place: &Place, field: &str, value: &str, allowed: &str) {
+    pub fn problem(&self, place: &SourceLine, field: &str, value: &str, allowed: &str) {
         self.source.problems.add(place, format!("{}{field} = {value}: expected {allowed}", self.name));
     }
 
@@ -98,22 +98,22 @@ impl<'a> Section<'a> {
     }
 
     /// A leaf of type `T` that passes `ok`; `allowed` says in words what does.
-    pub fn take<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<Located<T>> {
+    pub fn take<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;
         let span = value.span();
         let place = self.source.place(span.start);
         match T::deserialize(ValueDeserializer::from(value)) {
-            Ok(v) if ok(&v) => Some(Located { value: v, place }),
+            Ok(v) if ok(&v) => Some(WithLine { value: v, place }),
             _ => {
                 let shown: String = self.source.text.get(span).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
-                self.problem(&place, field, &echo_of(&shown, 80), allowed);
+                self.problem(&place, field, &echo_within(&shown, 80), allowed);
                 None
             }
         }
     }
 
-    /// As [`Section::take`], and absence is a problem too.
-    pub fn need<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<Located<T>> {
+    /// As [`TableReader::take`], and absence is a problem too.
+    pub fn need<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         if !self.table.contains_key(field) {
             self.source.problems.add(&self.place, format!("{}{field} is missing: expected {allowed}", self.name));
             self.known.push(field);
@@ -123,12 +123,12 @@ impl<'a> Section<'a> {
     }
 
     /// A table below this one.
-    pub fn section(&mut self, field: &'static str) -> Option<Section<'a>> {
+    pub fn section(&mut self, field: &'static str) -> Option<TableReader<'a>> {
         let value = self.value(field)?;
         let place = self.source.place(value.span().start);
         match value.into_inner() {
             DeValue::Table(table) => {
-                Some(Section { source: self.source, name: format!("{}{field}.", self.name), place, table, known: Vec::new() })
+                Some(TableReader { source: self.source, name: format!("{}{field}.", self.name), place, table, known: Vec::new() })
             }
             other => {
                 self.problem(&place, field, other.type_str(), "a table");
@@ -138,7 +138,7 @@ impl<'a> Section<'a> {
     }
 
     /// The tables of `[[field]]`.
-    pub fn sections(&mut self, field: &'static str) -> Vec<Section<'a>> {
+    pub fn sections(&mut self, field: &'static str) -> Vec<TableReader<'a>> {
         let Some(value) = self.value(field) else { return Vec::new() };
         let place = self.source.place(value.span().start);
         let DeValue::Array(array) = value.into_inner() else {
@@ -150,7 +150,13 @@ impl<'a> Section<'a> {
             let place = self.source.place(item.span().start);
             match item.into_inner() {
                 DeValue::Table(table) => {
-                    found.push(Section { source: self.source, name: format!("{}{field}.", self.name), place, table, known: Vec::new() });
+                    found.push(TableReader {
+                        source: self.source,
+                        name: format!("{}{field}.", self.name),
+                        place,
+                        table,
+                        known: Vec::new(),
+                    });
                 }
                 other => self.problem(&place, field, other.type_str(), "a table"),
             }
@@ -173,7 +179,7 @@ impl<'a> Section<'a> {
                 Some(n) => format!("did you mean `{n}`?"),
                 None => format!("allowed are {}", self.known.join(", ")),
             };
-            self.source.problems.add(&place, format!("{}{} is not a field here: {hint}", self.name, echo_of(name, 80)));
+            self.source.problems.add(&place, format!("{}{} is not a field here: {hint}", self.name, echo_within(name, 80)));
         }
     }
 }

@@ -6,11 +6,11 @@
 use super::output::say;
 use super::view_words::size;
 use super::{CliError, Common};
-use crate::render::plan::Fineness;
+use crate::render::plan::SamplingQuality;
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
-use crate::wording::{echo, or_one_of};
+use crate::wording::{echo, suggestion_or_list};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -70,7 +70,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
-        return Err(CliError::Failed(format!("--scene {}: {}", echo(unknown), or_one_of(unknown, &names))));
+        return Err(CliError::Failed(format!("--scene {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|wanted| wanted == s.name));
@@ -82,7 +82,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = Moment::now();
-            let by = Some(session.draw(request, Fineness::of(common.quality), false)?.by);
+            let by = Some(session.draw(request, SamplingQuality::of(common.quality), false)?.by);
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
@@ -93,7 +93,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
         let mut of_scene = row(scene.name, &first, &mut frames);
         if args.effects {
-            let list = effects(&session, Fineness::of(common.quality), &scene.request, args.frames, &measure_of)?;
+            let list = effects(&session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of)?;
             of_scene["effects"] = list.into();
         }
         rows.push(of_scene);
@@ -105,7 +105,7 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         "threads": session.renderer().threads(),
         "width": width,
         "height": height,
-        "samples": Fineness::of(common.quality).samples,
+        "samples": SamplingQuality::of(common.quality).samples,
         "frames": args.frames,
         "scenes": rows,
     });
@@ -115,12 +115,12 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
 /// What each effect that is on takes and changes, from pairs of frames drawn one after the other.
 fn effects(
     session: &Session,
-    fineness: Fineness,
+    sampling: SamplingQuality,
     request: &ViewRequest,
     pairs: u32,
     measure: &dyn Fn(&ViewRequest) -> Result<Measured, CliError>,
 ) -> Result<Vec<Value>, CliError> {
-    let whole = session.draw(request, fineness, true)?;
+    let whole = session.draw(request, sampling, true)?;
     // The exposure stays: an effect less must not brighten the rest.
     let with = ViewRequest { exposure: ExposureRequest::Stops(whole.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
@@ -129,7 +129,7 @@ fn effects(
         let mut without = with.clone();
         without.effects.set(effect, false);
         // Both have their modules and maps before any is timed.
-        let bare = session.draw(&without, fineness, true)?;
+        let bare = session.draw(&without, sampling, true)?;
         let (mut wall, mut cpu) = (Vec::new(), Vec::new());
         for round in 0..pairs {
             // What warms up or drifts falls to either side as often.

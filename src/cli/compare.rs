@@ -2,9 +2,9 @@
 
 use super::output::put;
 use super::{CliError, Common};
-use crate::image::{self, Picture};
-use crate::session::{Readers, write_new, write_whole};
-use crate::wording::{echo, echo_of};
+use crate::image::{self, DisplayImage};
+use crate::session::{FileAccess, write_new, write_whole};
+use crate::wording::{echo, echo_within};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -34,17 +34,17 @@ pub struct CompareArgs {
     json: bool,
 }
 
-fn read(path: &Path) -> Result<Picture, CliError> {
+fn read(path: &Path) -> Result<DisplayImage, CliError> {
     let name = echo(&path.display().to_string());
     let bytes = std::fs::read(path).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;
-    Picture::decode(&name, &bytes).map_err(|e| CliError::Failed(e.to_string()))
+    DisplayImage::decode(&name, &bytes).map_err(|e| CliError::Failed(e.to_string()))
 }
 
 /// Writes the bytes, unless a file with other bytes is there and may not be replaced.
 fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
     let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes).map_err(|e| e.to_string());
     if overwrite {
-        return write_whole(path, Readers::All, fill).map_err(CliError::Failed);
+        return write_whole(path, FileAccess::All, fill).map_err(CliError::Failed);
     }
     match std::fs::read(path) {
         Ok(there) if there == bytes => Ok(()),
@@ -52,7 +52,7 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
             let name = echo(&path.display().to_string());
             Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")))
         }
-        Err(_) => write_new([path.to_owned()], Readers::All, fill).map(drop).map_err(CliError::Failed),
+        Err(_) => write_new([path.to_owned()], FileAccess::All, fill).map(drop).map_err(CliError::Failed),
     }
 }
 
@@ -64,8 +64,8 @@ pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     let both = |e: image::ImageError| {
         CliError::Failed(format!(
             "{} and {}: {e}",
-            echo_of(&args.a.display().to_string(), 100),
-            echo_of(&args.b.display().to_string(), 100)
+            echo_within(&args.a.display().to_string(), 100),
+            echo_within(&args.b.display().to_string(), 100)
         ))
     };
     let d = a.difference(&b).map_err(both)?;

@@ -1,11 +1,11 @@
 //! `orrery doctor`: checks adapters, data files and caches. It never fails: each finding is a line.
 
 use super::{CliError, Common};
-use crate::catalog::{Catalog, Kind};
+use crate::catalog::{BodyKind, Catalog};
 use crate::image::{MapOrigin, MapStore};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
-use crate::session::{RendererWish, SessionError, read_catalog};
+use crate::session::{RendererPreference, SessionError, read_catalog};
 
 /// One line more. Printed at the end: a reader that has seen enough is no error.
 macro_rules! tell {
@@ -40,11 +40,11 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
 /// How many of each kind, their names, and what belongs to nobody's list.
 fn bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
-        (Kind::Star, "star"),
-        (Kind::Planet, "planet"),
-        (Kind::DwarfPlanet, "dwarf planet"),
-        (Kind::Moon, "moon"),
-        (Kind::Asteroid, "asteroid"),
+        (BodyKind::Star, "star"),
+        (BodyKind::Planet, "planet"),
+        (BodyKind::DwarfPlanet, "dwarf planet"),
+        (BodyKind::Moon, "moon"),
+        (BodyKind::Asteroid, "asteroid"),
     ];
     for (kind, called) in kinds {
         let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.kind == kind).map(|b| b.name.as_str()).collect();
@@ -92,7 +92,7 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
                 }
             }
         }
-        if body.maps.albedo.is_none() && body.kind != Kind::Star {
+        if body.maps.albedo.is_none() && body.kind != BodyKind::Star {
             bare.push(body.name.as_str());
         }
     }
@@ -108,10 +108,10 @@ fn adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
     let all = adapters();
     let choice = match common.renderer {
-        RendererWish::Software => "software (--renderer software)".to_owned(),
-        choice => match GpuRenderer::open(choice == RendererWish::Gpu) {
+        RendererPreference::Software => "software (--renderer software)".to_owned(),
+        choice => match GpuRenderer::open(choice == RendererPreference::Gpu) {
             Ok(gpu) => format!("GPU: {}", gpu.facts()),
-            Err(e) if choice == RendererWish::Gpu => format!("none: {e}; omit --renderer to draw in software"),
+            Err(e) if choice == RendererPreference::Gpu => format!("none: {e}; omit --renderer to draw in software"),
             Err(e) => format!("software: {e}"),
         },
     };
@@ -132,7 +132,7 @@ fn adapters(common: &Common, out: &mut String) {
 #[cfg(not(feature = "gpu"))]
 fn adapters(common: &Common, out: &mut String) {
     match common.renderer {
-        RendererWish::Gpu => tell!(out, "renderer  none: this build has no GPU renderer; omit --renderer to draw in software"),
+        RendererPreference::Gpu => tell!(out, "renderer  none: this build has no GPU renderer; omit --renderer to draw in software"),
         _ => tell!(out, "renderer  software: this build has no GPU renderer"),
     }
 }

@@ -46,7 +46,7 @@ pub fn manual(args: &ManArgs) -> Result<(), CliError> {
                 CliError::Failed(format!(
                     "man {}: no such command; {}",
                     crate::wording::echo(verb),
-                    crate::wording::or_one_of(verb, &known)
+                    crate::wording::suggestion_or_list(verb, &known)
                 ))
             };
             let name = format!("orrery-{}", verb.to_lowercase());

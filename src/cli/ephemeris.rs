@@ -4,9 +4,9 @@ use super::output::put;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
-use crate::ephemeris::{Answer, Ephemeris, Source};
+use crate::ephemeris::{Ephemeris, Source, SourcedState};
 use crate::time::Instant;
-use crate::wording::{echo, or_one_of};
+use crate::wording::{echo, suggestion_or_list};
 use clap::Args;
 use serde_json::{Value, json};
 use std::io::BufRead;
@@ -92,7 +92,7 @@ struct Question {
 }
 
 impl Question {
-    fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Answer, String> {
+    fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
         let body = place(catalog, "body", &self.body)?;
         let center = place(catalog, "center", &self.center)?;
         let t = time(&self.time)?;
@@ -120,7 +120,7 @@ impl Question {
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
         if let Some(unknown) = object.keys().find(|k| !["body", "center", "time", "source"].contains(&k.as_str())) {
             let known = ["body", "center", "time", "source"];
-            return Err(format!("field `{}` is not known; {}", echo(unknown), or_one_of(unknown, &known)));
+            return Err(format!("field `{}` is not known; {}", echo(unknown), suggestion_or_list(unknown, &known)));
         }
         let text = |name: &str| match object.get(name) {
             Some(Value::String(s)) => Ok(s.clone()),
@@ -172,7 +172,7 @@ fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>
     Ok(())
 }
 
-fn as_json(a: &Answer) -> Value {
+fn as_json(a: &SourcedState) -> Value {
     json!({
         "pos_km": a.state.pos_km.to_array(),
         "vel_km_s": a.state.vel_km_s.to_array(),
@@ -181,7 +181,7 @@ fn as_json(a: &Answer) -> Value {
     })
 }
 
-fn as_text(a: &Answer) -> String {
+fn as_text(a: &SourcedState) -> String {
     let [x, y, z] = a.state.pos_km.to_array();
     let [vx, vy, vz] = a.state.vel_km_s.to_array();
     let source = json!(a.source);
@@ -197,7 +197,7 @@ fn as_text(a: &Answer) -> String {
 mod tests {
     use super::*;
 
-    fn ask(line: &str) -> Result<Answer, String> {
+    fn ask(line: &str) -> Result<SourcedState, String> {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
         Question::from_json(line, None, Asked::State)?.answer(&catalog, &ephemeris)

@@ -3,7 +3,7 @@ use super::output::say;
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
-use crate::render::plan::Fineness;
+use crate::render::plan::SamplingQuality;
 use crate::scene::request::Purpose;
 use crate::scene::{BodyInView, Scene};
 use crate::session::Session;
@@ -38,7 +38,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     request.quality = common.quality;
     request.purpose = Purpose::of_file(args.linear);
     if args.passes {
-        return super::output::put(&session.passes(&request, Fineness::of(common.quality))?);
+        return super::output::put(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
     let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
@@ -46,9 +46,9 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
         let value = json!({
             "time": scene.time.to_utc_iso(),
             "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
-            "eclipse_radii": session.catalog().eclipse_radii_in_words(),
+            "eclipse_radii": session.catalog().eclipse_radii_text(),
             "purpose": scene.purpose.to_string(),
-            "bodies": bodies.iter().map(|b| as_json(b, &estimated(session.catalog(), b))).collect::<Vec<_>>(),
+            "bodies": bodies.iter().map(|b| as_json(b, &estimate_notes(session.catalog(), b))).collect::<Vec<_>>(),
         });
         format!("{value:#}\n")
     } else {
@@ -59,20 +59,20 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
 
 /// The keys of its draws, the globe's first.
 fn keys(body: &BodyInView) -> Vec<String> {
-    body.needs.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
+    body.features.iter().map(|n| ShaderKey::for_draw(n).to_string()).collect()
 }
 
 /// What of the body's values rests on estimates.
-fn estimated(catalog: &Catalog, b: &BodyInView) -> Vec<String> {
-    catalog.body(b.id).map(Body::estimated).unwrap_or_default()
+fn estimate_notes(catalog: &Catalog, b: &BodyInView) -> Vec<String> {
+    catalog.body(b.id).map(Body::estimate_notes).unwrap_or_default()
 }
 
-fn as_json(b: &BodyInView, estimated: &[String]) -> Value {
+fn as_json(b: &BodyInView, estimate_notes: &[String]) -> Value {
     json!({
         "id": b.id, "name": b.name, "appearance": b.appearance, "key": keys(b).first(), "keys": keys(b),
         "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,
         "phase_angle_deg": b.phase_angle_deg, "magnitude": b.magnitude,
-        "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions, "estimates": estimated,
+        "sub_viewer": b.sub_viewer, "sub_solar": b.sub_solar, "features": b.decisions, "estimates": estimate_notes,
         "invented": b.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
     })
 }
@@ -85,7 +85,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
         scene.exposure.reason,
         scene.purpose
     );
-    text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_in_words()));
+    text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_text()));
     for b in bodies {
         let magnitude = b.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
         text.push_str(&format!(
@@ -100,11 +100,11 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
         for key in keys(b) {
             text.push_str(&format!("  key {key}\n"));
         }
-        for line in estimated(catalog, b) {
+        for line in estimate_notes(catalog, b) {
             text.push_str(&format!("  ~ {line}\n"));
         }
         for d in &b.decisions {
-            text.push_str(&format!("  {} {:13} {}\n", if d.on { '+' } else { '-' }, d.feature, d.said()));
+            text.push_str(&format!("  {} {:13} {}\n", if d.on { '+' } else { '-' }, d.feature, d.description()));
         }
     }
     text

@@ -4,8 +4,8 @@
 //! to be this request's own or free to be written.
 
 use super::CliError;
-use crate::session::{Earlier, Mark};
-use crate::wording::{echo, echo_of};
+use crate::session::{ExistingPicture, Provenance};
+use crate::wording::{echo, echo_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -74,20 +74,20 @@ pub fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 }
 
 /// What a file that is not this request's says of itself.
-fn refusal(path: &Path, earlier: &Earlier, mark: &Mark, clock: bool) -> Option<CliError> {
+fn refusal(path: &Path, earlier: &ExistingPicture, mark: &Provenance, clock: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let instead = "--overwrite replaces it";
     let line = match earlier {
-        Earlier::None | Earlier::Same => return None,
-        Earlier::Other(differ) => {
+        ExistingPicture::None | ExistingPicture::Same => return None,
+        ExistingPicture::Other(differ) => {
             // A run that takes its time from the clock can never be gone on with.
             let hint = if clock && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
             format!("{path} is of another request: {differ}; {instead}{hint}")
         }
-        Earlier::Damaged(why) => {
+        ExistingPicture::Damaged(why) => {
             format!("{path} is of this request ({}) but damaged: {why}; --overwrite replaces it", mark.short())
         }
-        Earlier::Unknown(why) => {
+        ExistingPicture::Unknown(why) => {
             format!("{path} exists, and its request is unknown ({why}); this one is {}; {instead}", mark.short())
         }
     };
@@ -99,7 +99,7 @@ fn refusal(path: &Path, earlier: &Earlier, mark: &Mark, clock: bool) -> Option<C
 /// # Errors
 /// A file of another request, unless it may be replaced.
 pub fn kept(
-    wanted: impl Iterator<Item = (u32, PathBuf, Mark)>,
+    wanted: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),
     overwrite: bool,
     clock: bool,
@@ -107,11 +107,11 @@ pub fn kept(
     let mut kept = BTreeSet::new();
     for (number, path, mark) in wanted {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
-            let shown = |path: &Path| echo_of(&path.display().to_string(), 100);
+            let shown = |path: &Path| echo_within(&path.display().to_string(), 100);
             return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
         }
-        let earlier = mark.earlier(&path, size);
-        if earlier == Earlier::Same {
+        let earlier = mark.existing(&path, size);
+        if earlier == ExistingPicture::Same {
             kept.insert(number);
         } else if let (false, Some(refused)) = (overwrite, refusal(&path, &earlier, &mark, clock)) {
             return Err(refused);

@@ -3,8 +3,8 @@
 use super::{CliError, Common};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
-use crate::scene::effects::possible_needs;
-use crate::session::{fragment_stamps, read_catalog, read_ephemeris, read_fragments};
+use crate::scene::effects::possible_features;
+use crate::session::{fragment_times, read_catalog, read_ephemeris, read_fragments};
 use crate::shader::Lowering;
 use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
@@ -18,7 +18,7 @@ pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
 /// The fragments of `--shaders` over those built in.
 pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
     let Some(folder) = &common.shaders else { return Ok(Fragments::default()) };
-    fragment_stamps(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(CliError::Failed)
+    fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(CliError::Failed)
 }
 
 /// The shipped ephemeris under the file of `--kernel`.
@@ -28,7 +28,7 @@ pub fn ephemeris(common: &Common, catalog: &Catalog) -> Result<Ephemeris, CliErr
 
 /// The keys that views of the catalog can need under any effects.
 pub fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
-    Ok(keys_of(possible_needs(&catalog(common)?)))
+    Ok(keys_of(possible_features(&catalog(common)?)))
 }
 
 /// How modules become tapes.

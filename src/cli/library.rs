@@ -41,7 +41,7 @@ pub fn cache_directory(common: &Common) -> Option<PathBuf> {
 pub fn open(common: &Common) -> Result<Library, CliError> {
     let library = open_library(common.cache.clone(), lowering(), std::sync::Arc::new(say));
     if common.shaders.is_some() {
-        library.make_of(super::inputs::fragments(common)?);
+        library.set_fragments(super::inputs::fragments(common)?);
     }
     Ok(library)
 }

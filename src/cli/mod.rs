@@ -5,8 +5,8 @@
 
 use crate::catalog::EclipseRadii;
 use crate::scene::request::Quality;
-use crate::session::{RendererWish, SessionError, Sources};
-use crate::wording::{echo_of, harmless};
+use crate::session::{RendererPreference, SessionError, Sources};
+use crate::wording::{echo_within, escape_controls};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
@@ -84,7 +84,7 @@ enum Verb {
 pub struct Common {
     /// Renderer: auto takes a hardware GPU if there is one, otherwise software
     #[arg(long, global = true, value_enum, default_value = "auto")]
-    pub renderer: RendererWish,
+    pub renderer: RendererPreference,
     /// Quality: draft takes 1 sample per pixel, standard 4, reference 4 in f64
     #[arg(long, global = true, value_enum, default_value = "standard")]
     pub quality: Quality,
@@ -185,14 +185,14 @@ fn print_parser(e: &clap::Error, words: &[OsString]) {
         given.extend(word.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
         given.push(word);
     }
-    given.retain(|word| echo_of(word, WORD_ECHO) != *word);
+    given.retain(|word| echo_within(word, WORD_ECHO) != *word);
     if given.is_empty() || !e.use_stderr() {
         let _ = e.print();
         return;
     }
     given.sort_by_key(|word| std::cmp::Reverse(word.len()));
-    let said = given.iter().fold(e.render().to_string(), |said, word| said.replace(word.as_str(), &echo_of(word, WORD_ECHO)));
-    output::write_error(&harmless(&said));
+    let said = given.iter().fold(e.render().to_string(), |said, word| said.replace(word.as_str(), &echo_within(word, WORD_ECHO)));
+    output::write_error(&escape_controls(&said));
 }
 
 /// Runs the program for the process's arguments.

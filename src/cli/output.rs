@@ -4,7 +4,7 @@
 //! [`CliError::OutputClosed`], messages are dropped. It formats nothing.
 
 use super::CliError;
-use crate::wording::harmless;
+use crate::wording::escape_controls;
 use std::io::{Error, ErrorKind, Write};
 
 /// Writes a result to standard output.
@@ -26,7 +26,7 @@ pub fn to_stdout(e: &Error) -> CliError {
 
 /// Writes a message for people to standard error: `orrery: …`.
 pub fn say(line: &str) {
-    write_error(&format!("orrery: {}\n", harmless(line)));
+    write_error(&format!("orrery: {}\n", escape_controls(line)));
 }
 
 /// Writes text to standard error as it is. Nobody reads a closed one, so a failure is no error.

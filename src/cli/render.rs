@@ -4,10 +4,10 @@ use super::output::{put, say, to_stdout, write_error};
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
-use crate::render::plan::Fineness;
+use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
-use crate::session::{DrawnBy, MARK_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
+use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant as Moment};
 
@@ -78,7 +78,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), purpose, ..request.clone() }
     };
     let numbers = || (first..args.frames).step_by(stride as usize);
-    let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.mark(&frame(n)))));
+    let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
     let clock = args.view.time.eq_ignore_ascii_case("now");
     let mut kept = kept(wanted, (request.width, request.height), args.overwrite, clock)?;
     if args.frames == 1 {
@@ -88,7 +88,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     if !kept.is_empty() {
         say(&format!("kept {} of {} frames of an earlier run", kept.len(), numbers().count()));
     }
-    let fineness = Fineness::of(common.quality);
+    let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
     let mut stream = std::io::stdout();
     let failed = |e: image::ImageError| CliError::Failed(e.to_string());
@@ -103,7 +103,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         let request = frame(number);
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
-        let drawn = session.draw(&request, fineness, keep_hdr)?;
+        let drawn = session.draw(&request, sampling, keep_hdr)?;
         first_frame.get_or_insert_with(|| begun.elapsed());
         drawn_frames += 1;
         drawn_by = Some(drawn.by.clone());
@@ -112,7 +112,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         match &path {
             Some(path) => {
                 let mut text = text_chunks(args, &request, &drawn.scene);
-                text.push((MARK_CHUNK, session.mark(&request).to_text()));
+                text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
                 write_picture(path, &drawn.frame, &text).map_err(CliError::Failed)?;
             }
             None => {

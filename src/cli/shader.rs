@@ -5,13 +5,13 @@ use super::output::{put, say, write_error};
 use super::{CliError, Common};
 use crate::render::software::{TapeCost, tape_costs};
 use crate::scene::request::ViewRequest;
-use crate::session::{Readers, Session, ms_per_megapixel, write_whole};
+use crate::session::{FileAccess, Session, ms_per_megapixel, write_whole};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module_with;
 use crate::shader::fragments::FRAGMENTS;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::{self, ShaderKey, covering};
-use crate::shader::record::{Record, Verified, changes_text, recorded_modules};
+use crate::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
 use crate::wording::echo;
@@ -115,7 +115,7 @@ fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, C
     let session = Session::open(&common.sources(), say)?;
     let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
     let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
-    Ok(key::keys_of(scene.draws.iter().map(|d| d.needs)).into_iter().collect())
+    Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
 }
 
 fn layout_text(module: &ShaderModule) -> String {
@@ -257,7 +257,7 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     for (path, text) in &new {
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
-        write_whole(path, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError::Failed)?;
+        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError::Failed)?;
     }
     let there = if same == 0 { String::new() } else { format!(", {same} unchanged") };
     put(&format!("{} fragments written to {}{there}; use this folder with --shaders\n", new.len(), shown(folder)))
@@ -275,9 +275,9 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
     put(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
     let old = match std::fs::read_to_string(path) {
-        Ok(text) if update => Record::parse(&text).unwrap_or_default(),
-        Ok(text) => Record::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
-        Err(_) if update => Record::default(),
+        Ok(text) if update => DigestRecord::parse(&text).unwrap_or_default(),
+        Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
+        Err(_) if update => DigestRecord::default(),
         Err(e) => {
             let advice = "run in the source tree, or give a file with --record and create it with --update";
             return Err(CliError::Failed(format!("{}: {e}; {advice}", path.display())));

@@ -6,7 +6,7 @@ use crate::catalog::EclipseRadii;
 use crate::ephemeris::Source;
 use crate::render::software::Precision;
 use crate::scene::request::Quality;
-use crate::session::RendererWish;
+use crate::session::RendererPreference;
 use crate::shader::translate::Language;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
@@ -24,7 +24,7 @@ macro_rules! values {
     };
 }
 
-values!(RendererWish: Auto "auto", Gpu "gpu", Software "software");
+values!(RendererPreference: Auto "auto", Gpu "gpu", Software "software");
 values!(Quality: Draft "draft", Standard "standard", Reference "reference");
 values!(EclipseRadii: Iau "iau", Almanac "almanac");
 values!(Source: Mean "mean", Series "series", Kernel "kernel");

@@ -57,7 +57,7 @@ pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
     use crate::cli::output::say;
-    use crate::ephemeris::order::by_distance;
+    use crate::ephemeris::body_order::by_distance;
     use crate::session::Session;
     use crate::time::Instant;
     use crate::view::app::initial_view::initial_view;

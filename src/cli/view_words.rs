@@ -4,12 +4,12 @@
 
 use super::CliError;
 use crate::catalog::{Catalog, NaifId};
-use crate::ephemeris::horizon::ground_point_km;
+use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
 use crate::time::Instant;
-use crate::wording::{echo, or_one_of};
+use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
 
 /// What to look at, from where, when and how.
@@ -88,7 +88,7 @@ fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
 }
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
-    PixelView::by_name(text).ok_or_else(|| wrong("--pixels", text, &or_one_of(text, &PixelView::ALL.map(PixelView::name))))
+    PixelView::by_name(text).ok_or_else(|| wrong("--pixels", text, &suggestion_or_list(text, &PixelView::ALL.map(PixelView::name))))
 }
 
 impl ViewWords {
@@ -131,7 +131,7 @@ impl ViewWords {
         if let Some(layers) = &self.layers {
             request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
         }
-        let tones = || wrong("--tone-map", &self.tone_map, &or_one_of(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
+        let tones = || wrong("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(tones)?;
         request.pixel_view = pixel_view(&self.pixels)?;
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError::Failed(e.to_string()))?;

@@ -118,7 +118,7 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
     let (sun_pos_km, _) = ephemeris.light_time_position(NaifId::SUN, body_pos_km, emitted)?;
     let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted)?;
     let soon = ephemeris.body_from_icrf(body.id, emitted.plus_seconds(60.0))?;
-    let east_is_positive = matches!(body.id, NaifId::SUN | NaifId::EARTH | NaifId::MOON) || turns_backward(&body_from_icrf, &soon);
+    let east_is_positive = matches!(body.id, NaifId::SUN | NaifId::EARTH | NaifId::MOON) || is_retrograde(&body_from_icrf, &soon);
     let point = |direction: DVec3| surface_point(body_from_icrf * direction, body.radii_km, east_is_positive);
 
     let to_observer = observer_pos_km - body_pos_km;
@@ -139,7 +139,7 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
 }
 
 /// Whether the body turns westward: a fixed direction then wanders east in the body's axes.
-fn turns_backward(now: &DMat3, soon: &DMat3) -> bool {
+fn is_retrograde(now: &DMat3, soon: &DMat3) -> bool {
     (*soon * now.row(0)).y > 0.0
 }
 
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn the_sense_of_rotation_is_seen() {
         let turned = |deg: f64| PoleAndMeridian { pole_ra_deg: 272.8, pole_dec_deg: 67.2, w_deg: deg }.body_from_icrf();
-        assert!(turns_backward(&turned(10.0), &turned(9.9)));
-        assert!(!turns_backward(&turned(10.0), &turned(10.1)));
+        assert!(is_retrograde(&turned(10.0), &turned(9.9)));
+        assert!(!is_retrograde(&turned(10.0), &turned(10.1)));
     }
 }

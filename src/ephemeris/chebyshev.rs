@@ -18,7 +18,7 @@ pub fn value_and_slope(c: &[f64], u: f64) -> (f64, f64) {
 }
 
 /// The coefficients by axis of the polynomial of `terms` terms that meets `at` (called with places in -1..=1) in as many nodes.
-pub fn through_nodes(terms: usize, at: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
+pub fn fit_nodes(terms: usize, at: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
     let angle = |k: usize, j: usize| PI * k as f64 * (j as f64 + 0.5) / terms as f64;
     let values: Vec<DVec3> = (0..terms).map(|j| at(angle(1, j).cos())).collect();
     std::array::from_fn(|axis| {
@@ -49,8 +49,8 @@ mod tests {
 
     #[test]
     fn a_polynomial_is_met_everywhere_and_a_curve_closely() {
-        let cubic = through_nodes(5, |u| DVec3::new(1.0 - 2.0 * u * u * u, u, 3.0));
-        let curve = through_nodes(12, |u| DVec3::new((2.0 * u).sin(), (2.0 * u).cos(), 0.0));
+        let cubic = fit_nodes(5, |u| DVec3::new(1.0 - 2.0 * u * u * u, u, 3.0));
+        let curve = fit_nodes(12, |u| DVec3::new((2.0 * u).sin(), (2.0 * u).cos(), 0.0));
         for i in -10..=10 {
             let u = f64::from(i) / 10.0;
             let (value, slope) = value_and_slope(&cubic[0], u);

@@ -5,19 +5,19 @@
 //! the answer names the least accurate source that it used and a bound of its error. No file is read here: bytes come in.
 
 pub mod apparent;
+pub mod body_order;
 pub mod chebyshev;
+mod chebyshev_cache;
+mod coverage;
+pub mod elp;
 pub mod frames;
-pub mod horizon;
-pub mod kepler;
-pub mod kernel;
-pub mod lunar;
-pub mod mean;
-pub mod order;
+pub mod mean_elements;
 pub mod orientation;
-mod pieces;
-mod reach;
 pub mod satellites;
 pub mod series;
+pub mod spk;
+pub mod topocentric;
+pub mod two_body;
 
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
@@ -58,7 +58,7 @@ impl State {
 /// A geometric state with the source that gave it and that source's error bound: infinite where a user's kernel took part, for an SPK
 /// does not say how good it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Answer {
+pub struct SourcedState {
     pub state: State,
     pub source: Source,
     pub error_km: f64,
@@ -76,7 +76,7 @@ pub struct EphemerisError(pub String);
 
 /// One step from a place to the place it is counted from.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct LinkState {
     state: State,
     source: Source,
     error_km: f64,
@@ -86,19 +86,19 @@ struct Step {
 #[derive(Clone, Copy)]
 enum Theory<'a> {
     Kernel {
-        segment: &'a kernel::Segment,
+        segment: &'a spk::Segment,
         error_km: f64,
     },
     Series,
     Mean,
     /// A planet's centre, by what its moons weigh.
-    Balance,
+    MassCentre,
     Orbit(&'a Motion),
 }
 
 /// A step that is not summed yet.
 #[derive(Clone, Copy)]
-struct Leg<'a> {
+struct ChainLink<'a> {
     place: NaifId,
     from: NaifId,
     theory: Theory<'a>,
@@ -118,30 +118,30 @@ const LONGEST_CHAIN: usize = 8;
 #[derive(Debug)]
 pub struct Ephemeris {
     /// The first that has a body goes before the others; the shipped one is the last.
-    kernels: Vec<kernel::Spk>,
+    kernels: Vec<spk::Spk>,
     series: series::Series,
     orbits: HashMap<NaifId, Orbit>,
     rotations: HashMap<NaifId, Rotation>,
     /// The moons that shift a planet's centre, each with its share of the system's mass.
-    pulls: HashMap<NaifId, Vec<Pull>>,
-    theories: satellites::Theories,
+    mass_shares: HashMap<NaifId, Vec<MassShare>>,
+    theories: satellites::MoonTheories,
     /// Of the catalog's bodies, for messages.
     names: HashMap<NaifId, String>,
     pck: orientation::Pck,
     /// Planets' centres that were asked for last: a frame asks for one at the same instant for each of the planet's moons.
-    lately: Mutex<VecDeque<(NaifId, Instant, Step)>>,
+    recent_centres: Mutex<VecDeque<(NaifId, Instant, LinkState)>>,
 }
 
 /// Centres that are remembered.
-const LATELY: usize = 16;
+const MAX_RECENT_CENTRES: usize = 16;
 
 impl Ephemeris {
     /// The shipped kernel, series and theories for the bodies of `catalog`.
     pub fn embedded(catalog: &Catalog) -> Result<Self, EphemerisError> {
-        let shipped = kernel::Spk::parse("orrery_1900_2100.bsp", orrery_catalogs::KERNEL)?;
+        let shipped = spk::Spk::parse("orrery_1900_2100.bsp", orrery_catalogs::KERNEL)?;
         let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
-        let pulls = pulls(catalog);
-        let theories = satellites::Theories::embedded()?;
+        let mass_shares = mass_shares(catalog);
+        let theories = satellites::MoonTheories::embedded()?;
         let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
         let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError(e.to_string()))?;
         Ok(Self {
@@ -149,22 +149,22 @@ impl Ephemeris {
             series: series::Series::embedded()?,
             orbits,
             rotations,
-            pulls,
+            mass_shares,
             theories,
             names: catalog.bodies().iter().map(|b| (b.id, b.name.clone())).collect(),
             pck,
-            lately: Mutex::default(),
+            recent_centres: Mutex::default(),
         })
     }
 
     /// Puts the user's SPK (bytes of the file) before the shipped kernel.
     pub fn with_kernel(mut self, name: &str, bytes: Vec<u8>) -> Result<Self, EphemerisError> {
-        self.kernels.insert(0, kernel::Spk::parse(name, &bytes)?);
+        self.kernels.insert(0, spk::Spk::parse(name, &bytes)?);
         Ok(self)
     }
 
     /// Geometric state of `body` relative to `center`, ICRF. `source: None` takes the best that covers `t`.
-    pub fn state(&self, body: NaifId, center: NaifId, t: Instant, source: Option<Source>) -> Result<Answer, EphemerisError> {
+    pub fn state(&self, body: NaifId, center: NaifId, t: Instant, source: Option<Source>) -> Result<SourcedState, EphemerisError> {
         if !t.tdb_seconds_past_j2000().is_finite() {
             return Err(EphemerisError("the time is not a number".into()));
         }
@@ -175,9 +175,9 @@ impl Ephemeris {
             let stuck = if up.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &down } else { &up };
             return Err(self.no_theory(stuck.end(), t, source));
         };
-        let mut answer = Answer { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
-        for (leg, back) in up.legs(up_len).map(|leg| (leg, false)).chain(down.legs(down_len).map(|leg| (leg, true))) {
-            let step = self.step(leg, t).ok_or_else(|| self.no_theory(leg.place, t, source))?;
+        let mut answer = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
+        for (link, back) in up.links(up_len).map(|link| (link, false)).chain(down.links(down_len).map(|link| (link, true))) {
+            let step = self.step(link, t).ok_or_else(|| self.no_theory(link.place, t, source))?;
             answer.state = if back { answer.state.minus(step.state) } else { answer.state.plus(step.state) };
             answer.source = answer.source.min(step.source);
             answer.error_km += step.error_km;
@@ -231,67 +231,67 @@ impl Ephemeris {
 
     /// The legs from `place` towards the solar system barycentre, as far as the theories lead.
     fn chain(&self, place: NaifId, t: Instant, source: Option<Source>) -> Chain<'_> {
-        let mut chain = Chain { first: place, legs: [None; LONGEST_CHAIN] };
+        let mut chain = Chain { first: place, links: [None; LONGEST_CHAIN] };
         let mut at = place;
-        for slot in &mut chain.legs {
+        for slot in &mut chain.links {
             if at == NaifId::SOLAR_SYSTEM_BARYCENTER {
                 break;
             }
-            let Some(leg) = self.leg(at, t, source) else { break };
-            at = leg.from;
-            *slot = Some(leg);
+            let Some(link) = self.link(at, t, source) else { break };
+            at = link.from;
+            *slot = Some(link);
         }
         chain
     }
 
     /// The best theory that has `place` at `t`, and what it counts from.
-    fn leg(&self, place: NaifId, t: Instant, source: Option<Source>) -> Option<Leg<'_>> {
+    fn link(&self, place: NaifId, t: Instant, source: Option<Source>) -> Option<ChainLink<'_>> {
         let tdb_s = t.tdb_seconds_past_j2000();
-        let leg = |from: i32, theory| Some(Leg { place, from: NaifId(from), theory });
+        let link = |from: i32, theory| Some(ChainLink { place, from: NaifId(from), theory });
         if source.is_none_or(|s| s == Source::Kernel)
             && let Some((at, segment)) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.segment(place.0, tdb_s)?)))
         {
             let shipped = at + 1 == self.kernels.len();
             let error_km = if shipped { kernel_error_km(place) } else { f64::INFINITY };
-            return leg(segment.center, Theory::Kernel { segment, error_km });
+            return link(segment.center, Theory::Kernel { segment, error_km });
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
-            && let Some(from) = self.series.counts_from(place.0, tdb_s)
+            && let Some(from) = self.series.relative_to(place.0, tdb_s)
         {
-            return leg(from, Theory::Series);
+            return link(from, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_YEARS)
-            && let Some(from) = mean::counts_from(place.0)
+            && let Some(from) = mean_elements::relative_to(place.0)
         {
-            return leg(from, Theory::Mean);
+            return link(from, Theory::Mean);
         }
-        if is_balanced(place) {
-            return leg(place.0 / 100, Theory::Balance);
+        if has_massive_moons(place) {
+            return link(place.0 / 100, Theory::MassCentre);
         }
         match self.orbits.get(&place)? {
             Orbit { motion: Motion::Planetary, .. } => None,
-            Orbit { parent, motion } => leg(parent.0, Theory::Orbit(motion)),
+            Orbit { parent, motion } => link(parent.0, Theory::Orbit(motion)),
         }
     }
 
-    fn step(&self, leg: &Leg, t: Instant) -> Option<Step> {
-        let (place, tdb_s) = (leg.place, t.tdb_seconds_past_j2000());
-        let (state, source, error_km) = match leg.theory {
+    fn step(&self, link: &ChainLink, t: Instant) -> Option<LinkState> {
+        let (place, tdb_s) = (link.place, t.tdb_seconds_past_j2000());
+        let (state, source, error_km) = match link.theory {
             Theory::Kernel { segment, error_km } => (segment.state(tdb_s), Source::Kernel, error_km),
             Theory::Series => (self.series.state(place.0, tdb_s)?, Source::Series, series::error_km(place.0, tdb_s)),
-            Theory::Mean => (self.mean_state(place.0, tdb_s)?, Source::Mean, mean::error_km(place.0, tdb_s)),
-            Theory::Balance => return self.centre_from_barycentre(place, t),
+            Theory::Mean => (self.mean_state(place.0, tdb_s)?, Source::Mean, mean_elements::error_km(place.0, tdb_s)),
+            Theory::MassCentre => return self.centre_from_barycentre(place, t),
             Theory::Orbit(motion) => return self.orbit_step(place, motion, t),
         };
-        Some(Step { state, source, error_km })
+        Some(LinkState { state, source, error_km })
     }
 
     fn mean_state(&self, place: i32, tdb_s: f64) -> Option<State> {
         match place {
-            1..=9 => mean::planet(place, tdb_s),
-            10 => Some(mean::sun(tdb_s)),
+            1..=9 => mean_elements::planet(place, tdb_s),
+            10 => Some(mean_elements::sun(tdb_s)),
             301 => Some(self.series.mean_moon(tdb_s)),
             399 => Some(series::earth_from_moon(self.series.mean_moon(tdb_s))),
             _ => Some(State::REST),
@@ -299,7 +299,7 @@ impl Ephemeris {
     }
 
     /// A body about its parent, by its theory. The theories of moons and asteroids serve every `source`: none here places them better.
-    fn orbit_step(&self, place: NaifId, motion: &Motion, t: Instant) -> Option<Step> {
+    fn orbit_step(&self, place: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
         if !in_years(t, ORBIT_YEARS) {
             return None;
         }
@@ -307,30 +307,30 @@ impl Ephemeris {
             Motion::Planetary => return None,
             Motion::GalileanL12 { index } => (self.theories.galilean.state(*index, t)?, Source::Series, galilean::error_km(*index, t)),
             Motion::Tass17 { index } => (self.theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index, t)),
-            Motion::MeanElements(elements) => (kepler::state(elements, t), Source::Mean, drift::error_km(place, elements, t)),
+            Motion::MeanElements(elements) => (two_body::state(elements, t), Source::Mean, drift::error_km(place, elements, t)),
         };
-        Some(Step { state, source, error_km })
+        Some(LinkState { state, source, error_km })
     }
 
     /// The centre of a planet counts from its system's barycentre by what its moons weigh: -Σ m r / Σ m. The moons' own states are
     /// counted from the planet, so this asks for no place of the planet.
-    fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<Step> {
-        let mut lately = self.lately.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((.., known)) = lately.iter().find(|(of, at, _)| *of == planet && *at == t) {
+    fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<LinkState> {
+        let mut recent_centres = self.recent_centres.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((.., known)) = recent_centres.iter().find(|(of, at, _)| *of == planet && *at == t) {
             return Some(*known);
         }
-        let mut step = Step { state: State::REST, source: Source::Kernel, error_km: UNWEIGHED_MOONS_KM };
-        for pull in self.pulls.get(&planet).map_or(&[][..], Vec::as_slice) {
-            let moon = self.orbit_step(pull.moon, &self.orbits.get(&pull.moon)?.motion, t)?;
-            step.state.pos_km -= moon.state.pos_km * pull.mass_share;
-            step.state.vel_km_s -= moon.state.vel_km_s * pull.mass_share;
+        let mut step = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
+        for share in self.mass_shares.get(&planet).map_or(&[][..], Vec::as_slice) {
+            let moon = self.orbit_step(share.moon, &self.orbits.get(&share.moon)?.motion, t)?;
+            step.state.pos_km -= moon.state.pos_km * share.mass_share;
+            step.state.vel_km_s -= moon.state.vel_km_s * share.mass_share;
             step.source = step.source.min(moon.source);
-            step.error_km += moon.error_km * pull.mass_share;
+            step.error_km += moon.error_km * share.mass_share;
         }
-        if lately.len() >= LATELY {
-            lately.pop_front();
+        if recent_centres.len() >= MAX_RECENT_CENTRES {
+            recent_centres.pop_front();
         }
-        lately.push_back((planet, t, step));
+        recent_centres.push_back((planet, t, step));
         Some(step)
     }
 }
@@ -343,7 +343,7 @@ const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
 /// Planets whose centre is placed by what their moons weigh.
-fn is_balanced(place: NaifId) -> bool {
+fn has_massive_moons(place: NaifId) -> bool {
     matches!(place.0, 499 | 599 | 699 | 799 | 899 | 999)
 }
 
@@ -353,48 +353,48 @@ fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
 
 /// A moon and its share of its system's mass.
 #[derive(Clone, Copy, Debug)]
-struct Pull {
+struct MassShare {
     moon: NaifId,
     mass_share: f64,
 }
 
 /// A moon that has less of its system's mass than this does not count: the largest left out, Mimas and Hyperion, shift Saturn by
 /// 12 and 15 metres; Phobos shifts Mars by 0.2 metres.
-const LEAST_MASS_SHARE: f64 = 1e-7;
+const MIN_MASS_SHARE: f64 = 1e-7;
 /// What the moons left out may add up to, km.
-const UNWEIGHED_MOONS_KM: f64 = 0.05;
+const OMITTED_MOONS_KM: f64 = 0.05;
 
-fn pulls(catalog: &Catalog) -> HashMap<NaifId, Vec<Pull>> {
-    let mut pulls = HashMap::new();
+fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
+    let mut mass_shares = HashMap::new();
     for planet in catalog.bodies() {
         let Some(planet_gm) = planet.gm_km3_s2 else { continue };
         let moons = || catalog.bodies().iter().filter(|b| b.parent == Some(planet.id)).filter_map(|b| Some((b.id, b.gm_km3_s2?)));
         let system_gm = planet_gm + moons().map(|(_, gm)| gm).sum::<f64>();
-        let counted = moons().map(|(moon, gm)| Pull { moon, mass_share: gm / system_gm }).filter(|p| p.mass_share > LEAST_MASS_SHARE);
-        pulls.insert(planet.id, counted.collect());
+        let counted = moons().map(|(moon, gm)| MassShare { moon, mass_share: gm / system_gm }).filter(|p| p.mass_share > MIN_MASS_SHARE);
+        mass_shares.insert(planet.id, counted.collect());
     }
-    pulls
+    mass_shares
 }
 
 /// A walk from a place, without an allocation; empty slots come last.
 struct Chain<'a> {
     first: NaifId,
-    legs: [Option<Leg<'a>>; LONGEST_CHAIN],
+    links: [Option<ChainLink<'a>>; LONGEST_CHAIN],
 }
 
 impl<'a> Chain<'a> {
     /// The first `len` legs.
-    fn legs(&self, len: usize) -> impl Iterator<Item = &Leg<'a>> {
-        self.legs[..len].iter().flatten()
+    fn links(&self, len: usize) -> impl Iterator<Item = &ChainLink<'a>> {
+        self.links[..len].iter().flatten()
     }
 
     /// Each place with the number of legs that lead to it.
     fn places(&self) -> impl Iterator<Item = (usize, NaifId)> {
-        std::iter::once(self.first).chain(self.legs(LONGEST_CHAIN).map(|leg| leg.from)).enumerate()
+        std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.from)).enumerate()
     }
 
     fn end(&self) -> NaifId {
-        self.legs(LONGEST_CHAIN).last().map_or(self.first, |leg| leg.from)
+        self.links(LONGEST_CHAIN).last().map_or(self.first, |link| link.from)
     }
 }
 

@@ -1,12 +1,12 @@
 //! The planets by VSOP87 (crate vsop87, full theory), the Sun's place from VSOP87E, and Pluto by a refit of DE440 for 1551-2646.
 //!
 //! A place and an instant come in; a state relative to the place that the theory counts from goes out, ICRF. The planets' series have thousands of terms:
-//! they are summed at the nodes of polynomials (src/ephemeris/pieces.rs), which follow them to 4e-3 km, as
+//! they are summed at the nodes of polynomials (src/ephemeris/chebyshev_cache.rs), which follow them to 4e-3 km, as
 //! far as a Julian date in a double tells one instant from the next, and 2e-6 km/s (tests/ephemeris/positions.rs).
 //! Errors against DE440 are in [`error_km`].
 
-use super::pieces::Pieces;
-use super::{EphemerisError, State, frames, kernel::Spk, lunar::LunarSeries};
+use super::chebyshev_cache::ChebyshevCache;
+use super::{EphemerisError, State, elp::LunarSeries, frames, spk::Spk};
 use crate::units::{JD_J2000, KM_PER_AU, SECONDS_PER_DAY};
 use glam::DVec3;
 use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
@@ -15,14 +15,14 @@ use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 
 /// Days that one polynomial covers: Mercury's year is the shortest, and has the largest overtones.
-const MERCURY_STRETCH_DAYS: f64 = 16.0;
-const STRETCH_DAYS: f64 = 32.0;
+const MERCURY_SEGMENT_DAYS: f64 = 16.0;
+const SEGMENT_DAYS: f64 = 32.0;
 
 #[derive(Debug)]
 pub struct Series {
     moon: LunarSeries,
     pluto: Spk,
-    pieces: Pieces,
+    segments: ChebyshevCache,
 }
 
 impl Series {
@@ -30,15 +30,15 @@ impl Series {
         Ok(Self {
             moon: LunarSeries::embedded()?,
             pluto: Spk::parse("pluto_1551_2646.bsp", orrery_catalogs::PLUTO_KERNEL)?,
-            pieces: Pieces::default(),
+            segments: ChebyshevCache::default(),
         })
     }
 
     /// NAIF code of the place that the series of `place` counts from; `None` where no series has it.
-    pub fn counts_from(&self, place: i32, tdb_s: f64) -> Option<i32> {
+    pub fn relative_to(&self, place: i32, tdb_s: f64) -> Option<i32> {
         match place {
             9 => self.pluto.segment(9, tdb_s).map(|segment| segment.center),
-            _ => super::mean::counts_from(place),
+            _ => super::mean_elements::relative_to(place),
         }
     }
 
@@ -46,7 +46,7 @@ impl Series {
     pub fn reach(&self, place: i32) -> Option<(f64, f64)> {
         match place {
             9 => self.pluto.reach(9),
-            _ => super::mean::counts_from(place).map(|_| (f64::NEG_INFINITY, f64::INFINITY)),
+            _ => super::mean_elements::relative_to(place).map(|_| (f64::NEG_INFINITY, f64::INFINITY)),
         }
     }
 
@@ -59,15 +59,15 @@ impl Series {
             199 | 299 => Some(State::REST),
             _ => {
                 let theory = planetary(place)?;
-                let days = if place == 1 { MERCURY_STRETCH_DAYS } else { STRETCH_DAYS };
-                Some(self.pieces.state(place, days, tdb_s, |tdb_s| position_km(theory, tdb_s)))
+                let days = if place == 1 { MERCURY_SEGMENT_DAYS } else { SEGMENT_DAYS };
+                Some(self.segments.state(place, days, tdb_s, |tdb_s| theory_position_km(theory, tdb_s)))
             }
         }
     }
 
     /// The position of a planet or of the Sun by its series itself, km; `None`: they have no other place.
-    pub fn summed_km(place: i32, tdb_s: f64) -> Option<DVec3> {
-        planetary(place).map(|theory| position_km(theory, tdb_s))
+    pub fn evaluate_km(place: i32, tdb_s: f64) -> Option<DVec3> {
+        planetary(place).map(|theory| theory_position_km(theory, tdb_s))
     }
 
     /// The Moon by its largest terms alone: its mean motion with the equation of the centre, evection, variation and their like.
@@ -100,7 +100,7 @@ fn planetary(place: i32) -> Option<Theory> {
     })
 }
 
-fn position_km(theory: Theory, tdb_s: f64) -> DVec3 {
+fn theory_position_km(theory: Theory, tdb_s: f64) -> DVec3 {
     let p = theory(tdb_s / SECONDS_PER_DAY + JD_J2000);
     frames::icrf_from_ecliptic() * (DVec3::new(p.x, p.y, p.z) * KM_PER_AU)
 }

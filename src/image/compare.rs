@@ -22,13 +22,13 @@ pub struct Difference {
 
 /// 8-bit RGBA rows, top first.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
+pub struct DisplayImage {
     pub width: u32,
     pub height: u32,
     pub rgba: Vec<[u8; 4]>,
 }
 
-impl Picture {
+impl DisplayImage {
     /// Reads an encoded PNG or JPEG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8]) -> Result<Self, ImageError> {
         let unreadable = |e: image::ImageError| ImageError::Unreadable { name: name.to_owned(), reason: e.to_string() };
@@ -105,9 +105,9 @@ fn level_that_holds(of_level: &[u64; 256], wanted: u64) -> u8 {
 mod tests {
     use super::*;
 
-    fn picture(width: u32, height: u32, value: impl Fn(usize) -> u8) -> Picture {
+    fn picture(width: u32, height: u32, value: impl Fn(usize) -> u8) -> DisplayImage {
         let rgba = (0..(width * height) as usize).map(|i| [value(i), value(i), value(i), 255]).collect();
-        Picture { width, height, rgba }
+        DisplayImage { width, height, rgba }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
 
-use super::{ImageError, Poles, SharedTexture, TexelFormat, Texture};
+use super::{ImageError, PoleFilter, SharedTexture, TexelFormat, Texture};
 use orrery_textures::MAPS;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -17,16 +17,16 @@ pub enum MapOrigin {
 
 /// How a map's file is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Reading {
+pub struct MapDecoding {
     pub format: TexelFormat,
-    pub poles: Poles,
+    pub poles: PoleFilter,
 }
 
 /// All maps by file name.
 #[derive(Debug, Default)]
 pub struct MapStore {
     folder: Option<PathBuf>,
-    decoded: Mutex<HashMap<(String, Reading), SharedTexture>>,
+    decoded: Mutex<HashMap<(String, MapDecoding), SharedTexture>>,
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
 }
 
@@ -51,11 +51,11 @@ impl MapStore {
 
     /// The texels of the file. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and water maps [`TexelFormat::Rgba8Unorm`].
     pub fn get(&self, name: &str, format: TexelFormat) -> Result<SharedTexture, ImageError> {
-        self.get_as(name, Reading { format, poles: Poles::None })
+        self.get_decoded(name, MapDecoding { format, poles: PoleFilter::None })
     }
 
     /// The map with its mip chain, as it is drawn.
-    pub fn get_as(&self, name: &str, reading: Reading) -> Result<SharedTexture, ImageError> {
+    pub fn get_decoded(&self, name: &str, reading: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), reading);
         if let Some(found) = self.decoded.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
             return Ok(found.clone());
@@ -69,29 +69,29 @@ impl MapStore {
         if let Some(found) = self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).get(name) {
             return Ok(found.clone());
         }
-        let texture = Arc::new(self.read(name, Reading { format: TexelFormat::Rgba8Srgb, poles: Poles::None })?.premultiplied());
+        let texture = Arc::new(self.read(name, MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None })?.premultiplied());
         Ok(self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).entry(name.to_owned()).or_insert(texture).clone())
     }
 
     /// Decodes by all threads what is not in memory yet. A map that cannot be read is found by whoever gets it.
-    pub fn bring(&self, wanted: &[(&str, Reading)]) {
-        let away: Vec<&(&str, Reading)> = {
+    pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
+        let away: Vec<&(&str, MapDecoding)> = {
             let decoded = self.decoded.lock().unwrap_or_else(PoisonError::into_inner);
             wanted.iter().filter(|(name, reading)| !decoded.contains_key(&((*name).to_owned(), *reading))).collect()
         };
-        away.into_par_iter().for_each(|(name, reading)| drop(self.get_as(name, *reading)));
+        away.into_par_iter().for_each(|(name, reading)| drop(self.get_decoded(name, *reading)));
     }
 
-    fn read(&self, name: &str, Reading { format, poles }: Reading) -> Result<Texture, ImageError> {
+    fn read(&self, name: &str, MapDecoding { format, poles }: MapDecoding) -> Result<Texture, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let shown = path.display().to_string();
                 let bytes = std::fs::read(&path).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
-                Texture::decode_around_poles(&shown, &bytes, format, poles)
+                Texture::decode_filtered(&shown, &bytes, format, poles)
             }
             MapOrigin::Embedded => {
                 let bytes = MAPS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
-                Texture::decode_around_poles(name, bytes, format, poles)
+                Texture::decode_filtered(name, bytes, format, poles)
             }
             MapOrigin::Missing => {
                 let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));

@@ -5,7 +5,7 @@
 //! from level to level and rounded once, on encoding: no level's error reaches the next. Rows near the poles are first made even ([`super::poles`]). The left and right edges are cell borders, so no mean crosses the seam.
 
 use super::poles::Circles;
-use super::{Level, Poles, TexelFormat};
+use super::{Level, PoleFilter, TexelFormat};
 use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -70,7 +70,7 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 }
 
 /// Averages the rows of the finest level that lie near a pole.
-fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: Poles) {
+fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter) {
     let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
     let circles = Circles::of(poles, width, height, false);
     rgba.par_chunks_exact_mut(width * 4).enumerate().filter(|(y, _)| circles.changes(*y)).for_each(|(y, bytes)| {
@@ -85,13 +85,13 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelForm
 }
 
 /// The rows of a coarser level, in floats.
-fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: Poles) {
+fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter) {
     let circles = Circles::of(poles, width, height, true);
     linear.par_chunks_mut(width).enumerate().for_each(|(y, row)| circles.smooth(y, row));
 }
 
 /// All levels of an 8-bit image.
-pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFormat, poles: Poles) -> Vec<Level> {
+pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter) -> Vec<Level> {
     let srgb = format == TexelFormat::Rgba8Srgb;
     let (colour, alpha) = (decode_table(format), &*UNORM);
     let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
@@ -142,10 +142,10 @@ mod tests {
     #[test]
     fn a_checkerboard_averages_in_linear_light() {
         let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
-        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb, Poles::None);
+        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb, PoleFilter::None);
         // IEC 61966-2-1: linear one half is 187.5 of 255; the mean of the encoded bytes would be 127.
         assert_eq!(levels[1].bytes, [188, 188, 188, 255]);
-        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm, Poles::None)[1].bytes, [128, 128, 128, 255]);
+        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm, PoleFilter::None)[1].bytes, [128, 128, 128, 255]);
     }
 
     #[test]
@@ -163,7 +163,7 @@ mod tests {
     fn odd_sides_keep_the_mean() {
         let (w, h) = (7_u32, 5_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 256) as u8, 40, 255]).collect();
-        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm, Poles::None);
+        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm, PoleFilter::None);
         assert_eq!(levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>(), [(7, 5), (3, 2), (1, 1)]);
         for c in 0..4 {
             let mean = rgba.iter().skip(c).step_by(4).map(|&b| f64::from(b)).sum::<f64>() / f64::from(w * h);

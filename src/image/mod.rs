@@ -6,18 +6,18 @@
 use std::sync::Arc;
 
 mod compare;
-mod letters;
+mod glyph_atlas;
 mod maps;
 mod mips;
 mod poles;
 mod sealed;
-pub use poles::Poles;
+pub use poles::PoleFilter;
 mod write;
 
-pub use compare::{Difference, Picture};
-pub use letters::{Cell, Letters};
-pub use maps::{MapOrigin, MapStore, Reading};
-pub use sealed::{HEAD_LEN, exr_head_text, png_head_text, whole_exr, whole_png};
+pub use compare::{Difference, DisplayImage};
+pub use glyph_atlas::{Glyph, GlyphAtlas};
+pub use maps::{MapDecoding, MapOrigin, MapStore};
+pub use sealed::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,10 +67,10 @@ pub enum ImageError {
 impl Texture {
     /// A texture with its full mip chain from 8-bit RGBA rows, top first. `format` is one of the two 8-bit formats.
     pub fn from_rgba8(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Result<Self, ImageError> {
-        Self::around_poles(width, height, rgba, format, Poles::None)
+        Self::around_poles(width, height, rgba, format, PoleFilter::None)
     }
 
-    fn around_poles(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat, poles: Poles) -> Result<Self, ImageError> {
+    fn around_poles(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter) -> Result<Self, ImageError> {
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
             return Err(ImageError::Size { width, height, given: rgba.len() });
@@ -80,11 +80,11 @@ impl Texture {
 
     /// A texture from an encoded JPEG or PNG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
-        Self::decode_around_poles(name, encoded, format, Poles::None)
+        Self::decode_filtered(name, encoded, format, PoleFilter::None)
     }
 
     /// The same of a map of a whole sphere, its rows near the poles made as coarse in longitude as they are in latitude.
-    pub fn decode_around_poles(name: &str, encoded: &[u8], format: TexelFormat, poles: Poles) -> Result<Self, ImageError> {
+    pub fn decode_filtered(name: &str, encoded: &[u8], format: TexelFormat, poles: PoleFilter) -> Result<Self, ImageError> {
         let unreadable = |e: image::ImageError| ImageError::Unreadable { name: name.to_owned(), reason: e.to_string() };
         let rgba = image::load_from_memory(encoded).map_err(unreadable)?.into_rgba8();
         let (width, height) = rgba.dimensions();
@@ -100,7 +100,7 @@ impl Texture {
         };
         let mut bytes = first.bytes;
         mips::premultiply(&mut bytes, self.format);
-        Self { format: self.format, levels: mips::chain(first.width, first.height, bytes, self.format, Poles::None) }
+        Self { format: self.format, levels: mips::chain(first.width, first.height, bytes, self.format, PoleFilter::None) }
     }
 
     /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.

@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 
 /// What the rows near the poles of a map hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Poles {
+pub enum PoleFilter {
     /// No poles: the image is not equirectangular over the whole sphere.
     #[default]
     None,
@@ -45,7 +45,7 @@ fn latitude(row: usize, height: usize) -> f64 {
 
 /// How the rows of one level are averaged.
 pub(super) struct Circles {
-    poles: Poles,
+    poles: PoleFilter,
     height: usize,
     /// The level was made from one that has been through this.
     below_another: bool,
@@ -54,14 +54,14 @@ pub(super) struct Circles {
 }
 
 impl Circles {
-    pub fn of(poles: Poles, width: usize, height: usize, below_another: bool) -> Self {
+    pub fn of(poles: PoleFilter, width: usize, height: usize, below_another: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
         let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
-        Self { poles, height, below_another, columns: if poles == Poles::Slopes { columns.collect() } else { Vec::new() } }
+        Self { poles, height, below_another, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
     }
 
     fn sigma(&self, row: usize) -> f64 {
-        if self.poles == Poles::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.below_another) }
+        if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.below_another) }
     }
 
     /// Whether a row changes at all.
@@ -145,7 +145,7 @@ mod tests {
         (0..HEIGHT).map(|y| (0..WIDTH).map(|x| of(x, y)).collect()).collect()
     }
 
-    fn smoothed(mut rows: Vec<Vec<[f32; 4]>>, poles: Poles) -> Vec<Vec<[f32; 4]>> {
+    fn smoothed(mut rows: Vec<Vec<[f32; 4]>>, poles: PoleFilter) -> Vec<Vec<[f32; 4]>> {
         let circles = Circles::of(poles, WIDTH, HEIGHT, false);
         rows.iter_mut().enumerate().for_each(|(y, row)| circles.smooth(y, row));
         rows
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn grain_has_no_direction_at_the_poles_and_rows_keep_their_means() {
         let before = level(grain);
-        let after = smoothed(before.clone(), Poles::Values);
+        let after = smoothed(before.clone(), PoleFilter::Values);
         for y in 0..HEIGHT {
             let mean = |rows: &[Vec<[f32; 4]>]| rows[y].iter().map(|t| f64::from(t[0])).sum::<f64>() / WIDTH as f64;
             assert!((mean(&before) - mean(&after)).abs() < 1e-5, "row {y}");
@@ -195,7 +195,7 @@ mod tests {
                 1.0,
             ]
         };
-        let (before, after) = (level(place), smoothed(level(place), Poles::Values));
+        let (before, after) = (level(place), smoothed(level(place), PoleFilter::Values));
         let most = |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
         // Beside the pole a row is as short as a texel: what is lost is half of what the slope, 0.33, makes over half a texel, 0.05 rad.
         assert!(most(0) < 0.006, "{}", most(0));
@@ -214,14 +214,14 @@ mod tests {
         };
         // A cone about the pole.
         let cone = level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]);
-        let cone = smoothed(cone, Poles::Slopes);
+        let cone = smoothed(cone, PoleFilter::Slopes);
         for (y, north) in [(0, -1.0), (HEIGHT - 1, 1.0)] {
-            let slope = smoothed(level(lean(north)), Poles::Slopes);
+            let slope = smoothed(level(lean(north)), PoleFilter::Slopes);
             let off = slope[y].iter().enumerate().map(|(x, t)| (t[1] - lean(north)(x, y)[1]).abs()).fold(0.0, f32::max);
             assert!(off < 1e-5, "row {y}: {off}");
             let left = cone[y].iter().map(|t| (t[1] - NO_SLOPE).abs()).fold(0.0, f32::max);
             assert!(left < 0.17, "row {y}: the cone's tip leans by {left} of 0.3");
-            let values = smoothed(level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]), Poles::Values);
+            let values = smoothed(level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]), PoleFilter::Values);
             assert!(values[y].iter().all(|t| (t[1] - NO_SLOPE) > 0.29), "as numbers the cone would stay");
         }
     }
@@ -237,7 +237,7 @@ mod tests {
             assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
         }
         for (w, h) in [(1, 1), (2, 1), (1, 2), (3, 2), (4, 3)] {
-            let circles = Circles::of(Poles::Slopes, w, h, true);
+            let circles = Circles::of(PoleFilter::Slopes, w, h, true);
             for y in 0..h {
                 let mut row = vec![[0.25; 4]; w];
                 circles.smooth(y, &mut row);

@@ -32,7 +32,7 @@ fn png_decoder(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
 }
 
 /// Whether these are the bytes of a whole PNG of that size.
-pub fn whole_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), ImageError> {
+pub fn is_whole_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), ImageError> {
     let mut reader = png_decoder(bytes).read_info().map_err(damaged)?;
     let (w, h) = reader.info().size();
     if (w, h) != (width, height) {
@@ -80,7 +80,7 @@ pub fn exr_head_text(head: &[u8]) -> Option<String> {
 }
 
 /// Whether these are the bytes of a whole EXR, as they were sealed.
-pub fn whole_exr(bytes: &[u8]) -> Result<(), ImageError> {
+pub fn is_whole_exr(bytes: &[u8]) -> Result<(), ImageError> {
     match seal_of(bytes) {
         Some((at, _)) if digest_without(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
@@ -112,8 +112,8 @@ mod tests {
     #[test]
     fn no_byte_may_change_or_be_missing() {
         type Read = fn(&[u8]) -> Option<String>;
-        let png_read: Read = |b| png_head_text(b, "Request").filter(|_| whole_png(b, SIZE).is_ok());
-        let exr_read: Read = |b| exr_head_text(b).filter(|_| whole_exr(b).is_ok());
+        let png_read: Read = |b| png_head_text(b, "Request").filter(|_| is_whole_png(b, SIZE).is_ok());
+        let exr_read: Read = |b| exr_head_text(b).filter(|_| is_whole_exr(b).is_ok());
         for (kind, bytes, read) in [("png", png(), png_read), ("exr", exr(), exr_read)] {
             assert_eq!(read(&bytes).as_deref(), Some("mine"), "{kind}");
             let counts = |b: &[u8]| read(b).as_deref() == Some("mine");
@@ -126,6 +126,6 @@ mod tests {
                 }
             }
         }
-        assert!(whole_png(&png(), (5, 4)).is_err() && png_head_text(&png(), "Other").is_none());
+        assert!(is_whole_png(&png(), (5, 4)).is_err() && png_head_text(&png(), "Other").is_none());
     }
 }

@@ -4,8 +4,8 @@
 //! is the unit sphere, and the same places in f64 for [`horizon`], which says at each vertex how high the Sun stands over the shape's own horizon.
 //! Always holds: every index is in range, every normal has length 1, every number is finite. It knows no camera, no body but by its figure, no files.
 
-pub mod horizon;
 mod model;
 pub mod obj;
+pub mod self_shadow;
 
-pub use model::{Figure, Model};
+pub use model::{Model, ShapeFrame};

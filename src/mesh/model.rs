@@ -1,12 +1,12 @@
 //! From a file's faces to one vertex for each triple of place, direction and map place.
 //!
-//! In: an [`Obj`] and the body's [`Figure`]. Out: a [`Model`]. What the file leaves out is computed: a normal as the mean of the faces around
+//! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Model`]. What the file leaves out is computed: a normal as the mean of the faces around
 //! its place, weighted by their areas; a map place from longitude and latitude as the body's map counts them. A triangle over the map's seam runs on past
 //! its edge (the sampler repeats); at a pole its corner takes the longitude between the other two; one that has a pole inside it is cut in three there.
 //! Triangles without an area are left out.
 
-use super::horizon::Solid;
 use super::obj::{Corner, Obj};
+use super::self_shadow::Solid;
 use crate::units::srgb_to_linear;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// What of the body the shape is laid onto.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figure {
+pub struct ShapeFrame {
     /// Semi-axes of the body's ellipsoid.
     pub radii_km: DVec3,
     /// Kilometres to one unit of the file.
@@ -38,7 +38,7 @@ pub struct Model {
     /// Unit vectors in body axes, 3 a vertex.
     pub normals: Arc<Vec<f32>>,
     /// Map places, 2 a vertex; u may lie outside 0 to 1.
-    pub map_places: Arc<Vec<f32>>,
+    pub map_coordinates: Arc<Vec<f32>>,
     /// Linear RGB and 1, 4 a vertex; `None` where the file has no colours.
     pub colours: Option<Arc<Vec<f32>>>,
     /// Three a triangle, counter-clockwise seen from outside.
@@ -88,7 +88,7 @@ fn welded(places: &[DVec3]) -> Vec<u32> {
     (0..).zip(places).map(|(k, p)| *first.entry(bits(p)).or_insert(k)).collect()
 }
 
-impl Figure {
+impl ShapeFrame {
     fn map_place(&self, place_km: DVec3) -> DVec2 {
         let m = place_km / self.radii_km * DVec3::new(1.0, 1.0, self.latitude_stretch);
         DVec2::new(0.5 + m.y.atan2(m.x) / TAU, 0.5 - m.z.atan2(m.truncate().length()) / PI)
@@ -109,7 +109,7 @@ fn pole_inside(places: [DVec3; 3]) -> Option<DVec3> {
 }
 
 /// Map places of a triangle's corners that go on across the seam, and at a pole.
-fn unbroken(figure: &Figure, corners: &mut [Point; 3]) {
+fn unbroken(figure: &ShapeFrame, corners: &mut [Point; 3]) {
     let polar = corners.map(|c| figure.on_axis(c.place_km));
     let Some(first) = polar.iter().position(|p| !p) else { return };
     let u0 = corners[first].map.x;
@@ -144,7 +144,7 @@ impl Builder {
         at
     }
 
-    fn triangle(&mut self, figure: &Figure, places: [u32; 3], mut corners: [Point; 3], from_file: bool) {
+    fn triangle(&mut self, figure: &ShapeFrame, places: [u32; 3], mut corners: [Point; 3], from_file: bool) {
         if !from_file {
             unbroken(figure, &mut corners);
         }
@@ -173,7 +173,7 @@ impl Model {
     ///
     /// # Errors
     /// A size that cannot be the body's, or no triangle with an area: one line.
-    pub fn of(obj: &Obj, figure: &Figure) -> Result<Self, String> {
+    pub fn of(obj: &Obj, figure: &ShapeFrame) -> Result<Self, String> {
         let places_km: Vec<DVec3> = obj.places.iter().map(|p| *p * figure.scale_km).collect();
         let used = || obj.triangles.iter().flatten().map(|c| places_km[c.place as usize]);
         let largest_km = figure.radii_km.max_element();
@@ -233,7 +233,7 @@ impl Model {
         Ok(Self::narrowed(builder, figure, !obj.colours.is_empty()))
     }
 
-    fn narrowed(builder: Builder, figure: &Figure, coloured: bool) -> Self {
+    fn narrowed(builder: Builder, figure: &ShapeFrame, coloured: bool) -> Self {
         let flat = |of: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
             Arc::new(builder.points.iter().flat_map(|p| of(p).as_vec3().to_array()).collect())
         };
@@ -242,7 +242,7 @@ impl Model {
         Self {
             positions: flat(&|p| p.place_km / figure.radii_km),
             normals: flat(&|p| p.normal),
-            map_places: Arc::new(builder.points.iter().flat_map(|p| p.map.as_vec2().to_array()).collect()),
+            map_coordinates: Arc::new(builder.points.iter().flat_map(|p| p.map.as_vec2().to_array()).collect()),
             colours,
             reach,
             solid: Solid::new(
@@ -261,7 +261,7 @@ mod tests {
     use super::super::obj::parse;
     use super::*;
 
-    const ROUND: Figure = Figure { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+    const ROUND: ShapeFrame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
 
     fn vertex(values: &[f32], size: usize, k: u32) -> &[f32] {
         &values[k as usize * size..][..size]
@@ -276,11 +276,11 @@ mod tests {
         // Four around, the one at 180 degrees from both sides, and each pole once for each of its four faces.
         assert_eq!(model.vertices(), 4 + 1 + 8);
         for t in model.indices.chunks_exact(3) {
-            let u: Vec<f32> = t.iter().map(|k| vertex(&model.map_places, 2, *k)[0]).collect();
+            let u: Vec<f32> = t.iter().map(|k| vertex(&model.map_coordinates, 2, *k)[0]).collect();
             let (low, high) = (u.iter().copied().fold(f32::MAX, f32::min), u.iter().copied().fold(f32::MIN, f32::max));
             assert!(high - low < 0.26, "a face spans a quarter of the map: {u:?}");
             for k in t {
-                let (p, n, map) = (vertex(&model.positions, 3, *k), vertex(&model.normals, 3, *k), vertex(&model.map_places, 2, *k));
+                let (p, n, map) = (vertex(&model.positions, 3, *k), vertex(&model.normals, 3, *k), vertex(&model.map_coordinates, 2, *k));
                 assert!(p.iter().zip(n).all(|(p, n)| (p - n).abs() < 1e-6), "the faces around a corner lean evenly");
                 assert!((f64::from(map[1]) - (0.5 - f64::from(p[2]).asin() / PI)).abs() < 1e-6);
                 let longitude = f64::from(p[1]).atan2(f64::from(p[0])) / TAU + 0.5;
@@ -295,7 +295,7 @@ mod tests {
         let model = Model::of(&parse(text).expect("reads"), &ROUND).expect("a model");
         assert_eq!((model.triangles(), model.vertices()), (3, 3 + 1 + 3), "the corner at 180 degrees lies on no seam");
         let poles = (0..model.vertices() as u32).filter(|k| vertex(&model.positions, 3, *k)[..2] == [0.0, 0.0]);
-        assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&model.map_places, 2, k)[1] == 0.0));
+        assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&model.map_coordinates, 2, k)[1] == 0.0));
         let beside = text.replace("v -0.3", "v 0.3");
         assert_eq!(Model::of(&parse(&beside).expect("reads"), &ROUND).expect("a model").triangles(), 1);
     }
@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn a_size_in_another_unit_is_refused() {
         let obj = parse("v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n").expect("reads");
-        let of = |scale_km: f64| Model::of(&obj, &Figure { scale_km, ..ROUND });
+        let of = |scale_km: f64| Model::of(&obj, &ShapeFrame { scale_km, ..ROUND });
         assert!(of(1.0).is_ok() && of(3.9).is_ok());
         for scale_km in [1e-3, 1e3] {
             assert!(of(scale_km).expect_err("another unit").contains("is scale_km right?"));

@@ -8,9 +8,9 @@
 use glam::{DVec2, DVec3};
 
 /// Places of each kind in one file, and triangles, at the most: 4 million triangles are some 0.5 GB while they are prepared.
-pub const COUNT_AT_MOST: usize = 4_000_000;
+pub const MAX_COUNT: usize = 4_000_000;
 /// Corners of one face at the most.
-pub const CORNERS_AT_MOST: usize = 64;
+pub const MAX_CORNERS: usize = 64;
 
 /// A corner of a triangle, by index into the lists of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -94,9 +94,9 @@ impl Obj {
 
     fn line(&mut self, word: &str, rest: &[&str], line: &str) -> Result<(), String> {
         let expected = |what: &str| format!("`{}`: expected {what}", shown(line));
-        let room = |length: usize, what: &str| match length < COUNT_AT_MOST {
+        let room = |length: usize, what: &str| match length < MAX_COUNT {
             true => Ok(()),
-            false => Err(format!("more than {COUNT_AT_MOST} {what}, the most that are read")),
+            false => Err(format!("more than {MAX_COUNT} {what}, the most that are read")),
         };
         match word {
             "v" => {
@@ -124,8 +124,8 @@ impl Obj {
                 self.normals.push(normal.ok_or_else(|| expected("vn x y z, not all 0"))?);
             }
             "f" => {
-                if !(3..=CORNERS_AT_MOST).contains(&rest.len()) {
-                    return Err(expected(&format!("a face of 3 to {CORNERS_AT_MOST} corners")));
+                if !(3..=MAX_CORNERS).contains(&rest.len()) {
+                    return Err(expected(&format!("a face of 3 to {MAX_CORNERS} corners")));
                 }
                 let corners = rest.iter().map(|w| self.corner(w)).collect::<Result<Vec<_>, _>>()?;
                 for pair in corners[1..].windows(2) {

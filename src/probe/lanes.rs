@@ -1,23 +1,24 @@
 //! Many questions through one module: each is a column of a small target, drawn by the software renderer.
 //!
-//! In: a module with the lanes of lib/lane.wesl, its uniform bytes and textures, twelve numbers a question. Out: for each question its rows of
+//! In: a module with the lanes of lib/probe_question.wesl, its uniform bytes and textures, twelve numbers a question. Out: for each question its rows of
 //! four numbers. The numbers go in as pairs of f32 that sum to the f64, and come out as f32 (6e-8 of their size).
 
 use crate::render::plan::{
-    Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding, Vertices,
+    Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding, Vertices,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::shader::Library;
+use crate::shader::ModuleId;
 use std::sync::Arc;
 
 /// Questions in one target: the widest picture that the renderer draws.
 const AT_ONCE: usize = 16_384;
 
 /// What one run of a module needs beside the questions.
-pub struct Lanes {
-    pub module: ModuleName,
+pub struct ProbeBatch {
+    pub module: ModuleId,
     /// Empty where the module has no uniforms.
-    pub uniforms: Vec<u8>,
+    pub uniform_bytes: Vec<u8>,
     pub textures: Vec<TextureBinding>,
     pub samplers: Vec<SamplerBinding>,
     /// Answers a question, each of four numbers.
@@ -35,10 +36,10 @@ fn split(value: f64) -> (f32, f32) {
     (high, if low.is_finite() { low } else { 0.0 })
 }
 
-impl Lanes {
+impl ProbeBatch {
     /// A module without uniforms and textures.
-    pub fn plain(module: ModuleName, rows: u32) -> Self {
-        Self { module, uniforms: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }
+    pub fn plain(module: ModuleId, rows: u32) -> Self {
+        Self { module, uniform_bytes: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }
     }
 
     /// Answers in the order of the questions.
@@ -72,7 +73,7 @@ impl Lanes {
         let draw = PlanDraw {
             label: "questions".into(),
             module: self.module.clone(),
-            uniforms: self.uniforms.clone(),
+            uniform_bytes: self.uniform_bytes.clone(),
             textures: self.textures.clone(),
             samplers: self.samplers.clone(),
             vertices: Vertices::Count(6),

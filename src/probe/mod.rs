@@ -1,7 +1,7 @@
 //! Questions that the emitted shaders themselves answer, run on the software renderer.
 //!
 //! In: one JSON object with a field `q`. Out: one JSON value, or one line that says what is wrong with the question. A kind of question
-//! is a file: it lists its fields in a [`Kind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and turns rows of numbers
+//! is a file: it lists its fields in a [`QuestionKind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and turns rows of numbers
 //! into named answers. Always holds: no formula of a shader is written a second time here.
 
 pub mod lanes;
@@ -16,7 +16,7 @@ use crate::ephemeris::Ephemeris;
 use crate::render::software::SoftwareRenderer;
 use crate::session::Session;
 use crate::shader::Library;
-use crate::wording::{echo, echo_of, of_json, or_one_of};
+use crate::wording::{echo, echo_within, json_error_text, suggestion_or_list};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
@@ -45,14 +45,14 @@ impl Prober<'_> {
     pub fn answer(&self, question: &str) -> Result<Value, String> {
         let value: Value = serde_json::from_str(question).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
-        let known: Vec<&str> = KINDS.iter().map(|k| k.name).collect();
+        let known: Vec<&str> = QUESTIONS.iter().map(|k| k.name).collect();
         let kind = match given.remove("q") {
             Some(Value::String(kind)) => kind,
             Some(_) => return Err("field \"q\" is not a string".into()),
             None => return Err(format!("field \"q\" is missing; one of {}", known.join(", "))),
         };
-        let Some(kind) = KINDS.iter().find(|k| k.name == kind) else {
-            return Err(format!("q `{}` is not known; {}", echo(&kind), or_one_of(&kind, &known)));
+        let Some(kind) = QUESTIONS.iter().find(|k| k.name == kind) else {
+            return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)));
         };
         kind.check(&given)?;
         (kind.ask)(self, Value::Object(given))
@@ -63,16 +63,16 @@ impl Prober<'_> {
 type Ask = fn(&Prober<'_>, Value) -> Result<Value, String>;
 
 /// One field of a question.
-pub struct Field {
+pub struct QuestionField {
     pub name: &'static str,
     /// What it is, in which unit.
     pub says: &'static str,
-    pub need: Need,
+    pub need: Requirement,
 }
 
 /// Whether a field may be left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Need {
+pub enum Requirement {
     Must,
     /// What holds without it, in words.
     Or(&'static str),
@@ -81,34 +81,34 @@ pub enum Need {
 }
 
 /// One kind of question: what it is called, what it takes, and how it is answered.
-pub struct Kind {
+pub struct QuestionKind {
     pub name: &'static str,
     pub says: &'static str,
-    pub fields: &'static [Field],
+    pub fields: &'static [QuestionField],
     /// A whole question.
     pub example: &'static str,
     /// The answer to the fields without `q`.
     pub ask: Ask,
 }
 
-const fn must(name: &'static str, says: &'static str) -> Field {
-    Field { name, says, need: Need::Must }
+const fn must(name: &'static str, says: &'static str) -> QuestionField {
+    QuestionField { name, says, need: Requirement::Must }
 }
-const fn or(name: &'static str, says: &'static str, without: &'static str) -> Field {
-    Field { name, says, need: Need::Or(without) }
+const fn or(name: &'static str, says: &'static str, without: &'static str) -> QuestionField {
+    QuestionField { name, says, need: Requirement::Or(without) }
 }
-const fn one_of(name: &'static str, says: &'static str) -> Field {
-    Field { name, says, need: Need::OneOf }
+const fn one_of(name: &'static str, says: &'static str) -> QuestionField {
+    QuestionField { name, says, need: Requirement::OneOf }
 }
 
-impl Kind {
+impl QuestionKind {
     /// Refuses fields that the kind does not have and names those that it lacks.
     fn check(&self, given: &Map<String, Value>) -> Result<(), String> {
         let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
         if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
-            return Err(format!("field `{}` is not known to {}; {}", echo(unknown), self.name, or_one_of(unknown, &known)));
+            return Err(format!("field `{}` is not known to {}; {}", echo(unknown), self.name, suggestion_or_list(unknown, &known)));
         }
-        match self.fields.iter().find(|f| f.need == Need::Must && !given.contains_key(f.name)) {
+        match self.fields.iter().find(|f| f.need == Requirement::Must && !given.contains_key(f.name)) {
             Some(f) => Err(format!("field `{}` is missing: {}", f.name, f.says)),
             None => Ok(()),
         }
@@ -116,19 +116,20 @@ impl Kind {
 }
 
 /// Every kind of question.
-pub static KINDS: [&Kind; 6] = [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND];
+pub static QUESTIONS: [&QuestionKind; 6] =
+    [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND];
 
 /// Every kind with its fields and an example, for a reader.
 pub fn questions_text() -> String {
     let mut text = String::new();
-    for kind in KINDS {
+    for kind in QUESTIONS {
         text.push_str(&format!("{}: {}\n", kind.name, kind.says));
         let width = kind.fields.iter().map(|f| f.name.len()).max().unwrap_or(0);
         for f in kind.fields {
             let without = match f.need {
-                Need::Must => String::new(),
-                Need::Or(without) => format!(" [default: {without}]"),
-                Need::OneOf => " [or another in its place]".into(),
+                Requirement::Must => String::new(),
+                Requirement::Or(without) => format!(" [default: {without}]"),
+                Requirement::OneOf => " [or another in its place]".into(),
             };
             text.push_str(&format!("  {:<width$}  {}{without}\n", f.name, f.says));
         }
@@ -139,20 +140,20 @@ pub fn questions_text() -> String {
 
 /// The same as JSON.
 pub fn questions_json() -> Value {
-    let field = |f: &Field| {
+    let field = |f: &QuestionField| {
         let default = match f.need {
-            Need::Or(without) => Value::from(without),
-            Need::Must | Need::OneOf => Value::Null,
+            Requirement::Or(without) => Value::from(without),
+            Requirement::Must | Requirement::OneOf => Value::Null,
         };
-        json!({ "name": f.name, "says": f.says, "must": f.need == Need::Must, "default": default })
+        json!({ "name": f.name, "says": f.says, "must": f.need == Requirement::Must, "default": default })
     };
-    let kind = |k: &&Kind| {
+    let kind = |k: &&QuestionKind| {
         json!({
             "q": k.name, "says": k.says, "fields": k.fields.iter().map(field).collect::<Vec<_>>(),
             "example": serde_json::from_str::<Value>(k.example).unwrap_or_default(),
         })
     };
-    KINDS.iter().map(kind).collect()
+    QUESTIONS.iter().map(kind).collect()
 }
 
 /// The fields of one kind of question, in their types.
@@ -160,8 +161,9 @@ fn fields<T: DeserializeOwned>(value: Value) -> Result<T, String> {
     let short = shortened(&value);
     T::deserialize(value).map_err(|e| match T::deserialize(&short) {
         // The message repeats what was given: that of the shortened question is short.
-        Err(e) => culprit::<T>(&short, &e.to_string()).map_or_else(|| of_json(&e), |name| format!("field `{name}`: {}", of_json(&e))),
-        Ok(_) => echo(&of_json(&e)),
+        Err(e) => culprit::<T>(&short, &e.to_string())
+            .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
+        Ok(_) => echo(&json_error_text(&e)),
     })
 }
 
@@ -180,9 +182,9 @@ fn culprit<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> 
 fn shortened(value: &Value) -> Value {
     const MOST: usize = 100;
     match value {
-        Value::String(s) => echo_of(s, MOST).into(),
+        Value::String(s) => echo_within(s, MOST).into(),
         Value::Array(all) => all.iter().map(shortened).collect(),
-        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_of(k, MOST), shortened(v))).collect()),
+        Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MOST), shortened(v))).collect()),
         other => other.clone(),
     }
 }

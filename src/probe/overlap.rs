@@ -1,8 +1,8 @@
 //! `disc-overlap`: the part of the Sun's light that a disc or an ellipse takes.
 
-use super::lanes::{Lanes, Numbers};
-use super::{Kind, Prober, fields, one_of, or};
-use crate::scene::draw::{Eclipse, EclipseModel, Needs};
+use super::lanes::{Numbers, ProbeBatch};
+use super::{Prober, QuestionKind, fields, one_of, or};
+use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use serde::Deserialize;
@@ -79,7 +79,7 @@ impl Fields {
     }
 }
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: QuestionKind = QuestionKind {
     name: "disc-overlap",
     says: "the part of the Sun's light that a disc (k, d) or an ellipse before it takes; lengths in solar radii",
     fields: &[
@@ -105,12 +105,12 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         Model::UniformDisc => EclipseModel::UniformDisc,
         Model::LimbDarkened => EclipseModel::LimbDarkened,
     };
-    let key = ShaderKey::for_draw(&Needs { lights: 1, eclipse: Eclipse { casters: 1, model }, ..Needs::LEAST });
+    let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse: Eclipse { occluders: 1, model }, ..DrawFeatures::MINIMAL });
     let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
     let (u1, u2) = f.law();
     let mut numbers: Numbers = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
-    let lanes = Lanes::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
+    let lanes = ProbeBatch::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
     let blocked = answers.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))

@@ -4,13 +4,14 @@
 //! `y` from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes, `draws` are those that
 //! shade the pixel's middle, nearest first, each with every named value of its module.
 
-use super::{Kind, Prober, fields, must, or};
+use super::{Prober, QuestionKind, fields, must, or};
 use crate::catalog::NaifId;
-use crate::render::plan::{Fineness, ModuleName, Plan};
+use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
 use crate::scene::draw::{Draw, Part};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, Purpose, ViewRequest};
+use crate::shader::ModuleId;
 use crate::time::Instant;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -28,10 +29,10 @@ struct Fields {
 }
 
 /// The standard quality of the command line, so that the numbers are those of its picture.
-const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 const SIZE: [u32; 2] = [1024, 1024];
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: QuestionKind = QuestionKind {
     name: "pixel",
     says: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every named value of its module",
     fields: &[
@@ -66,7 +67,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
     request.check().map_err(|e| e.to_string())?;
-    let seen = look(prober, &request, FINENESS, [f.x, f.y])?;
+    let seen = look(prober, &request, SAMPLING, [f.x, f.y])?;
     let draws: Vec<Value> = seen.draws.iter().map(one).collect();
     let first = seen.first().map_or(Value::Null, one);
     let mut answer = Map::new();
@@ -82,31 +83,31 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
 
 /// What one pixel of a picture shows, in the prober's precision.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Looked {
+pub struct PixelReport {
     /// The linear pixel, all draws together.
     pub radiance: [f32; 3],
     pub exposure_stops: f64,
     pub time: Instant,
     /// Those that shade the pixel's middle, nearest first.
-    pub draws: Vec<DrawSeen>,
+    pub draws: Vec<PixelDraw>,
 }
 
 /// One draw at the pixel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DrawSeen {
+pub struct PixelDraw {
     pub body: NaifId,
     /// The body's name.
     pub name: String,
     pub part: Part,
-    pub module: ModuleName,
+    pub module: ModuleId,
     /// Planetographic latitude and east longitude, degrees, of a globe's ground.
     pub ground_deg: Option<[f64; 2]>,
     pub seen: PixelValues,
 }
 
-impl Looked {
+impl PixelReport {
     /// The nearest globe, else the nearest of all.
-    pub fn first(&self) -> Option<&DrawSeen> {
+    pub fn first(&self) -> Option<&PixelDraw> {
         self.draws.iter().find(|d| d.part == Part::Globe).or(self.draws.first())
     }
 }
@@ -115,16 +116,16 @@ impl Looked {
 ///
 /// # Errors
 /// One line: a view or a plan that cannot be, a pixel outside the picture.
-pub fn look(prober: &Prober<'_>, request: &ViewRequest, fineness: Fineness, [x, y]: [u32; 2]) -> Result<Looked, String> {
+pub fn look(prober: &Prober<'_>, request: &ViewRequest, sampling: SamplingQuality, [x, y]: [u32; 2]) -> Result<PixelReport, String> {
     let size = [request.width, request.height];
-    let (scene, plan) = prober.session.plan(request, fineness).map_err(|e| e.to_string())?;
+    let (scene, plan) = prober.session.plan(request, sampling).map_err(|e| e.to_string())?;
     let radiance = picture(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let mut draws = Vec::new();
     // Nearest last in the plan, points after all bodies.
     for (draw, of_body) in bodies.iter().zip(&scene.draws).rev() {
         let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y]).map_err(|e| e.to_string())?;
-        draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| DrawSeen {
+        draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| PixelDraw {
             body: of_body.body,
             name: prober.catalog().body(of_body.body).map_or_else(|| of_body.name.clone(), |b| b.name.clone()),
             part: of_body.part,
@@ -133,7 +134,7 @@ pub fn look(prober: &Prober<'_>, request: &ViewRequest, fineness: Fineness, [x, 
             seen,
         }));
     }
-    Ok(Looked { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
+    Ok(PixelReport { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
 }
 
 /// Where on the ground a globe's pixel lies.
@@ -165,7 +166,7 @@ fn number(v: f64) -> Value {
     serde_json::Number::from_f64(v).map_or(Value::Null, Value::Number)
 }
 
-fn one(of: &DrawSeen) -> Value {
+fn one(of: &PixelDraw) -> Value {
     let named = |v: &NamedValue| match v.numbers[..] {
         [one] => number(one),
         ref all => all.iter().copied().map(number).collect(),

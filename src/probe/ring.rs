@@ -2,11 +2,11 @@
 //!
 //! Lengths are equatorial radii, axes the body's, pole +z. The ring is a profile of the question's or the catalog's of a body.
 
-use super::lanes::{Lanes, Numbers};
-use super::{Kind, Prober, fields, must, one_of, or};
+use super::lanes::{Numbers, ProbeBatch};
+use super::{Prober, QuestionKind, fields, must, one_of, or};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE_BINDING, TextureBinding, TextureSource, ring_profile, uniforms_of};
-use crate::scene::draw::{Amounts, BodyShadow, Light, Needs, RingAmounts, RingShadow, RingTable, Surface};
+use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::{DVec3, Vec2, Vec3};
@@ -94,19 +94,25 @@ fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, String> {
     prober.catalog().named(name).map_err(|e| format!("field \"body\": {e}"))
 }
 
-fn answer(prober: &Prober<'_>, probe: &'static str, needs: &Needs, amounts: &Amounts, point: [f64; 3]) -> Result<f64, String> {
+fn answer(
+    prober: &Prober<'_>,
+    probe: &'static str,
+    features: &DrawFeatures,
+    uniforms: &DrawUniforms,
+    point: [f64; 3],
+) -> Result<f64, String> {
     if !point.iter().all(|x| x.is_finite() && x.abs() < 1e6) {
         return Err("field \"point\": three numbers, equatorial radii".into());
     }
-    let module = ModuleId::Probe(probe, ShaderKey::for_draw(needs));
+    let module = ModuleId::Probe(probe, ShaderKey::for_draw(features));
     let built = prober.library().get(&module).map_err(|e| e.to_string())?;
-    let uniforms = uniforms_of(&built.layout, amounts, 1).map_err(|e| e.to_string())?;
+    let uniform_bytes = uniforms_of(&built.layout, uniforms, 1).map_err(|e| e.to_string())?;
     let texture =
         |table: &Arc<RingTable>| TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) };
-    let textures = amounts.ring.table.iter().map(texture).collect();
+    let textures = uniforms.ring.table.iter().map(texture).collect();
     let mut numbers: Numbers = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
-    let lanes = Lanes { uniforms, textures, ..Lanes::plain(module, 1) };
+    let lanes = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
     // Green: all channels are alike here.
     answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
@@ -116,7 +122,7 @@ fn lit_from(sun: DVec3) -> Vec<Light> {
     vec![Light { direction_in_body: sun.as_vec3(), irradiance: Vec3::ONE }]
 }
 
-pub(super) static TRANSMISSION: Kind = Kind {
+pub(super) static TRANSMISSION: QuestionKind = QuestionKind {
     name: "ring-transmission",
     says: "the part of the Sun's light that a ring lets through to a point; equatorial radii, body-fixed, pole +z",
     fields: &[
@@ -132,7 +138,7 @@ pub(super) static TRANSMISSION: Kind = Kind {
     ask: transmission,
 };
 
-pub(super) static SHADOW: Kind = Kind {
+pub(super) static SHADOW: QuestionKind = QuestionKind {
     name: "ring-shadow",
     says: "the part of the Sun's light that a planet keeps from its ring; equatorial radii, body-fixed, pole +z",
     fields: &[
@@ -181,15 +187,15 @@ fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         ThroughModel::PointSun => RingShadow::PointSun,
         ThroughModel::Penumbra => RingShadow::Penumbra,
     };
-    let ring = RingAmounts {
+    let ring = RingUniforms {
         reach: Vec2::new(table.reach[0] as f32, table.reach[1] as f32),
         table: Some(Arc::new(table)),
         sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
-        ..RingAmounts::default()
+        ..RingUniforms::default()
     };
-    let needs = Needs { lights: 1, ring_shadow, ..Needs::LEAST };
-    let amounts = Amounts { lights: lit_from(sun), ring, ..Amounts::default() };
-    Ok(json!({ "transmission": answer(prober, "probe_ring_transmission", &needs, &amounts, f.point)? }))
+    let features = DrawFeatures { lights: 1, ring_shadow, ..DrawFeatures::MINIMAL };
+    let uniforms = DrawUniforms { lights: lit_from(sun), ring, ..DrawUniforms::default() };
+    Ok(json!({ "transmission": answer(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
 }
 
 fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
@@ -211,15 +217,15 @@ fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     if !(u1.is_finite() && u2.is_finite() && 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0) {
         return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
     }
-    let ring = RingAmounts {
+    let ring = RingUniforms {
         sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
         shadow_axes: axes.as_vec3(),
         sun_limb_u1: Vec3::splat(u1 as f32),
         sun_limb_u2: Vec3::splat(u2 as f32),
-        ..RingAmounts::default()
+        ..RingUniforms::default()
     };
     let body_shadow = if f.model == DarkModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
-    let needs = Needs { surface: Surface::Ring, lights: 1, body_shadow, ..Needs::LEAST };
-    let amounts = Amounts { lights: lit_from(sun), ring, ..Amounts::default() };
-    Ok(json!({ "blocked": 1.0 - answer(prober, "probe_ring_shadow", &needs, &amounts, f.point)? }))
+    let features = DrawFeatures { surface: Surface::Ring, lights: 1, body_shadow, ..DrawFeatures::MINIMAL };
+    let uniforms = DrawUniforms { lights: lit_from(sun), ring, ..DrawUniforms::default() };
+    Ok(json!({ "blocked": 1.0 - answer(prober, "probe_ring_shadow", &features, &uniforms, f.point)? }))
 }

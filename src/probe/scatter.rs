@@ -1,10 +1,10 @@
 //! `scatter`: sunlight scattered once into a ray through an atmosphere, and the ray's transmittance.
 
-use super::lanes::{Lanes, Numbers};
-use super::{Kind, Prober, fields, must};
+use super::lanes::{Numbers, ProbeBatch};
+use super::{Prober, QuestionKind, fields, must};
 use crate::render::plan::uniforms_of;
 use crate::scene::air_table;
-use crate::scene::draw::{Air, AirAmounts, AirTier, Amounts, Light, Needs, Surface};
+use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::{DVec3, Vec2, Vec3, Vec4};
@@ -75,7 +75,7 @@ fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
     DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction"))
 }
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: QuestionKind = QuestionKind {
     name: "scatter",
     says: "sunlight scattered once into a ray through air, a unit of solar irradiance, and the ray's transmittance; planet radii, centre at the origin",
     fields: &[
@@ -96,11 +96,11 @@ pub(super) static KIND: Kind = Kind {
 fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let f: Fields = fields(question)?;
     let tier = match f.tier {
-        Tier::Vertex => AirTier::Vertex,
-        Tier::Pixel8 => AirTier::Pixel8,
-        Tier::Pixel16 => AirTier::Pixel16,
-        Tier::Pixel32 => AirTier::Pixel32,
-        Tier::Table => AirTier::Table,
+        Tier::Vertex => AtmosphereModel::Vertex,
+        Tier::Pixel8 => AtmosphereModel::Pixel8,
+        Tier::Pixel16 => AtmosphereModel::Pixel16,
+        Tier::Pixel32 => AtmosphereModel::Pixel32,
+        Tier::Table => AtmosphereModel::Table,
     };
     let (cam, dir, sun) = (DVec3::from_array(f.cam), unit("dir", f.dir)?, unit("sun", f.sun)?);
     let excess = (cam.length() - 1.0) * (cam.length() + 1.0);
@@ -116,10 +116,10 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         mie: a.species.iter().any(|s| matches!(s, Species::Exponential { phase: Phase::Hg, .. })),
         absorption: a.species.iter().any(|s| matches!(s, Species::Tent { .. })),
     };
-    let key = ShaderKey::for_draw(&Needs { surface: Surface::Sky, lights: 1, air, ..Needs::LEAST });
+    let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     let hits = cam.dot(dir) < 0.0 && excess - cam.dot(dir).powi(2) < 0.0;
-    let uniforms = uniforms(prober, &module, a, cam.length() - 1.0, !hits)?;
+    let uniform_bytes = uniform_bytes(prober, &module, a, cam.length() - 1.0, !hits)?;
     let mut numbers: Numbers = [0.0; 12];
     // The ray as scene gives it to a draw: what would cancel in f32 is taken in f64.
     let along = cam.dot(dir);
@@ -129,14 +129,14 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
     numbers[11] = excess;
-    let lanes = Lanes { uniforms, ..Lanes::plain(module, 2) };
+    let lanes = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 2) };
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
     let [light, through] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
     Ok(json!({ "transmittance": &through[..3], "radiance": &light[..3], "hits_ground": light[3] > 0.5 }))
 }
 
 /// The bytes of the module's `Draw`. `camera`: height over the ground; `sky`: the ray does not end there.
-fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64, sky: bool) -> Result<Vec<u8>, String> {
+fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64, sky: bool) -> Result<Vec<u8>, String> {
     let built = prober.library().get(module).map_err(|e| e.to_string())?;
     let radius_km = a.planet_radius_km;
     let per_radius = |v: &[f64; 3]| (DVec3::from_array(*v) * radius_km * 1000.0).as_vec3();
@@ -176,22 +176,22 @@ fn uniforms(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64,
         return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
     }
     let top = a.top_km / radius_km;
-    let air = AirAmounts {
+    let air = AtmosphereUniforms {
         top: excess(a.top_km),
         ends: Vec2::new(camera.clamp(0.0, top) as f32, if sky { top as f32 } else { 0.0 }),
-        gas_height: gas.0,
-        gas_scattering: gas.1,
-        gas_extinction: gas.2,
-        haze_height: haze.0,
-        haze_scattering: haze.1,
-        haze_extinction: haze.2,
-        haze_asymmetry: haze.3,
+        rayleigh_scale_height: gas.0,
+        rayleigh_scattering: gas.1,
+        rayleigh_extinction: gas.2,
+        mie_scale_height: haze.0,
+        mie_scattering: haze.1,
+        mie_extinction: haze.2,
+        mie_asymmetry: haze.3,
         layer: layer.0,
-        layer_extinction: layer.1,
-        many: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
-        ..AirAmounts::default()
+        absorption_extinction: layer.1,
+        multi_scatter: Arc::new(vec![Vec4::ZERO; air_table::NODES]),
+        ..AtmosphereUniforms::default()
     };
     // The light's direction is the question's.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
-    uniforms_of(&built.layout, &Amounts { air, lights, ..Amounts::default() }, 1).map_err(|e| e.to_string())
+    uniforms_of(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1).map_err(|e| e.to_string())
 }

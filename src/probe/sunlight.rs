@@ -3,13 +3,13 @@
 //! `fraction` is under one law of limb darkening for all channels, `u1` 0.40 and `u2` 0.26 unless the question names others (the Sun at 550
 //! nm); `rgb` under the catalog's law per channel; `by` is what each body alone takes. The time is that of the ground: when the light meets it.
 
-use super::lanes::{Lanes, Numbers};
-use super::{Kind, Prober, fields, must, or};
+use super::lanes::{Numbers, ProbeBatch};
+use super::{Prober, QuestionKind, fields, must, or};
 use crate::catalog::{Body, NaifId, Photometry};
-use crate::ephemeris::horizon::ground_point_km;
+use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::uniforms_of;
-use crate::scene::draw::{Amounts, Eclipse, EclipseAmounts, EclipseModel, Light, Needs};
-use crate::scene::eclipse::{self, Caster, Extent, Receiver, Wanted};
+use crate::scene::draw::{DrawFeatures, DrawUniforms, Eclipse, EclipseModel, EclipseUniforms, Light};
+use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
@@ -51,8 +51,8 @@ enum Model {
 }
 
 impl Model {
-    fn wanted(self) -> Wanted {
-        Wanted::Asked(match self {
+    fn wanted(self) -> EclipseModelChoice {
+        EclipseModelChoice::Asked(match self {
             Self::Linear => EclipseModel::Linear,
             Self::UniformDisc => EclipseModel::UniformDisc,
             Self::LimbDarkened => EclipseModel::LimbDarkened,
@@ -61,7 +61,7 @@ impl Model {
     }
 }
 
-pub(super) static KIND: Kind = Kind {
+pub(super) static KIND: QuestionKind = QuestionKind {
     name: "sunlight",
     says: "the part of the Sun's light that reaches a point of a body's ground past other bodies",
     fields: &[
@@ -92,52 +92,52 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     }
     let (point_km, _) = ground_point_km(body.radii_km, f.lat, f.lon, 0.0);
     let receiver = Receiver::at(prober.ephemeris(), body, time).map_err(|e| e.to_string())?;
-    let sky = Sky::over(prober, &receiver, f.model.wanted())?;
+    let sky = EclipsedSky::over(prober, &receiver, f.model.wanted())?;
     let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
     let at = point_km / body.radii_km.x;
-    let left = |casters: &[Caster<'_>], law| sky.left(casters, &[at], law)?.first().copied().ok_or_else(|| "no answer".to_owned());
+    let left = |occluders: &[Occluder<'_>], law| sky.left(occluders, &[at], law)?.first().copied().ok_or_else(|| "no answer".to_owned());
     // One law: every channel says the same.
-    let fraction = |casters: &[Caster<'_>]| left(casters, Some(&one_law)).map(|[_, green, _]| green);
+    let fraction = |occluders: &[Occluder<'_>]| left(occluders, Some(&one_law)).map(|[_, green, _]| green);
     let mut by = Map::new();
-    for caster in &sky.casters {
-        let taken = 1.0 - fraction(std::slice::from_ref(caster))?;
-        by.insert(caster.body.name.to_lowercase(), json!(taken));
+    for occluder in &sky.occluders {
+        let taken = 1.0 - fraction(std::slice::from_ref(occluder))?;
+        by.insert(occluder.body.name.to_lowercase(), json!(taken));
     }
-    Ok(json!({ "fraction": fraction(&sky.casters)?, "rgb": left(&sky.casters, None)?, "by": by }))
+    Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": left(&sky.occluders, None)?, "by": by }))
 }
 
-/// The casters over one body at one time, ready for points of its ground.
-pub struct Sky<'a> {
+/// The occluders over one body at one time, ready for points of its ground.
+pub struct EclipsedSky<'a> {
     prober: &'a Prober<'a>,
     receiver: &'a Receiver<'a>,
     sun: &'a Body,
-    wanted: Wanted,
-    pub casters: Vec<Caster<'a>>,
+    wanted: EclipseModelChoice,
+    pub occluders: Vec<Occluder<'a>>,
 }
 
-impl<'a> Sky<'a> {
+impl<'a> EclipsedSky<'a> {
     /// Every body that can take any light, at most four.
     ///
     /// # Errors
     /// One line where the catalog has no Sun.
-    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: Wanted) -> Result<Self, String> {
+    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: EclipseModelChoice) -> Result<Self, String> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
-        let extent = Extent { reach: 1.0, camera: None, pixel: 0.0 };
-        let casters = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).casters;
-        Ok(Self { prober, receiver, sun, wanted, casters })
+        let extent = ReceiverExtent { reach: 1.0, camera: None, pixel: 0.0 };
+        let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).occluders;
+        Ok(Self { prober, receiver, sun, wanted, occluders })
     }
 
-    /// What the casters leave of the light at points (body axes, equatorial radii), per channel; `law` in place of the catalog's.
+    /// What the occluders leave of the light at points (body axes, equatorial radii), per channel; `law` in place of the catalog's.
     ///
     /// # Errors
     /// One line: the module cannot be made.
-    pub fn left(&self, casters: &[Caster<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, String> {
-        let mut casters = casters.to_vec();
+    pub fn left(&self, occluders: &[Occluder<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, String> {
+        let mut occluders = occluders.to_vec();
         let mut sun = self.sun.clone();
         sun.photometry = law.cloned().unwrap_or(sun.photometry);
-        let eclipse = eclipse::model(&mut casters, self.wanted);
-        let amounts = eclipse::amounts_of(&casters, eclipse.model, self.receiver, &sun);
-        left_by(self.prober, eclipse, amounts, points)
+        let eclipse = eclipse::model(&mut occluders, self.wanted);
+        let uniforms = eclipse::uniforms_of_casters(&occluders, eclipse.model, self.receiver, &sun);
+        left_by(self.prober, eclipse, uniforms, points)
     }
 }
 
@@ -145,14 +145,15 @@ impl<'a> Sky<'a> {
 ///
 /// # Errors
 /// One line: the module cannot be made, or asks for what the amounts lack.
-pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, amounts: EclipseAmounts, points: &[DVec3]) -> Result<Vec<[f64; 3]>, String> {
-    let key = ShaderKey::for_draw(&Needs { lights: 1, eclipse, ..Needs::LEAST });
+pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, uniforms: EclipseUniforms, points: &[DVec3]) -> Result<Vec<[f64; 3]>, String> {
+    let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_sunlight", key);
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module).map_err(|e| e.to_string())?;
-    let uniforms = uniforms_of(&built.layout, &Amounts { lights, eclipse: amounts, ..Amounts::default() }, 1).map_err(|e| e.to_string())?;
+    let uniform_bytes =
+        uniforms_of(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1).map_err(|e| e.to_string())?;
     let numbers = |p: &DVec3| -> Numbers { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let questions: Vec<_> = points.iter().map(numbers).collect();
-    let answers = Lanes { uniforms, ..Lanes::plain(module, 1) }.answers(prober.renderer, prober.library(), &questions)?;
+    let answers = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 1) }.answers(prober.renderer, prober.library(), &questions)?;
     answers.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".to_owned())).collect()
 }

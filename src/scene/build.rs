@@ -11,7 +11,7 @@ use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::camera::{Camera, Placement};
 use crate::scene::decision::Decision;
-use crate::scene::draw::needs::{PixelView, Shape};
+use crate::scene::draw::features::{PixelView, Shape};
 use crate::scene::draw::{Draw, Part};
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::error::SceneError;
@@ -22,7 +22,7 @@ use crate::scene::in_view::{Appearance, BodyInView, SubPoint};
 use crate::scene::light::exposure::Exposure;
 use crate::scene::light::lights::Reflector;
 use crate::scene::light::{auto_exposure, corona, glow, magnitude};
-use crate::scene::placed::{Placed, place};
+use crate::scene::placed::{PlacedBody, place};
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
@@ -39,7 +39,7 @@ pub struct SceneBuilder<'a> {
     caches: &'a Caches,
     viewer: Viewer,
     /// In the catalog's order, without those that the ephemeris could not place.
-    placed: Vec<Placed<'a>>,
+    placed: Vec<PlacedBody<'a>>,
     /// Every body of the catalog: why it could not be placed, where it could not.
     unplaced: Vec<Option<BodyInView>>,
     reflectors: Vec<Reflector<'a>>,
@@ -129,7 +129,7 @@ impl<'a> SceneBuilder<'a> {
             let own = self.own_request(p.body);
             let frame = Frame { context: Context { request: own.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
             if meshes::is_wanted(frame.context, frame.camera, p) {
-                let shaded = frame.context.request.effects.asked(Effect::SelfShadow) != Some(false);
+                let shaded = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
                 wanted.meshes.push(MeshWanted { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
             }
             if wants_table(&Case::of(&frame, p)) {
@@ -146,7 +146,7 @@ impl<'a> SceneBuilder<'a> {
         let context = self.context(resources);
         let frame = self.frame(request, resources);
         let (mut draws, mut points, mut lines) = (Vec::new(), Vec::new(), Vec::new());
-        let draws_lines = request.layers.orbits && request.pixel_view == PixelView::Shaded;
+        let draws_lines = request.layers.orbits && request.pixel_view == PixelView::Final;
         let mut seen_bodies = placed.iter().map(|p| {
             let own = self.own_request(p.body);
             let frame = Frame { context: Context { request: own.as_ref().unwrap_or(request), ..context }, ..frame };
@@ -191,24 +191,24 @@ impl<'a> SceneBuilder<'a> {
             limbs,
             glow,
             outlined,
-            bloom: request.layers.bloom && request.pixel_view == PixelView::Shaded,
+            bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
             labels,
             purpose: request.purpose,
         }
     }
 
-    fn labels(&self, camera: &Camera, bodies: &[BodyInView], selected: NaifId) -> labels::Labels {
-        let size_px = labels::letter_size_px(camera.height);
+    fn labels(&self, camera: &Camera, bodies: &[BodyInView], selected: NaifId) -> labels::LabelLayer {
+        let size_px = labels::glyph_size_px(camera.height);
         let parent = |id: NaifId| self.catalog.body(id).and_then(|b| b.parent);
-        let marks = labels::marks(camera, bodies, selected, parent, &labels::Lettering::of_size(size_px));
-        labels::Labels { size_px, selected, marks }
+        let marks = labels::marks(camera, bodies, selected, parent, &labels::LabelMetrics::of_size(size_px));
+        labels::LabelLayer { size_px, selected, marks }
     }
 }
 
 /// Decides on light around the Sun and notes it among the Sun's features.
 fn decided<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, String)>, bodies: &mut [BodyInView]) -> Option<T> {
-    let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Shaded)?;
-    let (on, reason) = match request.effects.asked(effect) {
+    let (light, by_bound, reason) = found.filter(|_| request.pixel_view == PixelView::Final)?;
+    let (on, reason) = match request.effects.override_of(effect) {
         Some(on) => (on, "set by you".into()),
         None => (by_bound, reason),
     };
@@ -220,7 +220,7 @@ fn decided<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, Str
     on.then_some(light)
 }
 
-fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw], magnitude: Option<f64>) -> BodyInView {
+fn in_view(p: &PlacedBody<'_>, seen: Seen, parts: &[Draw], magnitude: Option<f64>) -> BodyInView {
     let to_viewer = p.placement.body_from_icrf * -p.placement.centre_km;
     BodyInView {
         id: p.body.id,
@@ -234,7 +234,7 @@ fn in_view(p: &Placed<'_>, seen: Seen, parts: &[Draw], magnitude: Option<f64>) -
         sub_viewer: SubPoint::of(to_viewer),
         sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),
         placement: p.placement,
-        needs: parts.iter().map(|d| d.needs).collect(),
+        features: parts.iter().map(|d| d.features).collect(),
         invented: invented(p.body, parts),
         decisions: seen.decisions,
     }
@@ -255,7 +255,7 @@ fn not_placed(body: &Body, reason: String) -> BodyInView {
         sub_solar: None,
         placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
         decisions: vec![Decision { feature: "visible", on: false, reason, tier: None }],
-        needs: Vec::new(),
+        features: Vec::new(),
         invented: Vec::new(),
     }
 }
@@ -265,7 +265,7 @@ fn invented(body: &Body, parts: &[Draw]) -> Vec<(String, String)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     let shown = |file: &String| parts.iter().any(|d| d.map_files.bindings().any(|(_, f)| f == file));
-    let meshed = parts.iter().any(|d| d.needs.shape == Shape::Mesh);
+    let meshed = parts.iter().any(|d| d.features.shape == Shape::Mesh);
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).collect()
 }

@@ -18,7 +18,7 @@ pub struct Decision {
 
 impl Decision {
     /// Why, and where there are several ways how and how far off.
-    pub fn said(&self) -> String {
+    pub fn description(&self) -> String {
         match self.tier {
             Some(tier) => format!("{}; {tier}", self.reason),
             None => self.reason.clone(),
@@ -51,7 +51,7 @@ impl<'a> DecisionLog<'a> {
     }
     /// The bound decides, unless the viewer asked.
     pub fn effect(&mut self, effect: Effect, by_bound: bool, reason: String) -> bool {
-        match self.effects.asked(effect) {
+        match self.effects.override_of(effect) {
             Some(on) => self.note(effect.name(), on, "set by you".into()),
             None => self.note(effect.name(), by_bound, reason),
         }

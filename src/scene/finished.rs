@@ -28,7 +28,7 @@ pub struct Scene {
     pub draws: Vec<Draw>,
     pub points: Vec<Point>,
     /// Over the bodies, hidden by what is nearer.
-    pub lines: Vec<orbits::LinePiece>,
+    pub lines: Vec<orbits::LineSegment>,
     /// Among the draws.
     pub corona: Option<corona::Corona>,
     /// Around bodies that stand before the Sun.
@@ -40,7 +40,7 @@ pub struct Scene {
     /// Light beyond white spreads.
     pub bloom: bool,
     /// Over the finished picture, where they are wanted.
-    pub labels: Option<labels::Labels>,
+    pub labels: Option<labels::LabelLayer>,
     /// What the picture is for.
     pub purpose: Purpose,
 }

@@ -3,7 +3,7 @@
 use crate::catalog::NaifId;
 use crate::scene::camera::Placement;
 use crate::scene::decision::Decision;
-use crate::scene::draw::Needs;
+use crate::scene::draw::DrawFeatures;
 use glam::DVec3;
 
 /// How a body is shown.
@@ -54,7 +54,7 @@ pub struct BodyInView {
     pub placement: Placement,
     pub decisions: Vec<Decision>,
     /// Structure of its draws, the globe first.
-    pub needs: Vec<Needs>,
+    pub features: Vec<DrawFeatures>,
     /// What is shown of it that nobody has measured: a map's or a shape's file, and how it was made.
     pub invented: Vec<(String, String)>,
 }

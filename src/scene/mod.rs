@@ -55,8 +55,8 @@ pub mod marks {
 /// The features that can be switched, and what is decided about them.
 pub mod effects {
     pub use super::decision::Decision;
-    pub use super::features::choice::{Available, Chosen, flattening};
-    pub use super::features::possible::possible_needs;
+    pub use super::features::choice::{Capabilities, FeatureSelection, flattening};
+    pub use super::features::possible::possible_features;
     pub use super::request::effects::{Effect, EffectOverrides};
-    pub use super::thresholds::{LIGHTS_AT_MOST, VISIBLE_CHANGE};
+    pub use super::thresholds::{MAX_LIGHTS, VISIBLE_CHANGE};
 }

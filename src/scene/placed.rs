@@ -1,13 +1,13 @@
 //! A body where the viewer sees it: light time, the aberration of a moving viewer, orientation, outline and phase.
 //!
-//! In: a body of the catalog, the ephemeris and the viewer. Out: [`Placed`], which every decision about the body reads.
+//! In: a body of the catalog, the ephemeris and the viewer. Out: [`PlacedBody`], which every decision about the body reads.
 
 use crate::catalog::{Body, Catalog, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::Placement;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::viewpoint;
-use crate::scene::eclipse::occluders::{Caster, Receiver};
+use crate::scene::eclipse::occluders::{Occluder, Receiver};
 use crate::scene::error::SceneError;
 use crate::scene::light::{brightness, photometry};
 use crate::scene::request::view_request::ViewRequest;
@@ -17,7 +17,7 @@ use glam::{DMat3, DVec3};
 use std::cell::OnceCell;
 
 /// A body where the viewer sees it, before anything is decided.
-pub(crate) struct Placed<'a> {
+pub(crate) struct PlacedBody<'a> {
     pub body: &'a Body,
     /// Who else there is.
     pub catalog: &'a Catalog,
@@ -34,10 +34,10 @@ pub(crate) struct Placed<'a> {
     /// At the viewer, in units of the Sun's at 1 au: globe and rings, as if no eclipse were.
     pub irradiance: f64,
     /// Itself as a receiver of sunlight, and who may stand before its Sun: asked for by the exposure, the globe, its rings and its point.
-    pub before_sun: OnceCell<(Receiver<'a>, Vec<Caster<'a>>)>,
+    pub before_sun: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
 }
 
-impl Placed<'_> {
+impl PlacedBody<'_> {
     /// Brightness of the disc at this phase over that of its model; of the Sun its radiance.
     pub fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
@@ -60,7 +60,7 @@ pub(crate) fn place<'a>(
     viewer: &viewpoint::Viewer,
     request: &ViewRequest,
     caches: &Caches,
-) -> Result<Placed<'a>, SceneError> {
+) -> Result<PlacedBody<'a>, SceneError> {
     let camera = &viewer.camera;
     let stood_on = viewer.stands_on.filter(|(id, _)| *id == body.id);
     let (position_km, seen_at) = match stood_on {
@@ -97,7 +97,7 @@ pub(crate) fn place<'a>(
         brightness::irradiance(&caches.ring_tables, body, alpha, body_from_icrf * sun_from_body_km, n.normalize() * distance_km)
     };
     let outline = if inside { Outline::Behind } else { Outline::of(camera, &placement) };
-    Ok(Placed {
+    Ok(PlacedBody {
         body,
         catalog,
         position_km,

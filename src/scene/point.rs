@@ -3,7 +3,7 @@
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};
 use crate::scene::draw::Point;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 
 /// Reach of a point's sprite: three standard deviations of its point-spread function, so that a star is 1.6 pixels wide at half height.
@@ -25,7 +25,7 @@ pub(crate) fn point_peak() -> f64 {
 }
 
 /// Sum of the body's radiance over the pixels, linear RGB.
-pub(crate) fn flux(camera: &Camera, p: &Placed<'_>) -> DVec3 {
+pub(crate) fn flux(camera: &Camera, p: &PlacedBody<'_>) -> DVec3 {
     let direction = p.placement.centre_km / p.distance_km;
     let cos_off_axis = direction.dot(camera.forward);
     // Solid angle of the pixel at that place of the image plane.

@@ -2,7 +2,7 @@
 //!
 //! In: the purpose that is asked for, and the exposure. Out: a [`Bound`], which every decision about a feature asks. Always: for linear light no feature
 //! is left out that changes a pixel by more than the floor of what is there; where nothing else is, any light counts. Not here: bounds of size (a disc
-//! under a pixel is a point, a rim thinner than half a pixel is none), which no light moves, and the number of lights and casters that a draw takes.
+//! under a pixel is a point, a rim thinner than half a pixel is none), which no light moves, and the number of lights and occluders that a draw takes.
 
 use crate::scene::thresholds::VISIBLE_CHANGE;
 
@@ -76,7 +76,7 @@ impl Bound {
     }
 
     /// A radiance against the bound, in words.
-    pub fn said(self, radiance: f64) -> String {
+    pub fn description(self, radiance: f64) -> String {
         match self.purpose {
             Purpose::Display => format!("{:.2e} of white against {VISIBLE_CHANGE:.2e}", self.of_white(radiance)),
             Purpose::Linear { .. } => format!("{radiance:.2e} of linear light, where any counts"),
@@ -117,7 +117,7 @@ mod tests {
             let linear = Bound::of(Purpose::Linear { floor: 1e-4 }, white);
             assert!(linear.counts(faint) && !linear.counts(0.0) && linear.counts_part(1e-3) && !linear.counts_part(1e-5));
             assert_eq!(linear.least_shown(0.01), 0.0);
-            assert!(linear.said(faint).contains("linear") && !display(white).said(faint).contains("linear"));
+            assert!(linear.description(faint).contains("linear") && !display(white).description(faint).contains("linear"));
         }
     }
 }

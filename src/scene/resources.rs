@@ -7,8 +7,8 @@ use crate::catalog::NaifId;
 use crate::ephemeris::Ephemeris;
 use crate::mesh::Model;
 use crate::scene::draw::MapFiles;
-use crate::scene::draw::needs::Shape;
-use crate::scene::light::lamps::Lamps;
+use crate::scene::draw::features::Shape;
+use crate::scene::light::lamps::NightLights;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;
@@ -43,7 +43,7 @@ pub struct Resources {
     /// Height of the Sun over the shape's own horizon at each vertex of a mesh, in the Sun's radii; computed where it is not here.
     pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
     /// For the light meter alone.
-    pub lamps: BTreeMap<NaifId, Arc<Lamps>>,
+    pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
 }
 

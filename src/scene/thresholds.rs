@@ -3,7 +3,7 @@
 /// Part of the light by which a feature must change a pixel to count: half a level of 256.
 pub const VISIBLE_CHANGE: f64 = 1.0 / 512.0;
 /// The Sun and at most two other bodies light a draw.
-pub const LIGHTS_AT_MOST: u8 = 3;
+pub const MAX_LIGHTS: u8 = 3;
 /// Radiance of a white texel of a night map of gain 1, in units of a sunlit white plane's at 1 au: city cores reach 500 nW/cm2/sr in
 /// VIIRS' day-night band (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860), times pi, over the 600 W/m2 of sunlight in that band.
 pub(crate) const NIGHT_MAP_WHITE_RADIANCE: f64 = 2.6e-5;

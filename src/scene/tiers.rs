@@ -1,10 +1,10 @@
 //! The ways in which an effect is computed, and how far off each is: the figures that `explain` prints and the tests hold.
 //!
 //! In: a tier of the key. Out: [`Tier`], its name and its error. Always: a figure of light is the bound of a test, which reads it here; one in pixels is the
-//! bound by which the tier is chosen ([`sphere_aside`] is measured; that of `point-sun` is the penumbra's own width). Not here: which tier a draw
+//! bound by which the tier is chosen ([`sphere_shadow_offset`] is measured; that of `point-sun` is the penumbra's own width). Not here: which tier a draw
 //! gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
-use crate::scene::draw::{AirTier, BodyShadow, EclipseModel, RingShadow};
+use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
 use std::fmt;
 
 /// A way of computing an effect, with its error.
@@ -34,21 +34,21 @@ impl fmt::Display for Tier {
 /// Of one ray's light in each channel, against adaptive quadrature on new random rays in each run, through every air of the catalog (tests/atmosphere/tier_bounds.rs).
 const RAY: &str = "each ray's light scattered once";
 /// Where a ray's light is less than this part of the brightest channel of the zenith under a Sun at 45 degrees, the error is told of that.
-pub const LEAST_OF_ZENITH: f64 = 1e-3;
+pub const MIN_OF_ZENITH: f64 = 1e-3;
 /// Of the transmittance of any ray, in every tier.
 pub const AIR_TRANSMITTANCE: f64 = 3e-4;
 
 /// `None` without air.
-pub fn of_air(tier: AirTier) -> Option<Tier> {
+pub fn of_atmosphere(tier: AtmosphereModel) -> Option<Tier> {
     let of = |name, mostly, at_most, of| Some(Tier { name, mostly: Some(mostly), at_most, of });
     match tier {
-        AirTier::None => None,
-        AirTier::Vertex => of("vertex", 0.1, 1.2, RAY),
-        AirTier::Pixel8 => of("pixel-8", 0.02, 0.5, RAY),
-        AirTier::Pixel16 => of("pixel-16", 0.003, 0.10, RAY),
-        AirTier::Pixel32 => of("pixel-32", 0.002, 0.02, RAY),
+        AtmosphereModel::None => None,
+        AtmosphereModel::Vertex => of("vertex", 0.1, 1.2, RAY),
+        AtmosphereModel::Pixel8 => of("pixel-8", 0.02, 0.5, RAY),
+        AtmosphereModel::Pixel16 => of("pixel-16", 0.003, 0.10, RAY),
+        AtmosphereModel::Pixel32 => of("pixel-32", 0.002, 0.02, RAY),
         // Further scattering against photons.
-        AirTier::Table => of("table", 0.003, 0.10, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
+        AtmosphereModel::Table => of("table", 0.003, 0.10, "each ray's light scattered once, and 5 % of the sky's light on the ground"),
     }
 }
 
@@ -90,7 +90,7 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<Tier> {
 /// In the plane both shadows are ellipses about the centre, as wide as the equator and 1 / sine or q / sine long, where q is half the height of the globe's outline
 /// seen from the Sun. In each direction the lengths' ratio lies between q and 1, so the edges are apart by at most 1 - q of the way to the farther one, which
 /// ends at the ring or at its own tip. Where both shadows leave the ring by its outer edge they are apart by their widths there at most. Measured by tests/rings/reference_tables.rs.
-pub fn sphere_aside(polar: f64, sine: f64, outer: f64) -> f64 {
+pub fn sphere_shadow_offset(polar: f64, sine: f64, outer: f64) -> f64 {
     let outline = (polar * polar * (1.0 - sine * sine) + sine * sine).sqrt();
     let half_width = |tip: f64| (1.0 - outer * outer / (tip * tip)).sqrt();
     let (far, near) = (1.0 / sine.abs().max(1e-9), outline / sine.abs().max(1e-9));
@@ -108,13 +108,13 @@ mod tests {
 
     #[test]
     fn a_dearer_tier_is_nearer_and_every_one_is_told() {
-        let air: Vec<Tier> = AirTier::ALL.into_iter().filter_map(of_air).collect();
-        assert_eq!(air.len(), AirTier::ALL.len() - 1);
+        let air: Vec<Tier> = AtmosphereModel::ALL.into_iter().filter_map(of_atmosphere).collect();
+        assert_eq!(air.len(), AtmosphereModel::ALL.len() - 1);
         assert!(air[..4].windows(2).all(|w| w[1].at_most < w[0].at_most && w[1].mostly < w[0].mostly));
         let eclipse: Vec<Tier> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].at_most <= w[0].at_most));
         let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
-        assert_eq!(names, [Effect::Atmosphere.ways(), Effect::Eclipse.ways()].concat());
+        assert_eq!(names, [Effect::Atmosphere.variants(), Effect::Eclipse.variants()].concat());
         assert_eq!(air[2].to_string(), "pixel-16: off by at most 10 %, mostly 0.3 %, of each ray's light scattered once");
     }
 }

@@ -45,7 +45,7 @@ fn digest_with(code: &[u8; 32], body: &Body) -> String {
     hash.update(code);
     let mut put = |values: &[f64]| values.iter().for_each(|v| hash.update(v.to_le_bytes()));
     put(&[body.radii_km.x]);
-    put(&body.map_target());
+    put(&body.target_mean_colour());
     if let Some(air) = &body.atmosphere {
         put(&[air.top_km]);
         for s in &air.species {

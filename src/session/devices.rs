@@ -5,7 +5,7 @@
 
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
-use super::renderers::{Done, DrawnBy, Keep, Readiness, RendererWish};
+use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererPreference, RequestedOutput};
 use crate::render::plan::Plan;
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::shader::Library;
@@ -14,50 +14,55 @@ use std::sync::{Arc, OnceLock};
 pub struct Devices {
     pub software: SoftwareRenderer,
     /// Another one like it, with threads of its own; `None` inside where no threads were to be had.
-    aside: OnceLock<Option<SoftwareRenderer>>,
+    background_renderer: OnceLock<Option<SoftwareRenderer>>,
     say: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
     #[cfg(not(feature = "gpu"))]
-    wish: RendererWish,
+    preference: RendererPreference,
 }
 
 impl Devices {
     /// `double_precision`: frames are computed in f64, which the software renderer alone does.
-    pub fn new(software: SoftwareRenderer, wish: RendererWish, double_precision: bool, say: Arc<dyn Fn(&str) + Send + Sync>) -> Self {
-        let wish = if double_precision && wish != RendererWish::Software {
-            if wish == RendererWish::Gpu {
+    pub fn new(
+        software: SoftwareRenderer,
+        preference: RendererPreference,
+        double_precision: bool,
+        say: Arc<dyn Fn(&str) + Send + Sync>,
+    ) -> Self {
+        let preference = if double_precision && preference != RendererPreference::Software {
+            if preference == RendererPreference::Gpu {
                 say("the GPU does not compute in f64, which --quality reference asks for; drawing in software");
             }
-            RendererWish::Software
+            RendererPreference::Software
         } else {
-            wish
+            preference
         };
         #[cfg(feature = "gpu")]
-        return Self { software, aside: OnceLock::new(), say, gpu: gpu::Gpu::new(wish) };
+        return Self { software, background_renderer: OnceLock::new(), say, gpu: gpu::Gpu::new(preference) };
         #[cfg(not(feature = "gpu"))]
-        Self { software, aside: OnceLock::new(), say, wish }
+        Self { software, background_renderer: OnceLock::new(), say, preference }
     }
 
     /// The software renderer for what is drawn while a window's picture is: in one pool the picture would wait for the other to end.
-    pub fn aside(&self) -> &SoftwareRenderer {
-        let made = self.aside.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
+    pub fn background_renderer(&self) -> &SoftwareRenderer {
+        let made = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
         made.as_ref().unwrap_or(&self.software)
     }
 
-    fn in_software(by: &SoftwareRenderer, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
-        let (frame, timings) = by.render(plan, library, keep == Keep::Linear).map_err(|e| e.to_string())?;
+    fn in_software(by: &SoftwareRenderer, plan: &Plan, library: &Library, requested: RequestedOutput) -> Result<RenderOutput, String> {
+        let (frame, timings) = by.render(plan, library, requested == RequestedOutput::Linear).map_err(|e| e.to_string())?;
         let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
-        Ok(Done { frame, on_device: None, by })
+        Ok(RenderOutput { frame, on_gpu: None, by })
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
-        if self.wish == RendererWish::Gpu {
+    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, requested: RequestedOutput) -> Result<RenderOutput, String> {
+        if self.preference == RendererPreference::Gpu {
             return Err("this build has no GPU renderer: leave --renderer out, or say --renderer software".into());
         }
         let _ = &self.say;
-        Self::in_software(by, plan, library, keep)
+        Self::in_software(by, plan, library, requested)
     }
 
     /// Draws the plan with the GPU where there is one that does, else with the given software renderer.
@@ -65,42 +70,54 @@ impl Devices {
     /// # Errors
     /// Why neither draws; that no adapter is there when one was demanded.
     #[cfg(feature = "gpu")]
-    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, keep: Keep) -> Result<Done, String> {
-        match self.gpu.draw(plan, library, keep, &*self.say)? {
+    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, requested: RequestedOutput) -> Result<RenderOutput, String> {
+        match self.gpu.draw(plan, library, requested, &*self.say)? {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(by, plan, library, keep),
+            None => Self::in_software(by, plan, library, requested),
         }
     }
 
     /// The same for a window: what the GPU has no pipeline for yet is drawn in software, while a thread makes it, and what `window`, the plan of
     /// a window's own frame, needs.
     #[cfg(feature = "gpu")]
-    pub fn draw_promptly(&self, plan: &Plan, window: impl FnOnce() -> Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
-        match self.gpu.draw_if_ready(plan, window, library, keep, &self.say) {
+    pub fn draw_or_fall_back(
+        &self,
+        plan: &Plan,
+        window: impl FnOnce() -> Option<Plan>,
+        library: &Library,
+        requested: RequestedOutput,
+    ) -> Result<RenderOutput, String> {
+        match self.gpu.draw_if_ready(plan, window, library, requested, &self.say) {
             Some(drawn) => Ok(drawn),
-            None => Self::in_software(&self.software, plan, library, keep),
+            None => Self::in_software(&self.software, plan, library, requested),
         }
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw_promptly(&self, plan: &Plan, _: impl FnOnce() -> Option<Plan>, library: &Library, keep: Keep) -> Result<Done, String> {
-        self.draw(&self.software, plan, library, keep)
+    pub fn draw_or_fall_back(
+        &self,
+        plan: &Plan,
+        _: impl FnOnce() -> Option<Plan>,
+        library: &Library,
+        requested: RequestedOutput,
+    ) -> Result<RenderOutput, String> {
+        self.draw(&self.software, plan, library, requested)
     }
 
     /// What can be wished for here: software alone where frames are in f64, or the build has no GPU renderer.
-    pub fn choices(&self) -> &'static [RendererWish] {
+    pub fn choices(&self) -> &'static [RendererPreference] {
         if self.software.options().precision == Precision::F64 || !cfg!(feature = "gpu") {
-            return &[RendererWish::Software];
+            return &[RendererPreference::Software];
         }
-        &[RendererWish::Auto, RendererWish::Gpu, RendererWish::Software]
+        &[RendererPreference::Auto, RendererPreference::Gpu, RendererPreference::Software]
     }
 
     /// What is wished for now.
-    pub fn wish(&self) -> RendererWish {
+    pub fn preference(&self) -> RendererPreference {
         #[cfg(feature = "gpu")]
-        return self.gpu.wish();
+        return self.gpu.preference();
         #[cfg(not(feature = "gpu"))]
-        self.wish
+        self.preference
     }
 
     /// Never waits.
@@ -112,11 +129,11 @@ impl Devices {
     }
 
     /// Wishes for another renderer from the next frame on; what is not among the [`Self::choices`] changes nothing.
-    pub fn choose(&self, wish: RendererWish) {
-        let _ = wish;
+    pub fn choose(&self, preference: RendererPreference) {
+        let _ = preference;
         #[cfg(feature = "gpu")]
-        if self.choices().contains(&wish) {
-            self.gpu.choose(wish);
+        if self.choices().contains(&preference) {
+            self.gpu.choose(preference);
         }
     }
 
@@ -129,16 +146,16 @@ impl Devices {
     /// Forgets what is kept of modules: those of the same names are no longer the same.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
-        if let Some(Some(aside)) = self.aside.get() {
-            aside.forget_modules();
+        if let Some(Some(background_renderer)) = self.background_renderer.get() {
+            background_renderer.forget_modules();
         }
         #[cfg(feature = "gpu")]
         self.gpu.forget_modules();
     }
 
-    /// The device that draws, if one does. Never waits: while it draws, or is made ready for more, the answer is [`gpu::Standing::Unchanged`].
+    /// The device that draws, if one does. Never waits: while it draws, or is made ready for more, the answer is [`gpu::DeviceState::Unchanged`].
     #[cfg(feature = "gpu")]
-    pub fn standing(&self) -> gpu::Standing {
+    pub fn standing(&self) -> gpu::DeviceState {
         self.gpu.standing(&*self.say)
     }
 

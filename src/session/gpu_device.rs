@@ -2,10 +2,11 @@
 //!
 //! In: plans and the renderer that was asked for. Out: frames, or nothing where software must draw. Always: a window never waits for a driver.
 
-use super::renderers::{Done, DrawnBy, Keep, Readiness, RendererWish};
+use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererPreference, RequestedOutput};
 use crate::render::frame::Frame;
-use crate::render::gpu::{GpuError, GpuRenderer, Turn};
-use crate::render::plan::{ModuleName, Modules, Plan};
+use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
+use crate::render::plan::{ModuleProvider, Plan};
+use crate::shader::ModuleId;
 use crate::shader::{Library, ShaderModule};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -19,11 +20,11 @@ struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
     /// The epoch and the wish with which it began.
     epoch: u64,
-    wish: RendererWish,
+    preference: RendererPreference,
 }
 
 /// What a window may know of the device.
-pub enum Standing {
+pub enum DeviceState {
     /// It draws.
     Open(Arc<GpuRenderer>),
     /// As it was when last asked, as far as can be told without waiting.
@@ -43,7 +44,7 @@ enum State {
 }
 
 pub struct Gpu {
-    wish: Mutex<RendererWish>,
+    preference: Mutex<RendererPreference>,
     state: Mutex<State>,
     /// Grows when kept pipelines are no longer those of the modules.
     epoch: AtomicU64,
@@ -54,10 +55,10 @@ pub struct Gpu {
 }
 
 /// The modules of one plan, for a thread that outlives the borrow of the library.
-struct Gathered(HashMap<ModuleName, Arc<ShaderModule>>);
+struct Gathered(HashMap<ModuleId, Arc<ShaderModule>>);
 
-impl Modules for Gathered {
-    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+impl ModuleProvider for Gathered {
+    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, String> {
         self.0.get(name).cloned().ok_or_else(|| format!("{name} was not gathered"))
     }
 }
@@ -85,10 +86,10 @@ impl Drop for Gpu {
 }
 
 impl Gpu {
-    pub fn new(wish: RendererWish) -> Self {
-        let state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
+    pub fn new(preference: RendererPreference) -> Self {
+        let state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
         Self {
-            wish: Mutex::new(wish),
+            preference: Mutex::new(preference),
             state: Mutex::new(state),
             epoch: AtomicU64::new(0),
             just_ready: AtomicBool::new(false),
@@ -96,27 +97,27 @@ impl Gpu {
         }
     }
 
-    pub fn wish(&self) -> RendererWish {
-        *self.wish.lock().unwrap_or_else(PoisonError::into_inner)
+    pub fn preference(&self) -> RendererPreference {
+        *self.preference.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Another wish may mean another device: what is open is given back.
-    pub fn choose(&self, wish: RendererWish) {
-        let before = std::mem::replace(&mut *self.wish.lock().unwrap_or_else(PoisonError::into_inner), wish);
-        if wish == before {
+    pub fn choose(&self, preference: RendererPreference) {
+        let before = std::mem::replace(&mut *self.preference.lock().unwrap_or_else(PoisonError::into_inner), preference);
+        if preference == before {
             return;
         }
         self.said.lock().unwrap_or_else(PoisonError::into_inner).take();
         let mut state = locked(&self.state);
         if !matches!(*state, State::Preparing(_)) {
-            *state = if wish == RendererWish::Software { State::Closed } else { State::Unopened };
+            *state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
         }
     }
 
     pub fn readiness(&self) -> Readiness {
         let Ok(state) = self.state.try_lock() else { return Readiness::Settled };
         match &*state {
-            _ if self.wish() == RendererWish::Software => Readiness::Settled,
+            _ if self.preference() == RendererPreference::Software => Readiness::Settled,
             State::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
             State::Preparing(_) => Readiness::Preparing,
             State::Open(_) if self.just_ready.load(Ordering::SeqCst) => Readiness::JustReady,
@@ -136,27 +137,31 @@ impl Gpu {
     }
 
     /// Never waits.
-    pub fn standing(&self, say: &Say) -> Standing {
-        if self.wish() == RendererWish::Software {
-            return Standing::Software;
+    pub fn standing(&self, say: &Say) -> DeviceState {
+        if self.preference() == RendererPreference::Software {
+            return DeviceState::Software;
         }
-        let Ok(mut state) = self.state.try_lock() else { return Standing::Unchanged };
+        let Ok(mut state) = self.state.try_lock() else { return DeviceState::Unchanged };
         self.settle(&mut state, say);
         match &*state {
-            State::Open(renderer) => Standing::Open(Arc::clone(renderer)),
-            State::Unopened | State::Preparing(_) => Standing::Unchanged,
-            State::Closed => Standing::Software,
+            State::Open(renderer) => DeviceState::Open(Arc::clone(renderer)),
+            State::Unopened | State::Preparing(_) => DeviceState::Unchanged,
+            State::Closed => DeviceState::Software,
         }
     }
 
     fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> State {
-        State::Preparing(Preparing { thread: std::thread::spawn(work), epoch: self.epoch.load(Ordering::SeqCst), wish: self.wish() })
+        State::Preparing(Preparing {
+            thread: std::thread::spawn(work),
+            epoch: self.epoch.load(Ordering::SeqCst),
+            preference: self.preference(),
+        })
     }
 
     /// Waits for the thread. What it made of modules that were forgotten meanwhile is forgotten too; a device that is no longer wished for is given back.
     fn prepared(&self, preparing: Preparing) -> Result<State, GpuError> {
         let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
-        if preparing.wish != self.wish() {
+        if preparing.preference != self.preference() {
             return Ok(State::Unopened);
         }
         if preparing.epoch != self.epoch.load(Ordering::SeqCst) {
@@ -180,7 +185,7 @@ impl Gpu {
     pub fn begin(&self) {
         let mut state = locked(&self.state);
         if matches!(*state, State::Unopened) {
-            let software = self.wish() == RendererWish::Gpu;
+            let software = self.preference() == RendererPreference::Gpu;
             *state = self.prepare(move || GpuRenderer::open(software).map(Arc::new));
         }
     }
@@ -199,19 +204,21 @@ impl Gpu {
             now = self.prepared(preparing);
         }
         if let Ok(State::Unopened) = now {
-            now = GpuRenderer::open(self.wish() == RendererWish::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
+            now = GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| State::Open(Arc::new(renderer)));
         }
         *state = match now {
             Ok(now) => now,
-            Err(e) if self.wish() == RendererWish::Gpu => return Err(format!("{e}; leave --renderer out, or say --renderer software")),
+            Err(e) if self.preference() == RendererPreference::Gpu => {
+                return Err(format!("{e}; leave --renderer out, or say --renderer software"));
+            }
             Err(e) => closed(&e, say),
         };
         Ok(if let State::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
     }
 
     /// `None`: software shall draw it.
-    pub fn draw(&self, plan: &Plan, library: &Library, keep: Keep, say: &Say) -> Result<Option<Done>, String> {
-        if self.wish() == RendererWish::Software {
+    pub fn draw(&self, plan: &Plan, library: &Library, keep: RequestedOutput, say: &Say) -> Result<Option<RenderOutput>, String> {
+        if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
         // Drawn without the lock: whoever wants a picture promptly, or asks how the device stands, sees at once that it is at work.
@@ -219,21 +226,29 @@ impl Gpu {
     }
 
     /// `None`: it could not, and software shall draw.
-    fn draw_in(&self, renderer: &Arc<GpuRenderer>, turn: Turn<'_>, plan: &Plan, library: &Library, keep: Keep, say: &Say) -> Option<Done> {
+    fn draw_in(
+        &self,
+        renderer: &Arc<GpuRenderer>,
+        turn: FrameGuard<'_>,
+        plan: &Plan,
+        library: &Library,
+        keep: RequestedOutput,
+        say: &Say,
+    ) -> Option<RenderOutput> {
         let drawn = match keep {
-            Keep::Pixels | Keep::Linear => {
-                renderer.render_in(turn, plan, library, keep == Keep::Linear).map(|(frame, timings)| (frame, None, timings))
+            RequestedOutput::Pixels | RequestedOutput::Linear => {
+                renderer.render_in(turn, plan, library, keep == RequestedOutput::Linear).map(|(frame, timings)| (frame, None, timings))
             }
-            Keep::OnDevice => renderer.render_on_device_in(turn, plan, library).map(|(picture, timings)| {
+            RequestedOutput::OnGpu => renderer.render_to_gpu_in(turn, plan, library).map(|(picture, timings)| {
                 let frame = Frame { width: picture.width, height: picture.height, hdr: Vec::new(), display: Vec::new() };
                 (frame, Some(picture), timings)
             }),
         };
         match drawn {
-            Ok((frame, on_device, timings)) => {
+            Ok((frame, on_gpu, timings)) => {
                 let adapter = Some(renderer.facts().to_string());
                 let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None };
-                Some(Done { frame, on_device, by })
+                Some(RenderOutput { frame, on_gpu, by })
             }
             Err(e) => {
                 let said = self.said.lock().unwrap_or_else(PoisonError::into_inner).replace(e.clone());
@@ -257,10 +272,10 @@ impl Gpu {
         plan: &Plan,
         window: impl FnOnce() -> Option<Plan>,
         library: &Library,
-        keep: Keep,
+        keep: RequestedOutput,
         say: &Arc<Say>,
-    ) -> Option<Done> {
-        if self.wish() == RendererWish::Software {
+    ) -> Option<RenderOutput> {
+        if self.preference() == RendererPreference::Software {
             return None;
         }
         // Another thread opens the device or waits for it.
@@ -275,17 +290,17 @@ impl Gpu {
         let window = window();
         if let Some(renderer) = &renderer {
             let for_windows = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
-            if let Some(turn) = renderer.turn_if_ready(plan).filter(|_| for_windows) {
+            if let Some(turn) = renderer.try_frame(plan).filter(|_| for_windows) {
                 drop(state);
                 return self.draw_in(renderer, turn, plan, library, keep, &**say);
             }
         }
         let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
-        let names: Vec<&ModuleName> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
+        let names: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
         let gathered = names.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(Gathered)?;
-        let (plan, wish) = (plan.clone(), self.wish());
+        let (plan, preference) = (plan.clone(), self.preference());
         *state = self.prepare(move || {
-            let renderer = renderer.map_or_else(|| GpuRenderer::open(wish == RendererWish::Gpu).map(Arc::new), Ok)?;
+            let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // Drawn once to no end: some drivers compile with the first draw only.
             let drawn =
                 [Some(renderer.render(&plan, &gathered, false).err()), window.map(|w| renderer.prepare_windows(&w, &gathered).err())];

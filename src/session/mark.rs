@@ -1,15 +1,15 @@
 //! Which request a picture was drawn for, written into the file, so that a run goes on with its own pictures and with no other's.
 //!
-//! In: a view request and what the session draws it with. Out: a [`Mark`], named values as one line of JSON; and of a file, whether it is whole and whose. Always: every field of
+//! In: a view request and what the session draws it with. Out: a [`Provenance`], named values as one line of JSON; and of a file, whether it is whole and whose. Always: every field of
 //! a request, every catalog, map, kernel and fragment that can change the picture changes the mark; no clock, path, number of threads or folder of a cache does. Not
 //! done: to tell two builds of one version apart by more than catalogs and shaders; to tell the GPU from software where either may draw.
 
 use super::{Session, is_exr};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::image::{HEAD_LEN, exr_head_text, png_head_text, whole_exr, whole_png};
+use crate::image::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use crate::shader::generator;
-use crate::wording::echo_of;
+use crate::wording::echo_within;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,14 +18,14 @@ use std::path::{Path, PathBuf};
 
 /// Everything that decides a picture, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mark(BTreeMap<String, String>);
+pub struct Provenance(BTreeMap<String, String>);
 
 /// The name of the PNG chunk that holds a mark.
-pub const MARK_CHUNK: &str = "Request";
+pub const PROVENANCE_CHUNK: &str = "Request";
 
 /// A file at the place where a picture shall be.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Earlier {
+pub enum ExistingPicture {
     None,
     /// Whole, and of this very request.
     Same,
@@ -82,11 +82,11 @@ pub(super) fn of_sources(catalog: &Catalog, kernel: Option<&Path>, folders: &[Pa
 }
 
 /// The time of a mark as a calendar has it.
-fn clock_of(mark: &Mark) -> &str {
+fn clock_of(mark: &Provenance) -> &str {
     mark.0.get("time").map_or("", |t| t.split(" (").next().unwrap_or_default())
 }
 
-impl Mark {
+impl Provenance {
     /// The mark of a request; `sources` as [`of_sources`] has it.
     pub(super) fn new(catalog: &Catalog, request: &ViewRequest, sources: &BTreeMap<String, String>) -> Self {
         let name = |id: NaifId| catalog.body(id).map_or_else(|| format!("place {}", id.0), |b| b.name.clone());
@@ -170,7 +170,7 @@ impl Mark {
     /// What a user thinks of first.
     pub fn short(&self) -> String {
         let value = |name: &str| self.0.get(name).map_or("", String::as_str);
-        format!("target {}, time {}, size {}", echo_of(value("target"), 60), clock_of(self), value("size"))
+        format!("target {}, time {}, size {}", echo_within(value("target"), 60), clock_of(self), value("size"))
     }
 
     fn parse(text: &str) -> Option<Self> {
@@ -192,21 +192,21 @@ impl Mark {
         let same_clock = clock_of(theirs) == clock_of(ours);
         let value = |mark: &Self, name: &str| match mark.0.get(name).map(String::as_str) {
             None | Some("") => "none".to_owned(),
-            Some(_) if name == "time" && !same_clock => echo_of(clock_of(mark), 60),
-            Some(text) => echo_of(text, 60),
+            Some(_) if name == "time" && !same_clock => echo_within(clock_of(mark), 60),
+            Some(text) => echo_within(text, 60),
         };
-        let said = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_of(n, 20), value(theirs, n), value(ours, n)));
+        let said = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_within(n, 20), value(theirs, n), value(ours, n)));
         let more = differ.len().saturating_sub(3);
         said.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
     /// What is at a path where this picture of that size shall be.
-    pub fn earlier(&self, path: &Path, size: (u32, u32)) -> Earlier {
+    pub fn existing(&self, path: &Path, size: (u32, u32)) -> ExistingPicture {
         let about = match path.metadata() {
             // Writing will say what is wrong with the folder.
-            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Earlier::None,
-            Err(e) => return Earlier::Unknown(e.to_string()),
-            Ok(about) if !about.is_file() => return Earlier::Unknown("no file".into()),
+            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingPicture::None,
+            Err(e) => return ExistingPicture::Unknown(e.to_string()),
+            Ok(about) if !about.is_file() => return ExistingPicture::Unknown("no file".into()),
             Ok(about) => about,
         };
         let read = |most: u64| {
@@ -215,32 +215,33 @@ impl Mark {
         };
         let head = match read(HEAD_LEN as u64) {
             Ok(head) => head,
-            Err(why) => return Earlier::Unknown(why),
+            Err(why) => return ExistingPicture::Unknown(why),
         };
-        let text = if is_exr(path) { exr_head_text(&head) } else { png_head_text(&head, MARK_CHUNK) };
+        let text = if is_exr(path) { exr_head_text(&head) } else { png_head_text(&head, PROVENANCE_CHUNK) };
         match text.as_deref().and_then(Self::parse) {
-            None => return Earlier::Unknown("none can be read in it".into()),
-            Some(theirs) if theirs != *self => return Earlier::Other(Self::differences(&theirs, self)),
+            None => return ExistingPicture::Unknown("none can be read in it".into()),
+            Some(theirs) if theirs != *self => return ExistingPicture::Other(Self::differences(&theirs, self)),
             Some(_) => {}
         }
         // Four floats a pixel, what a line costs, and the texts: no picture of this size is larger.
         let most = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
         if about.len() > most {
-            return Earlier::Damaged("larger than any picture of this size".into());
+            return ExistingPicture::Damaged("larger than any picture of this size".into());
         }
-        let whole = read(most).and_then(|b| if is_exr(path) { whole_exr(&b) } else { whole_png(&b, size) }.map_err(|e| e.to_string()));
-        whole.map_or_else(Earlier::Damaged, |()| Earlier::Same)
+        let whole =
+            read(most).and_then(|b| if is_exr(path) { is_whole_exr(&b) } else { is_whole_png(&b, size) }.map_err(|e| e.to_string()));
+        whole.map_or_else(ExistingPicture::Damaged, |()| ExistingPicture::Same)
     }
 }
 
 impl Session {
     /// What decides the picture of a request that this session draws.
-    pub fn mark(&self, request: &ViewRequest) -> Mark {
+    pub fn provenance(&self, request: &ViewRequest) -> Provenance {
         let sources = self.mark_sources.get_or_init(|| of_sources(&self.catalog, self.kernel.as_deref(), &self.folders));
         let mut sources = sources.clone();
         // A window changes both while it runs.
         sources.insert("shaders".into(), self.library.generator().to_string());
-        sources.insert("renderer".into(), self.devices.wish().name().into());
-        Mark::new(&self.catalog, request, &sources)
+        sources.insert("renderer".into(), self.devices.preference().name().into());
+        Provenance::new(&self.catalog, request, &sources)
     }
 }

@@ -1,11 +1,11 @@
 //! Shape models by body, each read once when a view first wants it, and the shadows they throw on themselves.
 //!
 //! In: catalog entries. Out: models from `--textures` or from beside the catalog files, and heights of the Sun at their vertices
-//! ([`crate::mesh::horizon`]), kept while the Sun moves no more than [`TOLERANCE_RAD`] in the body's sky. A file that cannot be read is one line.
+//! ([`crate::mesh::self_shadow`]), kept while the Sun moves no more than [`TOLERANCE_RAD`] in the body's sky. A file that cannot be read is one line.
 
 use crate::catalog::{Body, NaifId};
 use crate::memo::Memo;
-use crate::mesh::{Figure, Model, obj};
+use crate::mesh::{Model, ShapeFrame, obj};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const KEPT: usize = 8;
 /// Models that are kept.
 const MODELS_KEPT: usize = 64;
 /// Bytes of a file at the most.
-const BYTES_AT_MOST: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// What heights of the Sun are computed from.
 struct UnderSun {
@@ -67,12 +67,12 @@ impl Meshes {
         };
         let shown = path.display();
         let bytes = std::fs::metadata(&path).map_err(|e| format!("{shown}: {e}"))?.len();
-        if bytes > BYTES_AT_MOST {
-            return Err(format!("{shown}: {bytes} bytes, more than {BYTES_AT_MOST}, the most that are read"));
+        if bytes > MAX_BYTES {
+            return Err(format!("{shown}: {bytes} bytes, more than {MAX_BYTES}, the most that are read"));
         }
         let text = std::fs::read_to_string(&path).map_err(|e| format!("{shown}: {e}"))?;
         let obj = obj::parse(&text).map_err(|e| format!("{shown}:{e}"))?;
-        let figure = Figure {
+        let figure = ShapeFrame {
             radii_km: body.radii_km,
             scale_km: named.scale_km,
             latitude_stretch: body.map_latitude_stretch(),
@@ -94,7 +94,7 @@ mod tests {
 
     fn model() -> Arc<Model> {
         let text = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
-        let figure = Figure { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+        let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
         Arc::new(Model::of(&obj::parse(text).expect("reads"), &figure).expect("a model"))
     }
 

@@ -23,27 +23,28 @@ mod stages;
 mod standard_scenes;
 
 pub use crate::render::software::{TapeCost, tape_costs};
+use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 use devices::Devices;
-pub use mark::{Earlier, MARK_CHUNK, Mark};
-pub use pictures::{Readers, is_exr, write_new, write_new_picture, write_picture, write_whole};
-pub use price::{LightChange, Price};
-use renderers::{Done, Keep};
-pub use renderers::{DrawnBy, Readiness, RendererWish};
-pub use sample::{WITH_LIMB, WITHIN, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
-pub use screen::{DeviceScreen, ShowWish, Showable, ShownBy};
-pub use shaders::{Stamps, fragment_stamps, read_fragments};
+pub use mark::{ExistingPicture, PROVENANCE_CHUNK, Provenance};
+pub use pictures::{FileAccess, is_exr, write_new, write_new_picture, write_picture, write_whole};
+pub use price::{EffectCost, LightChange};
+pub use renderers::{DrawnBy, Readiness, RendererPreference};
+use renderers::{RenderOutput, RequestedOutput};
+pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
+pub use screen::{DeviceSurface, DisplayPreference, PresenterChoice, WindowHandle};
+pub use shaders::{FragmentTimes, fragment_times, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{Letters, MapStore, Reading, SharedTexture};
+use crate::image::{GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
-use crate::render::plan::{self, Fineness, ModuleName, PictureOnDevice, Plan, PlanError, SharedDraw, Supplies};
+use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
 use crate::render::software::SoftwareRenderer;
-use crate::scene::lamps::Lamps;
+use crate::scene::lamps::NightLights;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Caches, Scene, SceneError};
@@ -76,7 +77,7 @@ pub struct Sources {
     /// The modules' lanes compute in f64.
     pub double_precision: bool,
     /// Which renderer draws.
-    pub renderer: RendererWish,
+    pub renderer: RendererPreference,
     /// Frames will be drawn: the device is opened while catalogs are read.
     pub draws: bool,
 }
@@ -100,13 +101,13 @@ pub enum SessionError {
 }
 
 /// A drawn frame with the scene it shows.
-pub struct Drawn {
+pub struct DrawnFrame {
     pub scene: Scene,
     /// Draws that are not of one body.
-    pub shared: Vec<SharedDraw>,
+    pub simple_draws: Vec<SimpleDraw>,
     pub frame: Frame,
     /// The picture, where it stays on the device that drew it: the frame has no pixels then.
-    pub on_device: Option<PictureOnDevice>,
+    pub on_gpu: Option<GpuImage>,
     pub by: DrawnBy,
 }
 
@@ -121,9 +122,9 @@ pub struct Session {
     air_tables: air_tables::AirTables,
     meshes: meshes::Meshes,
     /// By body, each read once when an exposure first asks for it.
-    lamps: Memo<NaifId, Option<Arc<Lamps>>>,
+    night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
     /// Those of the last size that was asked for.
-    letters: Memo<u64, Arc<Letters>>,
+    glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
     devices: Devices,
     /// Map and mesh files that could not be read, said once.
@@ -207,8 +208,8 @@ impl Session {
         let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
         if let Some(folder) = &sources.shaders {
-            let fragments = fragment_stamps(folder).and_then(|stamps| read_fragments(folder, &stamps));
-            library.make_of(fragments.map_err(SessionError::Shaders)?);
+            let fragments = fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps));
+            library.set_fragments(fragments.map_err(SessionError::Shaders)?);
         }
         Ok(Self {
             catalog,
@@ -217,8 +218,8 @@ impl Session {
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
-            lamps: Memo::holding(LAMPS_KEPT),
-            letters: Memo::holding(1),
+            night_lights: Memo::holding(LAMPS_KEPT),
+            glyphs: Memo::holding(1),
             scene_caches: Caches::default(),
             devices,
             missing: Mutex::default(),
@@ -245,13 +246,13 @@ impl Session {
     }
 
     /// A software renderer with threads of its own, for questions that are answered while a window's picture is drawn.
-    pub fn aside(&self) -> &SoftwareRenderer {
-        self.devices.aside()
+    pub fn background_renderer(&self) -> &SoftwareRenderer {
+        self.devices.background_renderer()
     }
 
     /// Which renderers can be wished for, and which one is.
-    pub fn renderers(&self) -> (&'static [RendererWish], RendererWish) {
-        (self.devices.choices(), self.devices.wish())
+    pub fn renderers(&self) -> (&'static [RendererPreference], RendererPreference) {
+        (self.devices.choices(), self.devices.preference())
     }
 
     /// Whether the GPU is being made ready for what was drawn promptly in software. Never waits.
@@ -260,8 +261,8 @@ impl Session {
     }
 
     /// Wishes for another renderer from the next frame on.
-    pub fn choose_renderer(&self, wish: RendererWish) {
-        self.devices.choose(wish);
+    pub fn choose_renderer(&self, preference: RendererPreference) {
+        self.devices.choose(preference);
     }
 
     /// A renderer like that one, in f64 or in f32.
@@ -320,12 +321,12 @@ impl Session {
     ///
     /// # Errors
     /// No scene, or a module that cannot be made.
-    pub fn plan(&self, request: &ViewRequest, fineness: Fineness) -> Result<(Scene, Plan), SessionError> {
+    pub fn plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
         loop {
             let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
             let modules = plan::modules(&scene);
             self.measured(Stage::Shaders, || self.library.warm(&modules, || {}));
-            match self.measured(Stage::Plan, || plan::plan(&scene, self, fineness)) {
+            match self.measured(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
                 // A map that the requirements did not name; without it the scene is another one.
                 Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
@@ -338,67 +339,73 @@ impl Session {
     ///
     /// # Errors
     /// As [`Self::plan`].
-    pub fn passes(&self, request: &ViewRequest, fineness: Fineness) -> Result<String, SessionError> {
-        let (scene, plan) = self.plan(request, fineness)?;
-        Ok(plan::graph::outline(&plan::steps(&scene, self, fineness)?, &plan))
+    pub fn passes(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<String, SessionError> {
+        let (scene, plan) = self.plan(request, sampling)?;
+        Ok(plan::graph::outline(&plan::steps(&scene, self, sampling)?, &plan))
     }
 
     /// Draws a view with the renderer that was asked for, or in software where that cannot.
-    pub fn draw(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
-        self.draw_by(self.renderer(), request, fineness, keep_hdr)
+    pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
+        self.draw_by(self.renderer(), request, sampling, keep_hdr)
     }
 
     /// The same for a question that is answered while a window's picture is drawn.
-    pub fn draw_aside(&self, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
-        self.draw_by(self.aside(), request, fineness, keep_hdr)
+    pub fn draw_in_background(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
+        self.draw_by(self.background_renderer(), request, sampling, keep_hdr)
     }
 
-    fn draw_by(&self, by: &SoftwareRenderer, request: &ViewRequest, fineness: Fineness, keep_hdr: bool) -> Result<Drawn, SessionError> {
-        let (scene, plan) = self.plan(request, fineness)?;
-        let keep = if keep_hdr { Keep::Linear } else { Keep::Pixels };
-        let done = self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, keep)).map_err(SessionError::Renderer)?;
+    fn draw_by(
+        &self,
+        by: &SoftwareRenderer,
+        request: &ViewRequest,
+        sampling: SamplingQuality,
+        keep_hdr: bool,
+    ) -> Result<DrawnFrame, SessionError> {
+        let (scene, plan) = self.plan(request, sampling)?;
+        let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
+        let done = self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)).map_err(SessionError::Renderer)?;
         Ok(drawn(scene, &plan, done))
     }
 }
 
-fn drawn(scene: Scene, plan: &Plan, Done { frame, on_device, by }: Done) -> Drawn {
-    Drawn { scene, shared: plan.shared_draws(), frame, on_device, by }
+fn drawn(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOutput) -> DrawnFrame {
+    DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, on_gpu, by }
 }
 
 impl Session {
     /// From here on modules are made of these fragments.
     pub fn make_shaders_of(&self, fragments: Fragments) {
-        self.library.make_of(fragments);
+        self.library.set_fragments(fragments);
         self.devices.forget_modules();
     }
 
-    /// Draws a view for a window: in software while the GPU is not ready for it. `on_device`: the picture may stay on the device.
-    pub fn draw_promptly(&self, request: &ViewRequest, fineness: Fineness, on_device: bool) -> Result<Drawn, SessionError> {
-        let (scene, plan) = self.plan(request, fineness)?;
-        let keep = if on_device { Keep::OnDevice } else { Keep::Pixels };
+    /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the picture may stay on the device.
+    pub fn draw_or_fall_back(&self, request: &ViewRequest, sampling: SamplingQuality, on_gpu: bool) -> Result<DrawnFrame, SessionError> {
+        let (scene, plan) = self.plan(request, sampling)?;
+        let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
         // Asked for by a device alone: in software no window needs that module.
-        let window = || plan::smallest_interface(self).ok();
+        let window = || plan::warm_up_interface(self).ok();
         let done = self
-            .measured(Stage::Draw, || self.devices.draw_promptly(&plan, window, &self.library, keep))
+            .measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested))
             .map_err(SessionError::Renderer)?;
         Ok(drawn(scene, &plan, done))
     }
 }
 
-impl Supplies for Session {
-    fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError> {
+impl ResourceProvider for Session {
+    fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError> {
         Ok(self.library.get(module).map_err(|e| PlanError::Module(e.to_string()))?.layout.clone())
     }
-    fn map(&self, file: &str, reading: Reading) -> Result<SharedTexture, PlanError> {
-        self.maps.get_as(file, reading).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
+    fn map(&self, file: &str, reading: MapDecoding) -> Result<SharedTexture, PlanError> {
+        self.maps.get_decoded(file, reading).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
-    fn letters(&self, size_px: f64) -> Arc<Letters> {
-        self.letters.get(size_px.to_bits(), || {
+    fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
+        self.glyphs.get(size_px.to_bits(), || {
             let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
-            Arc::new(Letters::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
+            Arc::new(GlyphAtlas::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
         })
     }
 }

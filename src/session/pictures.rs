@@ -3,7 +3,7 @@
 //! In: a frame and what it says of itself, or any bytes. Out: a PNG or an EXR, by the name's ending, or the bytes. Always: a file that is there is complete; an interrupted
 //! run leaves no half picture to be taken for done; what is written under a new name replaces nothing, whoever writes beside it.
 
-use super::MARK_CHUNK;
+use super::PROVENANCE_CHUNK;
 use crate::image;
 use crate::render::frame::Frame;
 use crate::wording::echo;
@@ -22,7 +22,7 @@ pub fn is_exr(path: &Path) -> bool {
 /// # Errors
 /// The path and why, in one line.
 pub fn write_picture(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), String> {
-    write_whole(path, Readers::All, |out| fill_picture(out, is_exr(path), frame, text))
+    write_whole(path, FileAccess::All, |out| fill_picture(out, is_exr(path), frame, text))
 }
 
 /// The same as [`write_new`] writes: all names have one ending.
@@ -35,13 +35,13 @@ pub fn write_new_picture(
     frame: &Frame,
     text: &[(&'static str, String)],
 ) -> Result<PathBuf, String> {
-    write_new(names, Readers::All, |out| fill_picture(out, is_exr, frame, text))
+    write_new(names, FileAccess::All, |out| fill_picture(out, is_exr, frame, text))
 }
 
 fn fill_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), String> {
     if is_exr {
         let legend = text.iter().find(|(k, _)| *k == "Legend").map_or("", |(_, v)| v.as_str());
-        let mark = text.iter().find(|(k, _)| *k == MARK_CHUNK).map(|(_, v)| v.as_str());
+        let mark = text.iter().find(|(k, _)| *k == PROVENANCE_CHUNK).map(|(_, v)| v.as_str());
         image::write_exr(out, frame.width, frame.height, &frame.hdr, legend, mark).map_err(|e| e.to_string())
     } else {
         let text: Vec<(&str, &str)> = text.iter().map(|(k, v)| (*k, v.as_str())).collect();
@@ -51,7 +51,7 @@ fn fill_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, tex
 
 /// Who may read a kept file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Readers {
+pub enum FileAccess {
     All,
     /// Settings tell where someone lives.
     Owner,
@@ -63,7 +63,7 @@ pub enum Readers {
 /// The path and why, in one line.
 pub fn write_whole(
     path: &Path,
-    readers: Readers,
+    readers: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), String>,
 ) -> Result<(), String> {
     let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", echo(&path.display().to_string()));
@@ -77,7 +77,7 @@ pub fn write_whole(
 /// The path and why, in one line: no name is free, for one.
 pub fn write_new(
     names: impl IntoIterator<Item = PathBuf>,
-    readers: Readers,
+    readers: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), String>,
 ) -> Result<PathBuf, String> {
     let mut names = names.into_iter();
@@ -100,7 +100,7 @@ pub fn write_new(
 /// The content of `path`, whole, under another name of its folder.
 fn filled(
     path: &Path,
-    readers: Readers,
+    readers: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), String>,
 ) -> Result<NamedTempFile, String> {
     let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", echo(&path.display().to_string()));
@@ -113,7 +113,7 @@ fn filled(
         fill(&mut out).map_err(|e| failed(&e))?;
         out.flush().map_err(|e| failed(&e))?;
     }
-    if readers == Readers::All {
+    if readers == FileAccess::All {
         open_to_others(file.as_file());
     }
     Ok(file)
@@ -168,7 +168,7 @@ mod tests {
         }
         let write = |writer: usize, k: usize| {
             let text = format!("{writer} {k}");
-            write_new(numbered(folder.path()), Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
+            write_new(numbered(folder.path()), FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
         };
         let written: Vec<(String, PathBuf)> = std::thread::scope(|scope| {
             let writers: Vec<_> = (0..8)
@@ -196,10 +196,10 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let name = folder.path().join("a.txt");
         std::fs::write(&name, "first").expect("a file");
-        let why = write_new([name.clone()], Readers::All, |_| Ok(())).expect_err("it is taken");
+        let why = write_new([name.clone()], FileAccess::All, |_| Ok(())).expect_err("it is taken");
         assert!(why.contains("a.txt") && why.contains("exists already") && !why.contains('\n'), "{why}");
         assert_eq!(std::fs::read_to_string(&name).expect("a file"), "first");
         let nowhere = folder.path().join("none").join("b.txt");
-        assert!(write_new([nowhere], Readers::All, |_| Ok(())).is_err_and(|why| why.contains("b.txt")));
+        assert!(write_new([nowhere], FileAccess::All, |_| Ok(())).is_err_and(|why| why.contains("b.txt")));
     }
 }

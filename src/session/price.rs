@@ -1,10 +1,10 @@
 //! What an effect costs in a view, and what it does to the light: the view drawn with it and without it.
 //!
-//! In: a view and an effect. Out: a [`Price`]. Always: measured, in software and on a smaller picture, and counted up by pixels; the exposure
+//! In: a view and an effect. Out: a [`EffectCost`]. Always: measured, in software and on a smaller picture, and counted up by pixels; the exposure
 //! of both is that of the view, so that light is compared with light. Not done: a price on the GPU, whose times come by pass.
 
 use super::{Session, SessionError};
-use crate::render::plan::{Fineness, Plan};
+use crate::render::plan::{Plan, SamplingQuality};
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ const ROUNDS: usize = 3;
 
 /// What one effect adds to a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Price {
+pub struct EffectCost {
     /// Milliseconds of drawing that it adds to a picture of the view's size, from 0; noise of some per cent of the whole remains.
     pub ms: f64,
     pub light: LightChange,
@@ -52,13 +52,13 @@ impl Session {
     ///
     /// # Errors
     /// Why the view cannot be drawn.
-    pub fn price(
+    pub fn effect_cost(
         &self,
         request: &ViewRequest,
         stops: f64,
         (effect, on): (Effect, bool),
         of_body: Option<&str>,
-    ) -> Result<Price, SessionError> {
+    ) -> Result<EffectCost, SessionError> {
         let pixels = f64::from(request.width) * f64::from(request.height);
         let shrink = (MEASURED_PX / pixels).sqrt().min(1.0);
         let side = |px: u32| ((f64::from(px) * shrink).round() as u32).max(1);
@@ -70,7 +70,7 @@ impl Session {
                 Some(name) => small.effects.of_body(name).set(effect, with),
                 None => small.effects.set(effect, with),
             }
-            Ok(self.plan(&small, Fineness::of(request.quality))?.1)
+            Ok(self.plan(&small, SamplingQuality::of(request.quality))?.1)
         };
         let plans = [planned(false)?, planned(true)?];
         let mut quickest = [Duration::MAX; 2];
@@ -78,14 +78,14 @@ impl Session {
         for _ in 0..ROUNDS {
             for (which, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
-                let drawn = self.aside().render(plan, self.library(), true);
+                let drawn = self.background_renderer().render(plan, self.library(), true);
                 let (frame, _) = drawn.map_err(|e| SessionError::Renderer(e.to_string()))?;
                 quickest[which] = quickest[which].min(start.elapsed());
                 light[which] = frame.hdr;
             }
         }
         let counted_up = pixels / (f64::from(width) * f64::from(height));
-        Ok(Price {
+        Ok(EffectCost {
             // An effect gives no time back: what is less is noise.
             ms: (quickest[1].as_secs_f64() - quickest[0].as_secs_f64()).max(0.0) * 1e3 * counted_up,
             light: LightChange::between(&light[0], &light[1]),

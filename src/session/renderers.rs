@@ -1,12 +1,12 @@
 //! Which renderers a user may ask for, and what becomes of a plan that one draws.
 
 use crate::render::frame::Frame;
-use crate::render::plan::PictureOnDevice;
+use crate::render::plan::GpuImage;
 use crate::render::software::Timings;
 
 /// What the user asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RendererWish {
+pub enum RendererPreference {
     /// A hardware GPU where there is one, else software.
     Auto,
     /// Any adapter, a driver on the processor too; none is an error.
@@ -15,7 +15,7 @@ pub enum RendererWish {
     Software,
 }
 
-impl RendererWish {
+impl RendererPreference {
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -40,21 +40,21 @@ pub struct DrawnBy {
 }
 
 /// What became of a plan.
-pub struct Done {
+pub struct RenderOutput {
     pub frame: Frame,
     /// The picture, where it stays on the device: the frame has no pixels then.
-    pub on_device: Option<PictureOnDevice>,
+    pub on_gpu: Option<GpuImage>,
     pub by: DrawnBy,
 }
 
 /// What a frame is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Keep {
+pub enum RequestedOutput {
     Pixels,
     /// The linear picture too.
     Linear,
     /// The picture may stay on the device that draws it.
-    OnDevice,
+    OnGpu,
 }
 
 /// Whether a picture that was drawn promptly in software could now come from the GPU.

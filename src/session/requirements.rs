@@ -4,10 +4,10 @@
 
 use super::{Session, SessionError, Stage};
 use crate::catalog::Body;
-use crate::image::Reading;
+use crate::image::MapDecoding;
 use crate::render::plan;
 use crate::scene::draw::Shape;
-use crate::scene::lamps::Lamps;
+use crate::scene::lamps::NightLights;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder};
 use std::collections::BTreeSet;
@@ -32,10 +32,10 @@ impl Session {
         let mut builder = self.measured(Stage::Scene, start)?;
         let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
         for body in builder.lamps_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
-            let lamps = self.measured(Stage::Maps, || self.lamps.get(body.id, || self.read_lamps(body)));
-            known.lamps.extend(lamps.map(|lamps| (body.id, lamps)));
+            let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_lamps(body)));
+            known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
-        if !known.lamps.is_empty() {
+        if !known.night_lights.is_empty() {
             self.measured(Stage::Scene, || builder.meter_lamps(&known));
         }
         let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
@@ -97,10 +97,11 @@ impl Session {
             .flat_map(|(files, shape)| files.bindings().map(move |(binding, file)| (binding, file, *shape)))
             .filter(|(_, file, _)| !self.missing.lock().unwrap_or_else(PoisonError::into_inner).contains(*file))
             .partition(|(binding, ..)| plan::OVERLAY_BINDINGS.contains(binding));
-        let maps: Vec<(&str, Reading)> = maps.into_iter().map(|(binding, file, shape)| (file, plan::map_reading(binding, shape))).collect();
-        self.maps.bring(&maps);
+        let maps: Vec<(&str, MapDecoding)> =
+            maps.into_iter().map(|(binding, file, shape)| (file, plan::map_decoding(binding, shape))).collect();
+        self.maps.prefetch(&maps);
         for (file, reading) in maps {
-            if let Err(why) = self.maps.get_as(file, reading) {
+            if let Err(why) = self.maps.get_decoded(file, reading) {
                 self.note_bad_map(file, &why);
             }
         }
@@ -112,12 +113,12 @@ impl Session {
     }
 
     /// The lamps of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
-    fn read_lamps(&self, body: &Body) -> Option<Arc<Lamps>> {
+    fn read_lamps(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
-        let map = self.maps.get_as(&night.file, plan::map_reading(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
+        let map = self.maps.get_decoded(&night.file, plan::map_decoding(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
         let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
         let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
-        Lamps::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
+        NightLights::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 }

@@ -16,9 +16,9 @@ use crate::render::software::SoftwareRenderer;
 use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::draw::{
-    AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, OverlayAmounts, RingAmounts, RingTable, Shape, Surface,
+    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, OverlayUniforms, RingTable, RingUniforms, Shape, Surface,
 };
-use crate::scene::eclipse::AIR_LAYERS;
+use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine};
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
@@ -29,52 +29,52 @@ use std::time::Instant;
 const TIMED_SIDE: u32 = 1000;
 const ROUNDS: usize = 5;
 /// Half the picture's side in radii where corners are to be on the body, and where its limb is to show.
-pub const WITHIN: f32 = 0.7;
-pub const WITH_LIMB: f32 = 1.25;
+pub const HALF_SIDE_INSIDE: f32 = 0.7;
+pub const HALF_SIDE_WITH_LIMB: f32 = 1.25;
 /// Meridians and parallels of the mesh.
 const MESH: (u32, u32) = (48, 24);
 
 /// The axis ratios of the sample body: an ellipsoid's, where the key has one.
 fn axis_ratios(key: &ShaderKey) -> Vec3 {
-    if key.needs().shape == Shape::Sphere { Vec3::ONE } else { Vec3::new(1.0, 1.0, 0.95) }
+    if key.features().shape == Shape::Sphere { Vec3::ONE } else { Vec3::new(1.0, 1.0, 0.95) }
 }
 
 /// Towards the Sun of the sample body.
 const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
 /// Centres across and along the light, and radii, of the bodies before the Sun: on the lit face, two of them meeting.
-const CASTERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
+const OCCLUDERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
 
 /// A Sun of the size that the Earth sees, and the key's number of bodies before it, the first with air.
-fn eclipse(key: &ShaderKey) -> EclipseAmounts {
+fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     let (sun_distance, cot) = (23_455.0, 215.0);
     let along = SUNWARD.normalize_or_zero();
     let (x, y) = along.any_orthonormal_pair();
-    let casters = &CASTERS[..usize::from(key.needs().eclipse.casters).min(CASTERS.len())];
-    let [_, _, _, radius] = CASTERS[0];
+    let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
+    let [_, _, _, radius] = OCCLUDERS[0];
     // Bending and dimming fade upward, red last.
-    let fade = |k: usize| 1.0 - k as f32 / AIR_LAYERS as f32;
+    let fade = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
     let edge = |k: usize| (radius * (1.1 - 0.1 * fade(k)), 0.02 * fade(k).powi(2));
-    let edges = (0..AIR_LAYERS).map(|k| {
+    let edges = (0..REFRACTING_LAYERS).map(|k| {
         let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
         Vec4::new(r0, b0, r1, b1)
     });
     let spread = |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % COLUMNS_OF_SPREAD) as f32 / (COLUMNS_OF_SPREAD - 1) as f32).extend(0.0);
     let disc = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
-    EclipseAmounts {
+    EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
         across: [x.extend(cot), y.extend(cot / sun_distance)],
         limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc).extend(0.0)),
-        places: casters.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
-        shapes: casters.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
+        places: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
+        shapes: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
-        air_passes: (0..AIR_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
+        air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * fade(k)).extend(0.0)).collect(),
         // From the middle of the shadow outwards and from blue to red it lets more through.
         spread: (0..REACHES).map(spread).chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - REACHES]).collect(),
     }
 }
 
 /// A thin and a thick ring with a gap between them.
-fn ring() -> RingAmounts {
+fn ring() -> RingUniforms {
     let ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
         inner_km,
@@ -84,13 +84,13 @@ fn ring() -> RingAmounts {
         dust: 0.0,
     };
     let table = RingTable::of([ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)].iter(), 1.0);
-    RingAmounts {
+    RingUniforms {
         reach: Vec2::new(1.1, 2.2),
         table: table.map(Arc::new),
         blur: 0.002,
         phase: Vec3::new(0.15, 3.0, 1.0),
         dust_asymmetry: Vec3::new(0.99, 0.6, 0.1),
-        dust_share: Vec3::new(0.05, 0.03, 0.02),
+        dust_weight: Vec3::new(0.05, 0.03, 0.02),
         opposition: Vec2::new(0.3, 0.005),
         half: 0.0,
         sun_tangent: 0.0005,
@@ -98,7 +98,7 @@ fn ring() -> RingAmounts {
         sun_limb_u1: Vec3::splat(0.4),
         sun_limb_u2: Vec3::splat(0.2),
         shine: None,
-        shine_frame: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
+        shine_axes: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
     }
 }
 
@@ -113,35 +113,35 @@ fn shine() -> RingShine {
 }
 
 /// Air that is a tenth as high as the body is wide, blue, hazy below and with an absorbing layer, so that each part shows.
-fn air() -> AirAmounts {
+fn air() -> AtmosphereUniforms {
     let excess = |height: f32| height * (2.0 + height);
-    AirAmounts {
+    AtmosphereUniforms {
         top: excess(0.2),
         ends: Vec2::new(0.2, 0.0),
-        gas_height: 0.025,
-        gas_scattering: Vec3::new(2.0, 4.0, 9.0),
-        gas_extinction: Vec3::new(2.0, 4.0, 9.0),
+        rayleigh_scale_height: 0.025,
+        rayleigh_scattering: Vec3::new(2.0, 4.0, 9.0),
+        rayleigh_extinction: Vec3::new(2.0, 4.0, 9.0),
         skylight: Vec3::splat(0.4),
-        haze_height: 0.01,
-        haze_asymmetry: 0.7,
-        haze_scattering: Vec3::splat(8.0),
-        haze_extinction: Vec3::new(9.0, 9.5, 10.0),
+        mie_scale_height: 0.01,
+        mie_asymmetry: 0.7,
+        mie_scattering: Vec3::splat(8.0),
+        mie_extinction: Vec3::new(9.0, 9.5, 10.0),
         layer: Vec3::new(excess(0.03), excess(0.06), excess(0.09)),
-        layer_extinction: Vec3::new(0.8, 2.0, 0.2),
-        veil: 0.0,
+        absorption_extinction: Vec3::new(0.8, 2.0, 0.2),
+        blend_mode: 0.0,
         night: 1e-3,
-        many_heights: Vec2::new(0.0, 5.0),
-        many: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
+        multi_scatter_heights: Vec2::new(0.0, 5.0),
+        multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
     }
 }
 
-fn amounts(key: &ShaderKey, half: f32) -> Amounts {
+fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
     // Seen along its plane a ring would be a line.
-    let forward = if key.needs().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
+    let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
-    let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.needs().lights));
-    Amounts {
+    let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.features().lights));
+    DrawUniforms {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
         anchor_origin: up * half - Vec3::Y * half,
         anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
@@ -168,16 +168,16 @@ fn amounts(key: &ShaderKey, half: f32) -> Amounts {
         specular_strength: 1.0,
         wave_slope_sq: 0.03,
         normal_strength: 1.0,
-        clouds: CloudAmounts { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
+        clouds: CloudUniforms { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlays(key),
         ring: ring(),
-        ..Amounts::default()
+        ..DrawUniforms::default()
     }
 }
 
 /// A band on the side that is seen, and a round image within it.
-fn overlays(key: &ShaderKey) -> Vec<OverlayAmounts> {
+fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let light = row(0.5, 0.6, 0.7, 0.8);
     let band = [
@@ -196,7 +196,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayAmounts> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    [band, round].into_iter().map(|rows| OverlayAmounts { rows, around: false }).take(usize::from(key.needs().overlays)).collect()
+    [band, round].into_iter().map(|rows| OverlayUniforms { rows, around: false }).take(usize::from(key.features().overlays)).collect()
 }
 
 /// Smooth in u and v, so that filtering and not aliasing is seen; as a normal map it leans by some degrees.
@@ -257,26 +257,26 @@ pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> 
     let failed = |e: String| SessionError::Renderer(e);
     let id = ModuleId::Planet(*key);
     let module = library.get(&id).map_err(|e| failed(e.to_string()))?;
-    let amounts = amounts(key, half);
-    let uniforms = uniforms_of(&module.layout, &amounts, 8).map_err(|e| failed(format!("{id}: {e}")))?;
+    let uniforms = uniforms(key, half);
+    let uniform_bytes = uniforms_of(&module.layout, &uniforms, 8).map_err(|e| failed(format!("{id}: {e}")))?;
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
-        let image = match &amounts.ring.table {
+        let image = match &uniforms.ring.table {
             Some(table) if t.binding == RING_PROFILE_BINDING => ring_profile(table),
             _ if t.binding == RING_SHINE_BINDING => ring_shine(&shine()),
             _ => Arc::new(map(t.binding)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
     }
-    let needs = key.needs();
+    let features = key.features();
     let draw = PlanDraw {
         label: id.to_string(),
         module: id,
-        uniforms,
+        uniform_bytes,
         textures,
         samplers: module.layout.samplers.iter().map(|s| SamplerBinding { binding: s.binding, state }).collect(),
-        vertices: if needs.shape == Shape::Mesh { mesh(needs.flags.vertex_colour) } else { Vertices::Count(6) },
+        vertices: if features.shape == Shape::Mesh { mesh(features.flags.vertex_colour) } else { Vertices::Count(6) },
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
         cull: Cull::None,
@@ -311,10 +311,10 @@ pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &Library, id: &Mod
 /// The module cannot be made or run.
 pub fn ms_per_megapixel_at(renderer: &SoftwareRenderer, library: &Library, id: &ModuleId, side: u32) -> Result<Option<f64>, SessionError> {
     let ModuleId::Planet(key) = id else { return Ok(None) };
-    if key.needs().shape == Shape::Mesh {
+    if key.features().shape == Shape::Mesh {
         return Ok(None);
     }
-    let plan = sample_plan(library, key, side, WITHIN)?;
+    let plan = sample_plan(library, key, side, HALF_SIDE_INSIDE)?;
     let mut best = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();

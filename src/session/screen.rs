@@ -4,17 +4,17 @@
 //! one, or none, the window is told so before it shows anything.
 
 use super::Session;
-use crate::render::plan::{PictureOnDevice, Piece};
+use crate::render::plan::{GpuImage, UiPrimitive};
 
 #[cfg(not(feature = "gpu"))]
-pub use none::{DeviceScreen, Showable};
+pub use none::{DeviceSurface, WindowHandle};
 #[cfg(feature = "gpu")]
-pub use some::{DeviceScreen, Showable};
+pub use some::{DeviceSurface, WindowHandle};
 
 /// What the user wishes a window to be shown by, where a device draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum ShowWish {
+pub enum DisplayPreference {
     /// By a device that is hardware. A driver on the processor would let the window wait for each picture, as long as that takes to draw.
     #[default]
     Auto,
@@ -25,7 +25,7 @@ pub enum ShowWish {
 
 /// What a window is to be shown by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShownBy {
+pub enum PresenterChoice {
     /// As it is now.
     AsBefore,
     /// A device draws, for which the window has no screen yet.
@@ -36,59 +36,59 @@ pub enum ShownBy {
 
 #[cfg(feature = "gpu")]
 mod some {
-    use super::{PictureOnDevice, Piece, Session, ShowWish, ShownBy};
-    pub use crate::render::gpu::Showable;
-    use crate::render::gpu::{AdapterKind, GpuRenderer, GpuScreen};
+    use super::{DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
+    pub use crate::render::gpu::WindowHandle;
+    use crate::render::gpu::{AdapterKind, GpuRenderer, GpuSurface};
     use crate::render::plan;
-    use crate::session::gpu_device::Standing;
+    use crate::session::gpu_device::DeviceState;
     use std::sync::Arc;
 
-    pub struct DeviceScreen {
+    pub struct DeviceSurface {
         renderer: Arc<GpuRenderer>,
-        screen: GpuScreen,
+        screen: GpuSurface,
     }
 
-    impl DeviceScreen {
+    impl DeviceSurface {
         /// Whether the picture lies on this screen's device, and can be shown.
-        pub fn holds(&self, picture: &PictureOnDevice) -> bool {
+        pub fn holds(&self, picture: &GpuImage) -> bool {
             self.renderer.holds(picture)
         }
     }
 
     impl Session {
         /// What a window with this screen, or none, is to be shown by. Never waits.
-        pub fn shown_by(&self, screen: Option<&DeviceScreen>, wish: ShowWish) -> ShownBy {
-            let shall = |renderer: &GpuRenderer| match wish {
-                ShowWish::Auto => renderer.facts().kind != AdapterKind::Software,
-                ShowWish::Device => true,
-                ShowWish::Processor => false,
+        pub fn shown_by(&self, screen: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
+            let shall = |renderer: &GpuRenderer| match preference {
+                DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
+                DisplayPreference::Device => true,
+                DisplayPreference::Processor => false,
             };
             let standing = match self.devices.standing() {
-                Standing::Open(renderer) if !shall(&renderer) => Standing::Software,
+                DeviceState::Open(renderer) if !shall(&renderer) => DeviceState::Software,
                 standing => standing,
             };
             match (standing, screen) {
-                (Standing::Open(renderer), Some(screen)) if Arc::ptr_eq(&renderer, &screen.renderer) => ShownBy::AsBefore,
-                (Standing::Open(renderer), _) if self.is_ready_for_windows(&renderer) => ShownBy::AnotherDevice,
+                (DeviceState::Open(renderer), Some(screen)) if Arc::ptr_eq(&renderer, &screen.renderer) => PresenterChoice::AsBefore,
+                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::AnotherDevice,
                 // What the window's own frames need is being made beside the picture's.
-                (Standing::Open(_), _) => ShownBy::AsBefore,
-                (Standing::Unchanged, _) | (Standing::Software, None) => ShownBy::AsBefore,
-                (Standing::Software, Some(_)) => ShownBy::Processor,
+                (DeviceState::Open(_), _) => PresenterChoice::AsBefore,
+                (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::AsBefore,
+                (DeviceState::Software, Some(_)) => PresenterChoice::Processor,
             }
         }
 
         fn is_ready_for_windows(&self, renderer: &GpuRenderer) -> bool {
-            plan::smallest_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
+            plan::warm_up_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
         }
 
         /// A screen of the device that draws; `None`: none draws just now.
         ///
         /// # Errors
         /// Why the device cannot show anything in this window, in one line.
-        pub fn screen(&self, window: impl Showable) -> Option<Result<DeviceScreen, String>> {
-            let Standing::Open(renderer) = self.devices.standing() else { return None };
+        pub fn screen(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, String>> {
+            let DeviceState::Open(renderer) = self.devices.standing() else { return None };
             Some(match renderer.screen(window) {
-                Ok(screen) => Ok(DeviceScreen { renderer, screen }),
+                Ok(screen) => Ok(DeviceSurface { renderer, screen }),
                 Err(e) => Err(e.to_string()),
             })
         }
@@ -99,8 +99,8 @@ mod some {
         /// Why it cannot, in one line; the screen is of no more use.
         pub fn show(
             &self,
-            on: &mut DeviceScreen,
-            pieces: Vec<Piece>,
+            on: &mut DeviceSurface,
+            pieces: Vec<UiPrimitive>,
             size: [u32; 2],
             about_to_show: impl FnOnce(),
         ) -> Result<bool, String> {
@@ -113,27 +113,27 @@ mod some {
 /// Without a GPU renderer there is no such screen.
 #[cfg(not(feature = "gpu"))]
 mod none {
-    use super::{PictureOnDevice, Piece, Session, ShowWish, ShownBy};
+    use super::{DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
 
-    pub enum DeviceScreen {}
-    pub trait Showable {}
-    impl<T> Showable for T {}
+    pub enum DeviceSurface {}
+    pub trait WindowHandle {}
+    impl<T> WindowHandle for T {}
 
-    impl DeviceScreen {
+    impl DeviceSurface {
         /// There is no such screen.
-        pub fn holds(&self, _: &PictureOnDevice) -> bool {
+        pub fn holds(&self, _: &GpuImage) -> bool {
             match *self {}
         }
     }
 
     impl Session {
         /// What a window is to be shown by: the processor, as ever.
-        pub fn shown_by(&self, _: Option<&DeviceScreen>, _: ShowWish) -> ShownBy {
-            ShownBy::AsBefore
+        pub fn shown_by(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChoice {
+            PresenterChoice::AsBefore
         }
 
         /// No device draws.
-        pub fn screen(&self, _: impl Showable) -> Option<Result<DeviceScreen, String>> {
+        pub fn screen(&self, _: impl WindowHandle) -> Option<Result<DeviceSurface, String>> {
             None
         }
 
@@ -141,7 +141,7 @@ mod none {
         ///
         /// # Errors
         /// None: there is no such screen.
-        pub fn show(&self, on: &mut DeviceScreen, _: Vec<Piece>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, String> {
+        pub fn show(&self, on: &mut DeviceSurface, _: Vec<UiPrimitive>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, String> {
             match *on {}
         }
     }

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// Time of the last change and length of each file.
-pub type Stamps = BTreeMap<PathBuf, (SystemTime, u64)>;
+pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 
 /// Folders in folders, and files, that are looked at; a link that leads round ends here.
 const DEEPEST: usize = 8;
-const FILES_AT_MOST: usize = 2000;
+const MAX_FILES: usize = 2000;
 /// The longest built-in fragment has some 10 kB.
 const LONGEST_FILE: u64 = 1 << 20;
 
@@ -22,11 +22,11 @@ const LONGEST_FILE: u64 = 1 << 20;
 ///
 /// # Errors
 /// What cannot be read, or that there is no fragment.
-pub fn fragment_stamps(folder: &Path) -> Result<Stamps, String> {
+pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, String> {
     let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", echo(&path.display().to_string()));
     let folder_of_all = folder.to_owned();
     let mut old = None;
-    let (mut found, mut folders) = (Stamps::new(), vec![(folder.to_owned(), 0)]);
+    let (mut found, mut folders) = (FragmentTimes::new(), vec![(folder.to_owned(), 0)]);
     while let Some((folder, depth)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(|e| failed(&folder, e))? {
             let path = entry.map_err(|e| failed(&folder, e))?.path();
@@ -40,8 +40,8 @@ pub fn fragment_stamps(folder: &Path) -> Result<Stamps, String> {
                 found.insert(path, (changed, about.len()));
             }
         }
-        if found.len() > FILES_AT_MOST {
-            return Err(format!("{}: more than {FILES_AT_MOST} *.wesl files", echo(&folder.display().to_string())));
+        if found.len() > MAX_FILES {
+            return Err(format!("{}: more than {MAX_FILES} *.wesl files", echo(&folder.display().to_string())));
         }
     }
     if let Some(path) = old {
@@ -65,7 +65,7 @@ fn is_old_fragment(folder: &Path, path: &Path) -> bool {
 ///
 /// # Errors
 /// A file that cannot be read, or that neither replaces a built-in fragment nor is imported by one.
-pub fn read_fragments(folder: &Path, files: &Stamps) -> Result<Fragments, String> {
+pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, String> {
     let one = |(path, (_, length)): (&PathBuf, &(SystemTime, u64))| {
         let failed = |why: String| format!("{}: {why}", echo(&path.display().to_string()));
         if *length > LONGEST_FILE {

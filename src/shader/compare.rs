@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Lines of one feature that only one of two modules has.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FeatureDifference {
+pub struct FeatureDiff {
     pub feature: String,
     pub only_first: Vec<Line>,
     pub only_second: Vec<Line>,
@@ -29,17 +29,17 @@ fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a 
 }
 
 /// What differs, by feature in order of name. Empty exactly when the texts are equal line for line.
-pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDifference> {
+pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     let places = |e: &Emitted| -> BTreeSet<Line> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
     let (in_first, in_second) = (places(first), places(second));
-    let mut by_feature: BTreeMap<&str, FeatureDifference> = BTreeMap::new();
+    let mut by_feature: BTreeMap<&str, FeatureDiff> = BTreeMap::new();
     for (feature, line) in lines_of(&first.wgsl, &first.source_map).filter(|(_, l)| !in_second.contains(l)) {
         by_feature.entry(feature).or_default().only_first.push(line);
     }
     for (feature, line) in lines_of(&second.wgsl, &second.source_map).filter(|(_, l)| !in_first.contains(l)) {
         by_feature.entry(feature).or_default().only_second.push(line);
     }
-    by_feature.into_iter().map(|(feature, d)| FeatureDifference { feature: feature.to_owned(), ..d }).collect()
+    by_feature.into_iter().map(|(feature, d)| FeatureDiff { feature: feature.to_owned(), ..d }).collect()
 }
 
 /// What a module's IR holds. Each function counts once, however often it is called.

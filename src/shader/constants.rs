@@ -6,7 +6,7 @@
 
 use super::key::DIMENSIONS;
 use super::source::condition::identifier;
-use crate::scene::draw::CASTERS_AT_MOST;
+use crate::scene::draw::MAX_OCCLUDERS;
 use crate::scene::draw::constants as shared;
 use std::fmt::Write as _;
 use std::sync::LazyLock;
@@ -57,7 +57,7 @@ fn fragment(about: &str, constants: &[Constant]) -> String {
 fn air() -> String {
     let span = 1.0 / (1.0 + shared::MULTIPLE_BEND) - shared::MULTIPLE_FIRST;
     let spread = (shared::SPREAD_HEIGHTS + 1) * shared::SPREAD_COLUMNS;
-    let casters = usize::from(CASTERS_AT_MOST);
+    let occluders = usize::from(MAX_OCCLUDERS);
     fragment(
         "Tables and polynomials of the atmosphere.",
         &[
@@ -70,27 +70,32 @@ fn air() -> String {
             constant(
                 "Multiple-scattering table: rows of heights; one row more is for level ground.",
                 "air_table",
-                "MANY_HEIGHTS",
+                "MULTI_SCATTER_HEIGHTS",
                 Value::U32(shared::MULTIPLE_HEIGHTS),
             ),
             constant(
-                "Its columns, which lie evenly in x = mu / (|mu| + MANY_BEND).",
+                "Its columns, which lie evenly in x = mu / (|mu| + MULTI_SCATTER_BEND).",
                 "air_table",
-                "MANY_SUNS",
+                "MULTI_SCATTER_SUNS",
                 Value::U32(shared::MULTIPLE_SUNS),
             ),
-            constant("Bend of that scale.", "air_table", "MANY_BEND", Value::F32(shared::MULTIPLE_BEND)),
-            constant("The first column is at x less this.", "air_table", "MANY_BELOW_HORIZON", Value::F32(-shared::MULTIPLE_FIRST)),
+            constant("Bend of that scale.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTIPLE_BEND)),
+            constant(
+                "The first column is at x less this.",
+                "air_table",
+                "MULTI_SCATTER_BELOW_HORIZON",
+                Value::F32(-shared::MULTIPLE_FIRST),
+            ),
             constant(
                 "Columns to a unit of x; the last column is the Sun in the zenith.",
                 "air_table",
-                "MANY_SUNS_PER_UNIT",
+                "MULTI_SCATTER_SUNS_PER_UNIT",
                 Value::F32((shared::MULTIPLE_SUNS - 1) as f64 / span),
             ),
             constant(
                 "Coefficients of the polynomial in x at one height.",
                 "air_table",
-                "MANY_COEFFICIENTS",
+                "MULTI_SCATTER_COEFFICIENTS",
                 Value::U32(shared::MULTIPLE_COEFFICIENTS),
             ),
             constant(
@@ -105,14 +110,14 @@ fn air() -> String {
                 "SPREAD_HEIGHTS",
                 Value::U32(shared::SPREAD_HEIGHTS),
             ),
-            constant("Its values for one occluder.", "air_table && eclipse_1", "SPREAD_NODES", Value::U32(spread)),
+            constant("Its values for one occluder.", "air_table && eclipse_1", "OCCLUDER_TABLE_ROWS", Value::U32(spread)),
             constant(
                 "All vectors: the values for each possible occluder, then one vector each that says where they lie.",
                 "air_table && eclipse_1",
                 "SPREAD_VECTORS",
-                Value::U32(casters * (spread + 1)),
+                Value::U32(occluders * (spread + 1)),
             ),
-            constant("Where those last vectors begin.", "air_table && eclipse_1", "SPREAD_REACHES", Value::U32(casters * spread)),
+            constant("Where those last vectors begin.", "air_table && eclipse_1", "SPREAD_REACHES", Value::U32(occluders * spread)),
         ],
     )
 }
@@ -133,7 +138,7 @@ fn rings() -> String {
                 "RING_SLOPES_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
             ),
-            constant("Cosines below this count as it.", "", "LEAST_COSINE", Value::F32(shared::LEAST_COSINE)),
+            constant("Cosines below this count as it.", "", "MIN_COSINE", Value::F32(shared::MIN_COSINE)),
             constant(
                 "Ring-shine table: heights over the ring's plane, of one side.",
                 "ring_shine",
@@ -170,7 +175,7 @@ fn draw() -> String {
     let mut text = "// Sizes of a draw's arrays. Written from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
     let counts = [
         ("lights", "LIGHTS", "Lights: the Sun, then other bodies."),
-        ("casters", "OCCLUDERS", "Bodies that may stand before the Sun."),
+        ("occluders", "OCCLUDERS", "Bodies that may stand before the Sun."),
         ("overlays", "OVERLAYS", "Images over the ground."),
     ];
     for (dimension, name, comment) in counts {

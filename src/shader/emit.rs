@@ -44,9 +44,9 @@ pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
 /// A simple module that does not exist, or line and column of what is wrong with a fragment.
 pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
     let (name, features) = match id {
-        ModuleId::Planet(key) => ("planet", key::features(key.needs())),
+        ModuleId::Planet(key) => ("planet", key::features(key.features())),
         ModuleId::Simple(name) if SIMPLE_MODULES.contains(name) => (*name, Vec::new()),
-        ModuleId::Probe(name, key) => (*name, key::features(key.needs())),
+        ModuleId::Probe(name, key) => (*name, key::features(key.features())),
         ModuleId::Simple(name) => return Err(ShaderError::NoSuchModule((*name).to_owned())),
     };
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &features)

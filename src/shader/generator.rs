@@ -18,7 +18,7 @@ macro_rules! sources {
 sources![
     "scene/constants.rs",
     "scene/draw/mod.rs",
-    "scene/draw/needs.rs",
+    "scene/draw/features.rs",
     "shader/constants.rs",
     "shader/emit.rs",
     "shader/fragments.rs",
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn no_source_and_no_fragment_is_left_out() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let mut sources = BTreeSet::from(["scene/constants.rs", "scene/draw/mod.rs", "scene/draw/needs.rs"].map(str::to_owned));
+        let mut sources = BTreeSet::from(["scene/constants.rs", "scene/draw/mod.rs", "scene/draw/features.rs"].map(str::to_owned));
         files_under(&root.join("src/shader"), "rs", &mut sources, &root.join("src"));
         let named = SOURCES.iter().map(|(n, _)| *n).chain(NO_PART.iter().copied());
         assert_eq!(sources, named.map(str::to_owned).collect());

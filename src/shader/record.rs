@@ -42,7 +42,7 @@ struct Digests {
 
 /// Digests by fragment path and by module name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Record {
+pub struct DigestRecord {
     naga: String,
     fragments: BTreeMap<String, String>,
     modules: BTreeMap<String, Digests>,
@@ -63,7 +63,7 @@ pub struct Change {
     pub what: String,
 }
 
-impl Record {
+impl DigestRecord {
     /// An empty record of the fragments and the naga that this program has.
     pub fn new() -> Self {
         let fragments = FRAGMENTS.iter().map(|(name, text)| ((*name).to_owned(), digest_of(&[text]))).collect();
@@ -164,7 +164,7 @@ pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)
 /// The record of modules that all hold, and which fragments each is made of.
 #[derive(Clone, Debug)]
 pub struct Verified {
-    pub record: Record,
+    pub record: DigestRecord,
     fragments_of: BTreeMap<String, Vec<String>>,
 }
 
@@ -193,7 +193,7 @@ impl Verified {
             made
         };
         let made: Vec<_> = ids.par_iter().map(one).collect();
-        let mut verified = Self { record: Record::new(), fragments_of: BTreeMap::new() };
+        let mut verified = Self { record: DigestRecord::new(), fragments_of: BTreeMap::new() };
         let mut failures = Vec::new();
         for result in made {
             match result {
@@ -229,24 +229,24 @@ mod tests {
         digit.to_string().repeat(DIGITS)
     }
 
-    fn record(naga: &str, fragment: char, wgsl: char, translations: char) -> Record {
+    fn record(naga: &str, fragment: char, wgsl: char, translations: char) -> DigestRecord {
         let [fragment, wgsl, translations] = [fragment, wgsl, translations].map(digest);
-        Record::parse(&format!("naga {naga}\nfragment a.wesl {fragment}\nk {wgsl} {translations}\n")).expect("reads")
+        DigestRecord::parse(&format!("naga {naga}\nfragment a.wesl {fragment}\nk {wgsl} {translations}\n")).expect("reads")
     }
 
     #[test]
     fn text_round_trips_and_bad_lines_are_named() {
         let r = record("1.2.3", 'f', 'a', 'b');
-        assert_eq!(Record::parse(&r.to_text()), Ok(r));
+        assert_eq!(DigestRecord::parse(&r.to_text()), Ok(r));
         let (a, b) = (digest('a'), digest('b'));
-        let several = Record::parse(&format!("naga 1\nsky {a} {b}\nlambert.sun1 {b}\n")).expect("reads");
+        let several = DigestRecord::parse(&format!("naga 1\nsky {a} {b}\nlambert.sun1 {b}\n")).expect("reads");
         assert_eq!(several.modules.keys().collect::<Vec<_>>(), ["lambert.sun1", "sky"]);
         assert_eq!(several.modules["lambert.sun1"].translations, None);
-        assert_eq!(Record::parse(&several.to_text()), Ok(several));
+        assert_eq!(DigestRecord::parse(&several.to_text()), Ok(several));
         for wrong in
             ["sky".to_owned(), format!("sky {}", &a[1..]), format!("sky {a}0"), format!("sky {}", digest('A')), format!("sky {a} {b} {b}")]
         {
-            assert_eq!(Record::parse(&format!("naga 1\n{wrong}\n")).expect_err(&wrong).line, 2);
+            assert_eq!(DigestRecord::parse(&format!("naga 1\n{wrong}\n")).expect_err(&wrong).line, 2);
         }
     }
 
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn each_kind_of_change_gets_its_reason() {
-        let why = |old: &Record, new: &Record| {
+        let why = |old: &DigestRecord, new: &DigestRecord| {
             let fragments_of = [("k".to_owned(), vec!["a.wesl".to_owned()])].into();
             let new = Verified { record: new.clone(), fragments_of };
             old.changes(&new).iter().map(|c| format!("{} {}", c.module, c.what)).collect::<Vec<_>>()
@@ -270,7 +270,7 @@ mod tests {
         assert!(why(&old, &record("1", 'e', 'c', 'd'))[0].contains("k has another text: shaders/a.wesl changed"));
         assert!(why(&old, &record("1", 'f', 'c', 'd'))[0].contains("the emitter"));
         assert!(why(&old, &record("2", 'f', 'a', 'd'))[0].contains("naga went from 1 to 2"));
-        assert!(why(&old, &Record::default())[0].contains("is gone"));
-        assert!(why(&Record::default(), &old)[0].contains("is new"));
+        assert!(why(&old, &DigestRecord::default())[0].contains("is gone"));
+        assert!(why(&DigestRecord::default(), &old)[0].contains("is new"));
     }
 }

@@ -14,7 +14,7 @@ const JULIAN_YEAR_S: f64 = 365.25 * SECONDS_PER_DAY;
 const PARABOLA_UNTIL: f64 = -1720.0;
 const PARABOLA_FROM: f64 = 2500.0;
 /// The year from which the spline leans towards the measured table.
-const BENT_FROM: f64 = 1955.0;
+const BLEND_FROM: f64 = 1955.0;
 
 /// Delta T in seconds at `tt_s`, TT seconds past J2000.
 pub fn delta_t_s(tt_s: f64) -> f64 {
@@ -30,7 +30,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
             // The spline smooths the last years before the table; it is bent by 0.2 s to meet it.
             let seam_year = year_of(((MEASURED_FIRST_MJD + MEASURED_STEP_DAYS) - (JD_J2000 - 2_400_000.5)) * SECONDS_PER_DAY);
             let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
-            let share = ((year - BENT_FROM) / (seam_year - BENT_FROM)).clamp(0.0, 1.0);
+            let share = ((year - BLEND_FROM) / (seam_year - BLEND_FROM)).clamp(0.0, 1.0);
             return spline_s(year) + share * gap_s;
         }
         if year <= PARABOLA_UNTIL {

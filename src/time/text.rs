@@ -4,12 +4,12 @@
 
 use super::{Instant, TimeError};
 use crate::units::SECONDS_PER_DAY;
-use crate::wording::echo_of;
+use crate::wording::echo_within;
 
 const ALLOWED: &str = "give ISO 8601 UTC such as 2024-04-08T18:17:16Z, or jd_tdb:2460409.262";
 
 pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
-    let wrong = |what: &str| TimeError(format!("time `{}`: {what}; {ALLOWED}", echo_of(text, 120)));
+    let wrong = |what: &str| TimeError(format!("time `{}`: {what}; {ALLOWED}", echo_within(text, 120)));
     let trimmed = text.trim();
     if let Some(number) = trimmed.strip_prefix("jd_tdb:") {
         let jd: f64 = number.trim().parse().map_err(|_| wrong("no number after jd_tdb:"))?;
@@ -30,7 +30,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     let mut parts = date.split('-');
     let mut field = |name: &str, digits: usize| -> Result<i64, TimeError> {
         let part = parts.next().ok_or_else(|| wrong(&format!("the {name} is missing")))?;
-        whole(part, digits).ok_or_else(|| wrong(&format!("the {name} `{}` is not {digits} digits", echo_of(part, 40))))
+        whole(part, digits).ok_or_else(|| wrong(&format!("the {name} `{}` is not {digits} digits", echo_within(part, 40))))
     };
     let (year, month, day) = (field("year", 4)?, field("month", 2)?, field("day", 2)?);
     if parts.next().is_some() {

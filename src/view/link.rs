@@ -25,9 +25,9 @@ pub const SCHEME: &str = "orrery://view?";
 /// Fields of a view that its text may have and its defaults do not write.
 const UNWRITTEN: [&str; 2] = ["time", "paused"];
 /// A text of more bytes is no view: those that are written have some 600.
-const MOST_BYTES: usize = 65_536;
+const MAX_BYTES: usize = 65_536;
 /// Faults that are listed; of each so many characters.
-const MOST_FAULTS: usize = 20;
+const MAX_FAULTS: usize = 20;
 const FAULT_CHARACTERS: usize = 200;
 
 /// Whether this is meant as a link, whatever it is worth.
@@ -81,12 +81,12 @@ struct PartialView {
 
 impl PartialView {
     fn of(text: &str) -> Self {
-        if text.len() > MOST_BYTES {
-            Self::refused(format!("too long for a view: {} bytes, the limit is {MOST_BYTES}", text.len()))
+        if text.len() > MAX_BYTES {
+            Self::refused(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
         } else if is_link(text) {
             Self::of_link(text)
         } else {
-            Self::of_json(text)
+            Self::json_error_text(text)
         }
     }
 
@@ -138,7 +138,7 @@ impl PartialView {
         Ok(())
     }
 
-    fn of_json(text: &str) -> Self {
+    fn json_error_text(text: &str) -> Self {
         match serde_json::from_str(text) {
             Ok(fields) => Self { fields, faults: Vec::new() },
             Err(e) => Self::refused(e.to_string()),
@@ -215,8 +215,8 @@ impl PartialView {
             (Some(view), []) => Ok(view),
             (_, [one]) => Err(one.clone()),
             (_, all) => {
-                let left_out = if all.len() > MOST_FAULTS { "; …" } else { "" };
-                Err(format!("{} faults: {}{left_out}", all.len(), all[..all.len().min(MOST_FAULTS)].join("; ")))
+                let left_out = if all.len() > MAX_FAULTS { "; …" } else { "" };
+                Err(format!("{} faults: {}{left_out}", all.len(), all[..all.len().min(MAX_FAULTS)].join("; ")))
             }
         }
     }

@@ -3,13 +3,13 @@
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
-use orrery::session::Drawn;
+use orrery::session::DrawnFrame;
 use orrery::time::Instant;
 
-const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
 fn earth(effects: &str) -> ViewRequest {
     let time = Instant::parse("2024-06-08T06:00:00Z").expect("a time");
@@ -22,11 +22,11 @@ fn earth(effects: &str) -> ViewRequest {
     }
 }
 
-fn draw(effects: &str) -> Drawn {
-    SESSION.draw(&earth(effects), FINENESS, true).expect("draws")
+fn draw(effects: &str) -> DrawnFrame {
+    SESSION.draw(&earth(effects), SAMPLING, true).expect("draws")
 }
 
-fn sum(d: &Drawn) -> f64 {
+fn sum(d: &DrawnFrame) -> f64 {
     d.frame.hdr.iter().map(|p| f64::from(p[1])).sum()
 }
 
@@ -61,7 +61,7 @@ fn full_disc(effects: &str) -> (f64, f64) {
         fov_deg: Some(0.6),
         ..earth(effects)
     };
-    let drawn = SESSION.draw(&request, FINENESS, true).expect("draws");
+    let drawn = SESSION.draw(&request, SAMPLING, true).expect("draws");
     let body = drawn.scene.body(NaifId::EARTH).expect("the Earth");
     let disc_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
     let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max);

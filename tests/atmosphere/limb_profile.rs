@@ -2,12 +2,12 @@
 
 use crate::support::session::SESSION;
 use orrery::catalog::{Body, NaifId};
-use orrery::render::plan::{Fineness, plan};
+use orrery::render::plan::{SamplingQuality, plan};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use orrery::time::Instant;
 
-const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 4 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 const TIERS: [&str; 5] = ["vertex", "pixel-8", "pixel-16", "pixel-32", "table"];
 
 /// Radiance along the line from the middle of the disc to its limb under the Sun and on into space, one value a pixel; and the limb's place there.
@@ -48,7 +48,7 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
         ..ViewRequest::of(body.id, time)
     };
     let scene = SESSION.scene(&request).expect("a scene");
-    let plan = plan(&scene, &*SESSION, FINENESS).expect("a plan");
+    let plan = plan(&scene, &*SESSION, SAMPLING).expect("a plan");
     let hdr = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
     let row = &hdr[(height / 2 * width) as usize..((height / 2 + 1) * width) as usize];
     let light: Vec<_> = row.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect();

@@ -3,21 +3,21 @@
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{NaifId, Photometry};
-use orrery::ephemeris::horizon::ground_point_km;
+use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::probe::Prober;
-use orrery::probe::sunlight::Sky;
-use orrery::render::plan::{Fineness, plan};
+use orrery::probe::sunlight::EclipsedSky;
+use orrery::render::plan::{SamplingQuality, plan};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
 use orrery::scene::draw::EclipseModel;
-use orrery::scene::eclipse::{Receiver, Wanted};
+use orrery::scene::eclipse::{EclipseModelChoice, Receiver};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use orrery::time::Instant;
 use orrery::units::KM_PER_AU;
 use std::f64::consts::PI;
 
-const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
 fn instant(text: &str) -> Instant {
     Instant::parse(text).expect(text)
@@ -35,7 +35,7 @@ fn at(body: NaifId, time: Instant, fov_deg: f64, side: u32, effects: &str) -> Vi
 }
 
 fn light(scene: &Scene, renderer: &SoftwareRenderer) -> Vec<[f64; 3]> {
-    let plan = plan(scene, &*SESSION, FINENESS).expect("a plan");
+    let plan = plan(scene, &*SESSION, SAMPLING).expect("a plan");
     let hdr = renderer.render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
     hdr.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
 }
@@ -75,10 +75,10 @@ fn on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]
     let prober = Prober { session: &SESSION, renderer };
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, time).expect("placed");
-    let sky = Sky::over(&prober, &receiver, Wanted::Asked(EclipseModel::Refracted)).expect("a sky");
+    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(EclipseModel::Refracted)).expect("a sky");
     let point = |(latitude, longitude): &(f64, f64)| ground_point_km(moon.radii_km, *latitude, *longitude, 0.0).0 / moon.radii_km.x;
     let points: Vec<DVec3> = places.iter().map(point).collect();
-    let left = sky.left(&sky.casters, &points, None).expect("answers");
+    let left = sky.left(&sky.occluders, &points, None).expect("answers");
     let full = |p: &DVec3| {
         let point_km = receiver.body_from_icrf.transpose() * (*p * moon.radii_km.x);
         (KM_PER_AU / (receiver.sun_from_body_km - point_km).length()).powi(2)
@@ -94,7 +94,7 @@ fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
     let air = earth.atmosphere.as_ref().expect("air");
     let Photometry::Emissive { u1, u2 } = sun.photometry else { panic!("the Sun glows") };
     let radius = (earth.radii_km.x * earth.radii_km.z).sqrt();
-    let (gas_height, refractivity) = (air.species[0].scale_height_km, air.refractivity.expect("bends"));
+    let (rayleigh_scale_height, refractivity) = (air.species[0].scale_height_km, air.refractivity.expect("bends"));
     let passes = |height: f64| {
         let half = ((radius + air.top_km).powi(2) - (radius + height).powi(2)).sqrt();
         let mut depth = [0.0; 3];
@@ -127,13 +127,17 @@ fn past_the_limb(depth_km: f64, sun_km: f64, apart: f64) -> [f64; 3] {
     for k in 0..HEIGHTS {
         let at = |edge: f64| air.top_km * (edge / HEIGHTS as f64).powi(2);
         let (height, thickness) = (at(k as f64 + 0.5), at(k as f64 + 1.0) - at(k as f64));
-        let there = refractivity * (-height / gas_height).exp();
+        let there = refractivity * (-height / rayleigh_scale_height).exp();
         let grazes = (radius + height) * (1.0 + there);
-        let bending = there * (2.0 * PI * (radius + height) / gas_height).sqrt() * (1.0 - depth_km / sun_km);
+        let bending = there * (2.0 * PI * (radius + height) / rayleigh_scale_height).sqrt() * (1.0 - depth_km / sun_km);
         let shown = (grazes - bending * depth_km) * per_km;
         // Refraction draws the layers apart as seen from outside.
-        let area =
-            grazes * thickness * (1.0 + there - there * (radius + height) / gas_height) * (2.0 * PI / ROUND as f64) * per_km * per_km;
+        let area = grazes
+            * thickness
+            * (1.0 + there - there * (radius + height) / rayleigh_scale_height)
+            * (2.0 * PI / ROUND as f64)
+            * per_km
+            * per_km;
         let mut discs = [0.0; 3];
         for j in 0..ROUND {
             let angle = 2.0 * PI * (j as f64 + 0.5) / ROUND as f64;

@@ -3,9 +3,9 @@
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, Ring};
-use orrery::render::plan::{self, Fineness};
+use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
-use orrery::scene::draw::{AirTier, Eclipse, Light, Needs, Part, RingShadow, RingTable};
+use orrery::scene::draw::{AtmosphereModel, DrawFeatures, Eclipse, Light, Part, RingShadow, RingTable};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
 use orrery::time::Instant;
@@ -24,7 +24,7 @@ fn request(target: NaifId, time: &str, position: Position, effects: &str) -> Vie
 }
 
 fn pixels(scene: &Scene) -> Vec<[f32; 4]> {
-    let plan = plan::plan(scene, &*SESSION, Fineness { samples: 1, anisotropy: 1 }).expect("a plan");
+    let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
     SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
 }
 
@@ -34,23 +34,23 @@ fn pixels(scene: &Scene) -> Vec<[f32; 4]> {
 fn air_beyond_the_rings_is_dark_and_the_suns_side_keeps_every_bit() {
     let time = "2017-05-17T00:00:00Z";
     let sun = SESSION.scene(&request(SATURN, time, Position::Over { towards: None, distance_radii: Some(3.0) }, "")).expect("a scene");
-    let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").amounts.lights[0].direction_in_body.as_dvec3();
+    let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").uniforms.lights[0].direction_in_body.as_dvec3();
     let abeam = DVec3::new(-sun.y, sun.x, 0.0).normalize() * 2.0 * 60_268.0;
     let position = Position::Offset { body: SATURN, offset_km: abeam, axes: Axes::BodyFixed };
-    for (way, tier) in [("pixel-8", AirTier::Pixel8), ("pixel-16", AirTier::Pixel16)] {
+    for (way, tier) in [("pixel-8", AtmosphereModel::Pixel8), ("pixel-16", AtmosphereModel::Pixel16)] {
         let effects = format!("+atmosphere,+atmosphere={way},+ring-shadow,-rings,-ring-shine,-eclipse,-planet-shine");
         let asked = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(70.0), ..request(SATURN, time, position, &effects) };
         let mut scene = SESSION.scene(&asked).expect("a scene");
         scene.draws.retain(|d| d.body == SATURN && d.part == Part::Sky);
         assert_eq!(scene.draws.len(), 1);
-        assert_eq!(scene.draws[0].needs.air.tier, tier);
+        assert_eq!(scene.draws[0].features.air.tier, tier);
         let under = |tau_normal: Option<f64>| {
             let mut scene = scene.clone();
             let draw = &mut scene.draws[0];
-            draw.needs.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
+            draw.features.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
             let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
-            draw.amounts.ring.table = tau_normal.and_then(|t| RingTable::of([ring(t)].iter(), 1.0)).map(Arc::new);
-            draw.amounts.ring.reach = glam::Vec2::new(0.9, 50.0);
+            draw.uniforms.ring.table = tau_normal.and_then(|t| RingTable::of([ring(t)].iter(), 1.0)).map(Arc::new);
+            draw.uniforms.ring.reach = glam::Vec2::new(0.9, 50.0);
             pixels(&scene)
         };
         let (bare, clear, opaque) = (under(None), under(Some(0.0)), under(Some(50.0)));
@@ -80,7 +80,7 @@ fn air_beyond_the_rings_is_dark_and_the_suns_side_keeps_every_bit() {
     }
 }
 
-/// The Earth under the Moon's shadow with eight samples: with casters out of reach it is the Earth without; where the eclipse is deepest, at 25.3 N 104.1 W,
+/// The Earth under the Moon's shadow with eight samples: with occluders out of reach it is the Earth without; where the eclipse is deepest, at 25.3 N 104.1 W,
 /// ground, cloud and air are dark; and it stays near the picture of 32 samples.
 #[test]
 fn eight_samples_do_for_an_eclipse() {
@@ -93,11 +93,11 @@ fn eight_samples_do_for_an_eclipse() {
         SESSION.scene(&asked).expect("a scene")
     };
     let near = of("pixel-8");
-    let of_tier = near.draws.iter().filter(|d| d.needs.air.tier == AirTier::Pixel8 && d.needs.eclipse.casters > 0);
+    let of_tier = near.draws.iter().filter(|d| d.features.air.tier == AtmosphereModel::Pixel8 && d.features.eclipse.occluders > 0);
     assert_eq!(of_tier.count(), 3, "ground, clouds and sky");
     let (mut far, mut none) = (near.clone(), near.clone());
-    far.draws.iter_mut().flat_map(|d| &mut d.amounts.eclipse.places).for_each(|p| p.x += 1000.0);
-    none.draws.iter_mut().for_each(|d| d.needs.eclipse = Eclipse::default());
+    far.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.places).for_each(|p| p.x += 1000.0);
+    none.draws.iter_mut().for_each(|d| d.features.eclipse = Eclipse::default());
     let (eclipsed, far, none, finer) = (pixels(&near), pixels(&far), pixels(&none), pixels(&of("pixel-32")));
     let apart = |a: &[[f32; 4]], b: &[[f32; 4]]| {
         let of = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
@@ -156,25 +156,28 @@ fn no_line_stands_at_the_limb_of_a_hazy_moon() {
 /// Two scenes whose draws may differ in the eclipse alone.
 fn differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
     assert_eq!(eclipsed.draws.len(), plain.draws.len());
-    assert!(eclipsed.draws.iter().any(|d| d.needs.eclipse.casters > 0 && d.needs.air.tier != AirTier::None), "air in an eclipse");
+    assert!(
+        eclipsed.draws.iter().any(|d| d.features.eclipse.occluders > 0 && d.features.air.tier != AtmosphereModel::None),
+        "air in an eclipse"
+    );
     for (a, b) in eclipsed.draws.iter().zip(&plain.draws) {
-        let shadow = (a.needs.eclipse, a.needs.ring_shadow);
-        let lights = if b.needs.lights > 1 { 3 } else { 1 };
-        assert_eq!(Needs { eclipse: shadow.0, ring_shadow: shadow.1, lights, ..b.needs }, a.needs, "{}", a.name);
-        let (ours, theirs) = (&a.amounts.lights, &b.amounts.lights);
+        let shadow = (a.features.eclipse, a.features.ring_shadow);
+        let lights = if b.features.lights > 1 { 3 } else { 1 };
+        assert_eq!(DrawFeatures { eclipse: shadow.0, ring_shadow: shadow.1, lights, ..b.features }, a.features, "{}", a.name);
+        let (ours, theirs) = (&a.uniforms.lights, &b.uniforms.lights);
         assert_eq!(ours[..theirs.len()], theirs[..], "{}", a.name);
         assert!(ours.len() == usize::from(lights) && ours[theirs.len()..].iter().all(|l| l.irradiance == glam::Vec3::ZERO), "{}", a.name);
     }
 }
 
 /// Evening and night of the Earth on the day of an eclipse, and a thousandth of sunlight from the Sun's antipode: the night is as bright as without the eclipse, which
-/// takes the Sun's light alone; and casters out of reach take nothing.
+/// takes the Sun's light alone; and occluders out of reach take nothing.
 #[test]
 fn other_lights_stay_in_an_eclipse() {
     let time = "2024-04-08T18:17:16Z";
     let sunward = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let sun = SESSION.scene(&request(NaifId::EARTH, time, sunward, "")).expect("a scene");
-    let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").amounts.lights[0].direction_in_body;
+    let sun = sun.draws.iter().find(|d| d.part == Part::Globe).expect("a globe").uniforms.lights[0].direction_in_body;
     let abeam = DVec3::new(-f64::from(sun.y), f64::from(sun.x), 0.0).normalize();
     let offset_km = (sun.as_dvec3() + 2.0 * abeam).normalize() * 3.0 * 6378.0;
     let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::BodyFixed };
@@ -183,7 +186,7 @@ fn other_lights_stay_in_an_eclipse() {
             let effects = format!("+atmosphere,+atmosphere={way},-night,{switched}");
             let asked = ViewRequest { width: 160, height: 160, ..request(NaifId::EARTH, time, position, &effects) };
             let mut scene = SESSION.scene(&asked).expect("a scene");
-            for light in scene.draws.iter_mut().flat_map(|d| d.amounts.lights.iter_mut().skip(1).take(1)) {
+            for light in scene.draws.iter_mut().flat_map(|d| d.uniforms.lights.iter_mut().skip(1).take(1)) {
                 *light = Light { direction_in_body: -sun, irradiance: glam::Vec3::splat(5e-4) };
             }
             scene
@@ -191,7 +194,7 @@ fn other_lights_stay_in_an_eclipse() {
         let (eclipsed, plain) = (of("+planet-shine,+eclipse"), of("+planet-shine,-eclipse"));
         differ_in_the_eclipse_alone(&eclipsed, &plain);
         let mut far = eclipsed.clone();
-        far.draws.iter_mut().flat_map(|d| &mut d.amounts.eclipse.places).for_each(|p| p.x += 1000.0);
+        far.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.places).for_each(|p| p.x += 1000.0);
         let (shown, far, plain, unlit) = (pixels(&eclipsed), pixels(&far), pixels(&plain), pixels(&of("-planet-shine,+eclipse")));
         let placement = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
         let (mut night, mut day) = (0, 0);

@@ -5,10 +5,10 @@ use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::probe::Prober;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, SoftwareRenderer};
 use orrery::scene::air_table;
-use orrery::scene::draw::AirTier;
+use orrery::scene::draw::AtmosphereModel;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use orrery::scene::tiers::{self, Tier};
@@ -48,11 +48,11 @@ fn errors(tier: &str) -> (Vec<f64>, f64) {
 }
 
 /// What `explain` says of a tier.
-fn stated(tier: AirTier) -> Tier {
-    tiers::of_air(tier).expect("a tier")
+fn stated(tier: AtmosphereModel) -> Tier {
+    tiers::of_atmosphere(tier).expect("a tier")
 }
 
-fn holds(tier: AirTier) {
+fn holds(tier: AtmosphereModel) {
     let Tier { name: tier, mostly, at_most, .. } = stated(tier);
     let (for_95_percent, through) = (mostly.expect("told"), 0.001);
     let (radiance, transmittance) = errors(tier);
@@ -69,22 +69,22 @@ fn five_samples_are_within_a_quarter() {
     let part = |percent: usize| radiance[radiance.len() * percent / 100];
     assert!(part(50) < 0.01 && part(100 - 1) > 0.1, "{} {}", part(50), part(95));
     assert!(transmittance < 0.001, "{transmittance}");
-    holds(AirTier::Vertex);
+    holds(AtmosphereModel::Vertex);
 }
 
 #[test]
 fn sixteen_samples_are_within_three_percent() {
-    holds(AirTier::Pixel16);
+    holds(AtmosphereModel::Pixel16);
 }
 
 #[test]
 fn thirty_two_samples_are_within_one_percent() {
-    holds(AirTier::Pixel32);
+    holds(AtmosphereModel::Pixel32);
 }
 
 #[test]
 fn eight_samples_are_within_a_tenth() {
-    holds(AirTier::Pixel8);
+    holds(AtmosphereModel::Pixel8);
 }
 
 /// Light of the sky at a height of elevation, two metres above an Earth whose Sun is some degrees below the horizon; `away`: opposite the Sun.
@@ -111,7 +111,7 @@ fn the_planets_shadow_rises_opposite_the_sun_that_has_set() {
     assert!(night.iter().all(|v| *v == 0.0), "{night:?}");
 }
 
-const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
 fn earth_at(time: &str, effects: &str) -> ViewRequest {
     ViewRequest {
@@ -124,7 +124,7 @@ fn earth_at(time: &str, effects: &str) -> ViewRequest {
 }
 
 fn sum(session: &Session, request: &ViewRequest) -> f64 {
-    session.draw(request, FINENESS, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
+    session.draw(request, SAMPLING, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
 }
 
 /// An atmosphere of zero density draws, bit by bit, what the key without air draws.
@@ -142,10 +142,10 @@ fn an_empty_atmosphere_changes_nothing() {
     // Large enough for the rim to be drawn.
     let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
     let (with, without) = (large("+atmosphere"), large("-atmosphere"));
-    let airy = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.needs.air.tier != AirTier::None).count();
+    let airy = empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.tier != AtmosphereModel::None).count();
     assert!(airy >= 3, "ground, clouds and sky carry the empty air: {airy}");
-    let plain = empty.draw(&without, FINENESS, true).expect("draws").frame.hdr;
-    assert_eq!(empty.draw(&with, FINENESS, true).expect("draws").frame.hdr, plain);
+    let plain = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
+    assert_eq!(empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr, plain);
     // The real air does change it.
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
 }
@@ -250,8 +250,8 @@ fn the_table_adds_light_and_less_to_thin_air() {
     }
     let time = "2024-06-08T06:00:00Z";
     let (once, many) = (earth_at(time, "+atmosphere=pixel-16,-clouds,-eclipse"), earth_at(time, "+atmosphere=table,-clouds,-eclipse"));
-    let (once, many) = (SESSION.draw(&once, FINENESS, true).expect("draws"), SESSION.draw(&many, FINENESS, true).expect("draws"));
-    let total = |d: &orrery::session::Drawn| d.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
+    let (once, many) = (SESSION.draw(&once, SAMPLING, true).expect("draws"), SESSION.draw(&many, SAMPLING, true).expect("draws"));
+    let total = |d: &orrery::session::DrawnFrame| d.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
     let ratio = total(&many) / total(&once);
     assert!(ratio > 1.1 && ratio < 2.0, "{ratio}");
 }

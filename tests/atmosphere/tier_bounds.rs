@@ -6,7 +6,7 @@ use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::probe::Prober;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
-use orrery::scene::draw::AirTier;
+use orrery::scene::draw::AtmosphereModel;
 use orrery::scene::tiers;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -230,8 +230,7 @@ fn errors(tier: &str, precision: Precision) -> (Vec<f64>, f64, String) {
         let answer = prober.answer(&question.to_string()).expect("an answer");
         let (radiance, transmittance) = (vector(&answer["radiance"]), vector(&answer["transmittance"]));
         assert!(radiance.is_finite() && radiance.min_element() >= 0.0 && transmittance.is_finite(), "{ray:?}: {answer}");
-        let error =
-            ((radiance - seen.radiance).abs() / seen.radiance.max(DVec3::splat(tiers::LEAST_OF_ZENITH * known.zenith))).max_element();
+        let error = ((radiance - seen.radiance).abs() / seen.radiance.max(DVec3::splat(tiers::MIN_OF_ZENITH * known.zenith))).max_element();
         let off = (transmittance - seen.transmittance).abs().max_element();
         let tell = || format!("{}, {}, {ray:?}: {radiance} for {}", known.name, FAMILIES[asked.family], seen.radiance);
         if error > worst {
@@ -249,10 +248,10 @@ fn errors(tier: &str, precision: Precision) -> (Vec<f64>, f64, String) {
 /// Of the finest tier without rounding. In f32 the planet's shadow on a steep ray of a kilometre has an edge that is a per cent of the ray off.
 const FINEST_IN_F64: f64 = 0.01;
 
-fn holds(tier: AirTier) {
-    let stated = tiers::of_air(tier).expect("a tier");
+fn holds(tier: AtmosphereModel) {
+    let stated = tiers::of_atmosphere(tier).expect("a tier");
     for precision in [Precision::F32, Precision::F64] {
-        let at_most = if tier == AirTier::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.at_most };
+        let at_most = if tier == AtmosphereModel::Pixel32 && precision == Precision::F64 { FINEST_IN_F64 } else { stated.at_most };
         let (errors, through, told) = errors(stated.name, precision);
         let (most, worst) = (errors[errors.len() * 95 / 100], errors[errors.len() - 1]);
         println!("{} {precision:?}, {} rays: 95 % {most:.5}, worst {worst:.5}, transmittance {through:.1e}", stated.name, errors.len());
@@ -264,27 +263,27 @@ fn holds(tier: AirTier) {
 
 #[test]
 fn vertex_holds_its_bounds_on_new_rays() {
-    holds(AirTier::Vertex);
+    holds(AtmosphereModel::Vertex);
 }
 
 #[test]
 fn pixel_8_holds_its_bounds_on_new_rays() {
-    holds(AirTier::Pixel8);
+    holds(AtmosphereModel::Pixel8);
 }
 
 #[test]
 fn pixel_16_holds_its_bounds_on_new_rays() {
-    holds(AirTier::Pixel16);
+    holds(AtmosphereModel::Pixel16);
 }
 
 #[test]
 fn pixel_32_holds_its_bounds_on_new_rays() {
-    holds(AirTier::Pixel32);
+    holds(AtmosphereModel::Pixel32);
 }
 
 #[test]
 fn the_table_scatters_once_within_its_bounds_on_new_rays() {
-    holds(AirTier::Table);
+    holds(AtmosphereModel::Table);
 }
 
 /// The quadrature that all is held against, against the table that was computed elsewhere to 1e-8; a tent that is a hundredth wider is seen.

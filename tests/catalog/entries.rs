@@ -1,6 +1,6 @@
 //! The catalog as a whole: what ships is sound, and broken files give exactly the expected lines.
 
-use orrery::catalog::{Catalog, Kind, MapLatitude, Motion, NaifId, Photometry};
+use orrery::catalog::{BodyKind, Catalog, MapLatitude, Motion, NaifId, Photometry};
 
 fn complaints(text: &str) -> Vec<String> {
     match Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]) {
@@ -13,8 +13,8 @@ fn complaints(text: &str) -> Vec<String> {
 fn what_ships_is_whole() {
     let catalog = Catalog::embedded();
     let count = |k| catalog.bodies().iter().filter(|b| b.kind == k).count();
-    assert_eq!((count(Kind::Star), count(Kind::Planet), count(Kind::DwarfPlanet), count(Kind::Asteroid)), (1, 8, 2, 1));
-    assert!(count(Kind::Moon) >= 40);
+    assert_eq!((count(BodyKind::Star), count(BodyKind::Planet), count(BodyKind::DwarfPlanet), count(BodyKind::Asteroid)), (1, 8, 2, 1));
+    assert!(count(BodyKind::Moon) >= 40);
     for b in catalog.bodies() {
         assert!(b.radii_km.x >= b.radii_km.z, "{}: the pole is the short axis", b.name);
         let y = 0.2126 * b.colour.x + 0.7152 * b.colour.y + 0.0722 * b.colour.z;
@@ -60,13 +60,13 @@ fn places_have_names() {
         ("pluto barycenter", 9),
         ("ceres", 2_000_001),
     ] {
-        assert_eq!(catalog.find_place(name), Some(NaifId(id)), "{name}");
+        assert_eq!(catalog.find_body_or_barycenter(name), Some(NaifId(id)), "{name}");
     }
     for name in ["", "vulcan", "io barycenter", "sun barycenter"] {
-        assert_eq!(catalog.find_place(name), None, "{name}");
+        assert_eq!(catalog.find_body_or_barycenter(name), None, "{name}");
     }
     for b in catalog.bodies() {
-        assert_eq!(catalog.find_place(&b.name), Some(b.id));
+        assert_eq!(catalog.find_body_or_barycenter(&b.name), Some(b.id));
     }
 }
 
@@ -139,22 +139,22 @@ fn the_users_file_overrides_fields_only() {
 #[test]
 fn what_was_not_read_is_an_estimate() {
     let catalog = Catalog::embedded();
-    let (mut read, mut estimated) = (0, 0);
-    for b in catalog.bodies().iter().filter(|b| b.kind != Kind::Star) {
+    let (mut read, mut estimate_notes) = (0, 0);
+    for b in catalog.bodies().iter().filter(|b| b.kind != BodyKind::Star) {
         for (topic, percent) in [("albedo", b.estimates.albedo_percent), ("colour", b.estimates.colour_percent)] {
             let source = b.sources.get(topic).unwrap_or_else(|| panic!("{} names no source of its {topic}", b.name));
             // The Earth's albedo was read, and is disputed.
             let was_read = source.contains("read in a public copy") && percent.is_none_or(|_| (b.id, topic) == (NaifId::EARTH, "albedo"));
             assert!(was_read || percent.is_some(), "{}, {topic}: {source}", b.name);
             read += usize::from(percent.is_none());
-            estimated += usize::from(percent.is_some());
+            estimate_notes += usize::from(percent.is_some());
         }
-        let lines = b.estimated();
+        let lines = b.estimate_notes();
         let marks = b.atmosphere.iter().flat_map(|a| &a.species).filter(|s| s.estimate_percent.is_some()).count();
         let of_body = [b.estimates.albedo_percent, b.estimates.colour_percent].into_iter().flatten().count();
         assert_eq!(lines.len(), marks + of_body, "{}: {lines:?}", b.name);
     }
-    assert!(read > 30 && estimated > 30, "{read} {estimated}");
+    assert!(read > 30 && estimate_notes > 30, "{read} {estimate_notes}");
 }
 
 /// Half of the light is 0.75 magnitudes, by Pogson's law; an own value has no estimate of another's.
@@ -165,7 +165,7 @@ fn an_estimate_tells_its_error_and_belongs_to_its_value() {
         catalog.body(NaifId(801)).expect("Triton").clone()
     };
     let triton = of("[[body]]\nid = 801\ngeometric_albedo = 0.5\n[body.estimates]\nalbedo_percent = 50\n");
-    assert_eq!(triton.estimated()[0], "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
+    assert_eq!(triton.estimate_notes()[0], "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
     let measured = of("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
     assert_eq!(measured.estimates.albedo_percent, None);
     assert!(measured.estimates.colour_percent.is_some(), "its colour is the catalog's still");

@@ -26,9 +26,9 @@ impl World {
         self.catalog.body(id).expect("a body").radii_km.x
     }
     /// How far the axis of a body's shadow passes from the centre of the one that it falls on, in that one's radii.
-    fn axis_miss_radii(&self, caster: NaifId, onto: NaifId, t: Instant) -> f64 {
+    fn axis_miss_radii(&self, occluder: NaifId, onto: NaifId, t: Instant) -> f64 {
         let to_sun = self.seen_km(onto, NaifId::SUN, t);
-        let to_caster = self.seen_km(onto, caster, t);
+        let to_caster = self.seen_km(onto, occluder, t);
         let axis = (to_sun - to_caster).normalize();
         to_caster.cross(axis).length() / self.radius_km(onto)
     }

@@ -5,7 +5,7 @@ use crate::support::session::{SESSION, session_over};
 use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::probe::Prober;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, SoftwareRenderer};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
@@ -57,7 +57,7 @@ fn behind(body: i32, k: f64, d: f64, turn: f64, radius_px: f64, size: u32) -> Vi
 
 /// Sum of the picture per channel, and k and d as they came out.
 fn light(session: &Session, request: &ViewRequest, samples: u8) -> ([f64; 3], Vec<[f32; 4]>) {
-    let (_, plan) = session.plan(request, Fineness { samples, anisotropy: 1 }).expect("a plan");
+    let (_, plan) = session.plan(request, SamplingQuality { samples, anisotropy: 1 }).expect("a plan");
     let hdr = RENDERER.render(&plan, session.library(), true).expect("drawn").0.hdr;
     ([0, 1, 2].map(|c| hdr.iter().map(|p| f64::from(p[c])).sum()), hdr)
 }

@@ -3,20 +3,21 @@
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec4};
 use orrery::catalog::{NaifId, Photometry};
-use orrery::ephemeris::horizon::ground_point_km;
-use orrery::image::{Reading, SharedTexture};
+use orrery::ephemeris::topocentric::ground_point_km;
+use orrery::image::{MapDecoding, SharedTexture};
 use orrery::probe::Prober;
-use orrery::probe::sunlight::{Sky, left_by};
-use orrery::render::plan::{Fineness, ModuleName, PlanError, Supplies, plan};
+use orrery::probe::sunlight::{EclipsedSky, left_by};
+use orrery::render::plan::{PlanError, ResourceProvider, SamplingQuality, plan};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
-use orrery::scene::draw::{Eclipse, EclipseAmounts, EclipseModel, Needs};
-use orrery::scene::eclipse::{Receiver, Wanted};
+use orrery::scene::draw::{DrawFeatures, Eclipse, EclipseModel, EclipseUniforms};
+use orrery::scene::eclipse::{EclipseModelChoice, Receiver};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, Quality, ViewRequest};
 use orrery::scene::tiers;
 use orrery::session::{Session, Sources};
 use orrery::shader::Layout;
+use orrery::shader::ModuleId;
 use orrery::time::Instant;
 use orrery::units::SPEED_OF_LIGHT_KM_S;
 use serde_json::{Value, json};
@@ -147,8 +148,8 @@ fn solar_eclipses_on_the_ground_are_those_of_de440() {
 fn at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, law: &Photometry) -> f64 {
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
-    let sky = Sky::over(prober, &receiver, Wanted::Asked(EclipseModel::LimbDarkened)).expect("a sky");
-    sky.left(&sky.casters, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
+    let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    sky.left(&sky.occluders, &[DVec3::ZERO], Some(law)).expect("answers")[0][1]
 }
 
 const EVEN: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 3] };
@@ -218,10 +219,10 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
     let prober = single();
     let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
     let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
-    let sky = Sky::over(&prober, &receiver, Wanted::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(EclipseModel::LimbDarkened)).expect("a sky");
     let ground = square(earth.radii_km, 3.49, -11.67, 60.0, 30);
     let points: Vec<_> = ground.iter().map(|p| p.2).collect();
-    let light = sky.left(&sky.casters, &points, None).expect("answers");
+    let light = sky.left(&sky.occluders, &points, None).expect("answers");
     let dark: Vec<_> = ground.iter().zip(&light).filter(|(_, rgb)| rgb[1] < 1e-6).map(|(p, _)| (p.0, p.1)).collect();
     let width_km = (0..36)
         .map(|k| {
@@ -246,8 +247,8 @@ fn shadows_move_on_from_one_second_to_the_next() {
             .collect();
         let light = |second: f64| {
             let receiver = Receiver::at(SESSION.ephemeris(), body, instant(time).plus_seconds(second)).expect("placed");
-            let sky = Sky::over(&prober, &receiver, Wanted::Best).expect("a sky");
-            sky.left(&sky.casters, &points, None).expect("answers")
+            let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Best).expect("a sky");
+            sky.left(&sky.occluders, &points, None).expect("answers")
         };
         let seconds: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
         for (before, after) in seconds.iter().zip(&seconds[1..]) {
@@ -262,7 +263,7 @@ fn shadows_move_on_from_one_second_to_the_next() {
 fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant(time)).expect("placed");
-    let sky = Sky::over(prober, &receiver, Wanted::Best).expect("a sky");
+    let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Best).expect("a sky");
     // The Moon's surface is nearly as bright at the limb as in the middle: points even over the disc, which faces +x.
     let points: Vec<_> = (0..400)
         .map(|k| {
@@ -270,7 +271,7 @@ fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
             DVec3::new((1.0 - r * r).sqrt(), r * cos, r * sin)
         })
         .collect();
-    let light = sky.left(&sky.casters, &points, None).expect("answers");
+    let light = sky.left(&sky.occluders, &points, None).expect("answers");
     [0, 1, 2].map(|c| light.iter().map(|rgb| rgb[c]).sum::<f64>() / light.len() as f64)
 }
 
@@ -291,25 +292,25 @@ fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
     let prober = single();
-    let sky = Sky::over(&prober, &receiver, Wanted::Asked(EclipseModel::LimbDarkened)).expect("a sky");
-    assert!(sky.left(&sky.casters, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
+    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(EclipseModel::LimbDarkened)).expect("a sky");
+    assert!(sky.left(&sky.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 
-/// A Sun of the given angular radius far away on +z and round casters given by (x, y, z, radius), the receiver's radii.
-fn amounts(sun_distance: f64, tan_sun: f64, casters: &[[f64; 4]], model: EclipseModel) -> (Eclipse, EclipseAmounts) {
+/// A Sun of the given angular radius far away on +z and round occluders given by (x, y, z, radius), the receiver's radii.
+fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: EclipseModel) -> (Eclipse, EclipseUniforms) {
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
     let (u1, u2) = if model == EclipseModel::UniformDisc { (0.0, 0.0) } else { (0.4, 0.26) };
     let flux = std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0);
     let limb = [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|f| v(f / flux, f / flux, f / flux, 0.0));
-    let amounts = EclipseAmounts {
+    let uniforms = EclipseUniforms {
         axis: v(0.0, 0.0, 1.0, 1.0 / sun_distance),
         across: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
         limb,
-        places: casters.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
-        shapes: casters.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),
-        ..EclipseAmounts::default()
+        places: occluders.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
+        shapes: occluders.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),
+        ..EclipseUniforms::default()
     };
-    (Eclipse { casters: casters.len() as u8, model }, amounts)
+    (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
 }
 
 /// Part of the light left by discs (x, y, radius in solar radii), by a fine grid over the Sun's disc.
@@ -333,7 +334,7 @@ fn grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
 
 #[test]
 fn overlapping_casters_hide_the_union_of_their_discs() {
-    // Casters at one distance of 100 radii before a Sun whose angular radius there is one radius: lengths are solar radii.
+    // Occluders at one distance of 100 radii before a Sun whose angular radius there is one radius: lengths are solar radii.
     let sky = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
     let cases: [&[[f64; 3]]; 6] = [
         &[[0.3, 0.0, 0.5], [0.3, 0.0, 0.5]],
@@ -349,12 +350,12 @@ fn overlapping_casters_hide_the_union_of_their_discs() {
             product *= grid(std::slice::from_ref(disc), 0.4, 0.26);
         }
         let exact = grid(discs, 0.4, 0.26);
-        let (eclipse, a) = amounts(1e7, 0.01, &sky(discs), EclipseModel::LimbDarkened);
+        let (eclipse, a) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::LimbDarkened);
         let left = left_by(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((left - exact).abs() < 1e-3, "{discs:?}: {left}, the grid says {exact}");
         assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass, too");
         // The ramp is a rough model, but it is no product either: two like discs hide no more than one.
-        let (eclipse, a) = amounts(1e7, 0.01, &sky(discs), EclipseModel::Linear);
+        let (eclipse, a) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::Linear);
         let ramp = left_by(&single(), eclipse, a, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((ramp - exact).abs() < 0.15, "{discs:?}: ramp {ramp}, the grid says {exact}");
     }
@@ -363,20 +364,20 @@ fn overlapping_casters_hide_the_union_of_their_discs() {
 #[test]
 fn nothing_behind_the_lit_point_darkens_it() {
     for model in [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
-        let (eclipse, a) = amounts(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
+        let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
         let ground = [DVec3::Z, DVec3::X, DVec3::ZERO, -DVec3::Z];
         for rgb in left_by(&single(), eclipse, a, &ground).expect("answers") {
             assert_eq!(rgb, [1.0; 3], "{model:?}");
         }
-        // The same caster before the point takes all of its light.
-        let (eclipse, a) = amounts(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
+        // The same occluder before the point takes all of its light.
+        let (eclipse, a) = uniforms(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
         assert!(left_by(&single(), eclipse, a, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
     }
 }
 
 #[test]
 fn single_precision_holds_out_to_neptune() {
-    // (Sun's distance and size, caster's distance and size) in the receiver's radii: Earth and Moon, Io on Jupiter, Jupiter on Io, Titan on
+    // (Sun's distance and size, occluder's distance and size) in the receiver's radii: Earth and Moon, Io on Jupiter, Jupiter on Io, Titan on
     // Saturn, Saturn on Titan, Neptune on Triton, Neptune on Proteus.
     let cases = [
         (23_455.0, 109.1, 60.3, 0.2725),
@@ -391,9 +392,9 @@ fn single_precision_holds_out_to_neptune() {
     for (sun_distance, sun_radius, along, radius) in cases {
         let tan_sun = sun_radius / sun_distance;
         for k in 0..400 {
-            // From the shadow's axis to beyond the penumbra of a caster that stands two of its radii aside.
+            // From the shadow's axis to beyond the penumbra of an occluder that stands two of its radii aside.
             let miss = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * along);
-            let (eclipse, a) = amounts(sun_distance, tan_sun, &[[miss, 0.1 * miss, along, radius]], EclipseModel::LimbDarkened);
+            let (eclipse, a) = uniforms(sun_distance, tan_sun, &[[miss, 0.1 * miss, along, radius]], EclipseModel::LimbDarkened);
             let points = [DVec3::new(0.6, -0.3, 0.7), DVec3::new(-0.2, 0.1, 0.97)];
             let [a, b] = [single(), double()].map(|p| left_by(&p, eclipse, a.clone(), &points).expect("answers"));
             for (x, y) in a.iter().zip(&b) {
@@ -419,16 +420,16 @@ fn view(target: NaifId, time: &str, effects: &str, quality: Quality) -> ViewRequ
     }
 }
 
-fn needs_of(request: &ViewRequest) -> Needs {
+fn needs_of(request: &ViewRequest) -> DrawFeatures {
     let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), request).expect("a scene");
     let target = request.target.expect("a target");
-    scene.draws.iter().find(|d| d.body == target).expect("drawn").needs
+    scene.draws.iter().find(|d| d.body == target).expect("drawn").features
 }
 
 #[test]
 fn scene_asks_for_an_eclipse_where_one_is() {
     let eclipse = |target, time, effects: &str, quality| needs_of(&view(target, time, effects, quality)).eclipse;
-    let of = |casters, model| Eclipse { casters, model };
+    let of = |occluders, model| Eclipse { occluders, model };
     let (earth, moon, jupiter) = (NaifId::EARTH, NaifId::MOON, NaifId(599));
     let best = Quality::Standard;
     assert_eq!(eclipse(earth, "2024-04-08T18:17:00Z", "", best), of(1, EclipseModel::LimbDarkened));
@@ -454,18 +455,18 @@ fn scene_asks_for_an_eclipse_where_one_is() {
 
 /// Layouts of the session's modules; no maps.
 struct Layouts;
-impl Supplies for Layouts {
-    fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError> {
+impl ResourceProvider for Layouts {
+    fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError> {
         SESSION.library().get(module).map(|m| m.layout.clone()).map_err(|e| PlanError::Module(e.to_string()))
     }
-    fn map(&self, file: &str, _: Reading) -> Result<SharedTexture, PlanError> {
+    fn map(&self, file: &str, _: MapDecoding) -> Result<SharedTexture, PlanError> {
         self.overlay(file)
     }
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError> {
         Err(PlanError::Map { file: file.into(), why: "this test draws without maps".into() })
     }
-    fn letters(&self, size_px: f64) -> std::sync::Arc<orrery::image::Letters> {
-        SESSION.letters(size_px)
+    fn glyphs(&self, size_px: f64) -> std::sync::Arc<orrery::image::GlyphAtlas> {
+        SESSION.glyphs(size_px)
     }
 }
 
@@ -476,9 +477,9 @@ fn what_takes_nothing_changes_no_bit() {
         let mut plain = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
         // The Moon stands aside.
         for draw in &mut plain.draws {
-            draw.amounts.eclipse.places.iter_mut().for_each(|p| p.x += 50.0);
+            draw.uniforms.eclipse.places.iter_mut().for_each(|p| p.x += 50.0);
         }
-        let plan = plan(&plain, &Layouts, Fineness { samples: 1, anisotropy: 1 }).expect("a plan");
+        let plan = plan(&plain, &Layouts, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
         SINGLE.render(&plan, SESSION.library(), true).expect("a picture").0
     };
     const BARE: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";

@@ -4,16 +4,16 @@
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3, Vec4};
 use orrery::catalog::{Catalog, NaifId};
-use orrery::render::plan::Fineness;
-use orrery::scene::draw::EclipseAmounts;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::draw::EclipseUniforms;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use orrery::scene::{Appearance, Scene, air_spread, corona};
-use orrery::session::{Drawn, Session, Sources};
+use orrery::session::{DrawnFrame, Session, Sources};
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
 
-const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 1 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 /// Luminance of the unit of radiance, cd/m2: a white plane that faces the Sun at 1 au.
 const UNIT_CD_M2: f64 = 133_000.0 / PI;
 /// Dallas, near the middle of totality on 2024-04-08.
@@ -39,8 +39,8 @@ fn on_ground(body: NaifId, (latitude_deg, longitude_deg): (f64, f64)) -> Positio
     Position::Ground { body, latitude_deg, longitude_deg, height_km: 0.002 }
 }
 
-fn drawn(request: &ViewRequest) -> Drawn {
-    SESSION.draw(request, FINENESS, true).expect("draws")
+fn drawn(request: &ViewRequest) -> DrawnFrame {
+    SESSION.draw(request, SAMPLING, true).expect("draws")
 }
 
 fn luminance(p: &[f32; 4]) -> f64 {
@@ -54,7 +54,7 @@ fn reason(scene: &Scene, body: NaifId, feature: &str) -> (bool, String) {
 }
 
 /// Each pixel's distance from the Sun's centre in its radii, angle from its equator, and light.
-fn around_sun(drawn: &Drawn) -> Vec<(f64, f64, f64)> {
+fn around_sun(drawn: &DrawnFrame) -> Vec<(f64, f64, f64)> {
     let sun = drawn.scene.body(NaifId::SUN).expect("the Sun");
     let camera = &drawn.scene.camera;
     let towards = sun.placement.centre_km.normalize();
@@ -71,7 +71,7 @@ fn around_sun(drawn: &Drawn) -> Vec<(f64, f64, f64)> {
 }
 
 /// The Sun from the Earth's centre, nothing before it, through clean optics.
-fn bare_sun(time: &str, fov_deg: f64, size: u32) -> Drawn {
+fn bare_sun(time: &str, fov_deg: f64, size: u32) -> DrawnFrame {
     let space = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
         ..request(NaifId::SUN, at(time), fov_deg, size, 12.0, "+corona,-glow,-points,-albedo")
@@ -290,19 +290,19 @@ fn light_spreads_into_the_umbra_as_photons_do() {
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
     let (per_km, scale_km, top_km) = (air.species[0].scattering_per_km, air.species[0].scale_height_km, air.top_km);
     let radius_km = earth.radii_km.x;
-    let ground = earth.map_target();
+    let ground = earth.target_mean_colour();
     let (cot, depth) = (215.0, 59.0);
     for umbra_km in [40.0, 90.0, 130.0] {
         // A Moon that covers the Sun in the zenith with so much to spare, over an even disc.
         let km = radius_km * depth / cot;
         let semi = ((1.0 + umbra_km / km) * depth / cot) as f32;
-        let eclipse = EclipseAmounts {
+        let eclipse = EclipseUniforms {
             axis: Vec4::new(0.0, 0.0, 1.0, 1.0 / 23_455.0),
             across: [Vec4::new(1.0, 0.0, 0.0, cot as f32), Vec4::new(0.0, 1.0, 0.0, (cot / 23_455.0) as f32)],
             limb: [Vec3::splat(1.0 / std::f32::consts::PI).extend(0.0), Vec4::ZERO, Vec4::ZERO],
             places: vec![Vec4::new(0.0, 0.0, depth as f32 + 1.0, 0.0)],
             shapes: vec![Vec4::new(1.0, 0.0, semi, semi)],
-            ..EclipseAmounts::default()
+            ..EclipseUniforms::default()
         };
         let roots = air_spread::tables(&earth, &eclipse);
         assert_eq!(roots.len(), air_spread::TABLES);
@@ -317,16 +317,16 @@ fn light_spreads_into_the_umbra_as_photons_do() {
     }
 }
 
-fn left_of_even_disc(caster: f64, apart: f64) -> f64 {
-    if apart >= caster + 1.0 {
+fn left_of_even_disc(occluder: f64, apart: f64) -> f64 {
+    if apart >= occluder + 1.0 {
         return 1.0;
     }
-    if apart <= caster - 1.0 {
+    if apart <= occluder - 1.0 {
         return 0.0;
     }
     let angle = |a: f64, b: f64| ((apart * apart + a * a - b * b) / (2.0 * apart * a)).clamp(-1.0, 1.0).acos();
-    let (s, c) = (angle(1.0, caster), angle(caster, 1.0));
-    1.0 - (s - 0.5 * (2.0 * s).sin() + caster * caster * (c - 0.5 * (2.0 * c).sin())) / PI
+    let (s, c) = (angle(1.0, occluder), angle(occluder, 1.0));
+    1.0 - (s - 0.5 * (2.0 * s).sin() + occluder * occluder * (c - 0.5 * (2.0 * c).sin())) / PI
 }
 
 /// Mean over all directions at 2 km of light that was scattered before it came here, shadowed over unshadowed, the Sun in the zenith. Isotropic, as the table's light is.
@@ -556,7 +556,7 @@ fn single_precision_is_enough_for_totality() {
             position: on_ground(NaifId::EARTH, DALLAS),
             ..request(target, at(TOTALITY), fov_deg, 40, stops, "-albedo,-normal,-clouds")
         };
-        let (single, exact) = (drawn(&view), double.draw(&view, FINENESS, true).expect("draws"));
+        let (single, exact) = (drawn(&view), double.draw(&view, SAMPLING, true).expect("draws"));
         let level = |v: f32| {
             let x = (f64::from(v) * stops.exp2()).clamp(0.0, 1.0);
             255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }

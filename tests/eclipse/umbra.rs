@@ -1,12 +1,12 @@
 //! Exact ends of eclipses: inside an umbra the light is 0 in every channel, outside each penumbra it is 1, in f32 and f64, and it falls on the way in. For
-//! every model, round and long casters, one to four of them, a globe's shadow on its ring and the ring's on the globe.
+//! every model, round and long occluders, one to four of them, a globe's shadow on its ring and the ring's on the globe.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec4};
 use orrery::probe::Prober;
 use orrery::probe::sunlight::left_by;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
-use orrery::scene::draw::{Eclipse, EclipseAmounts, EclipseModel};
+use orrery::scene::draw::{Eclipse, EclipseModel, EclipseUniforms};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
@@ -21,7 +21,7 @@ fn probers() -> [(Prober<'static>, &'static str); 2] {
 
 const MODELS: [EclipseModel; 3] = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
 
-/// A caster's outline in solar radii: centre, direction of the long axis, semi-axes.
+/// An occluder's outline in solar radii: centre, direction of the long axis, semi-axes.
 #[derive(Clone, Copy, Debug)]
 struct Outline {
     centre: DVec2,
@@ -48,8 +48,8 @@ impl Outline {
 /// Channels with laws of their own, as the Sun's: red darkens least.
 const LAWS: [[f64; 2]; 3] = [[0.34, 0.25], [0.40, 0.26], [0.625, 0.18]];
 
-/// Casters at a depth of 100 radii before a Sun that is one radius there: lengths are solar radii. The Sun is far away, the receiver is a point.
-fn amounts(casters: &[Outline], model: EclipseModel) -> (Eclipse, EclipseAmounts) {
+/// Occluders at a depth of 100 radii before a Sun that is one radius there: lengths are solar radii. The Sun is far away, the receiver is a point.
+fn uniforms(occluders: &[Outline], model: EclipseModel) -> (Eclipse, EclipseUniforms) {
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
     let law = |k: usize| if model == EclipseModel::LimbDarkened { LAWS[k] } else { [0.0; 2] };
     let factors = [0, 1, 2].map(|k| {
@@ -57,15 +57,15 @@ fn amounts(casters: &[Outline], model: EclipseModel) -> (Eclipse, EclipseAmounts
         let flux = std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0);
         [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
     });
-    let amounts = EclipseAmounts {
+    let uniforms = EclipseUniforms {
         axis: v(0.0, 0.0, 1.0, 1e-7),
         across: [v(1.0, 0.0, 0.0, 100.0), v(0.0, 1.0, 0.0, 1e-5)],
         limb: [0, 1, 2].map(|term| v(factors[0][term], factors[1][term], factors[2][term], 0.0)),
-        places: casters.iter().map(|c| v(c.centre.x, c.centre.y, 100.0, 0.0)).collect(),
-        shapes: casters.iter().map(|c| v(c.axis.x, c.axis.y, c.semi.x, c.semi.y)).collect(),
-        ..EclipseAmounts::default()
+        places: occluders.iter().map(|c| v(c.centre.x, c.centre.y, 100.0, 0.0)).collect(),
+        shapes: occluders.iter().map(|c| v(c.axis.x, c.axis.y, c.semi.x, c.semi.y)).collect(),
+        ..EclipseUniforms::default()
     };
-    (Eclipse { casters: casters.len() as u8, model }, amounts)
+    (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
 }
 
 /// Numbers in 0..1, others for each seed.
@@ -77,7 +77,7 @@ fn numbers(seed: f64) -> impl FnMut() -> f64 {
     }
 }
 
-/// The receiver moves straight across the shadow: from far outside to the middle, so that of one caster ever more is hidden until the Sun's centre is passed.
+/// The receiver moves straight across the shadow: from far outside to the middle, so that of one occluder ever more is hidden until the Sun's centre is passed.
 #[test]
 fn ends_are_exact_and_between_them_light_falls() {
     let mut next = numbers(3.0);
@@ -94,18 +94,18 @@ fn ends_are_exact_and_between_them_light_falls() {
         // From 1.3 solar radii outside of the bounding circle to the middle; close together where the light ends.
         let steps = 240;
         let along: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();
-        // The receiver moves, the casters stand: what the receiver sees moves the other way.
+        // The receiver moves, the occluders stand: what the receiver sees moves the other way.
         let points: Vec<_> = along.iter().map(|a| (-(direction * *a + aside)).extend(0.0)).collect();
-        // The ramp takes a long caster by its tangent, whose contacts are not those of the outline.
+        // The ramp takes a long occluder by its tangent, whose contacts are not those of the outline.
         for model in MODELS.into_iter().filter(|m| round || *m != EclipseModel::Linear) {
             for count in [1, 2, 4] {
                 // The others stand aside, where they hide nothing of it.
                 let others = (1..count).map(|k| shape.moved(DVec2::new(3e4 * f64::from(k), 1e4)));
-                let casters: Vec<_> = std::iter::once(shape).chain(others).collect();
-                let (eclipse, a) = amounts(&casters, model);
+                let occluders: Vec<_> = std::iter::once(shape).chain(others).collect();
+                let (eclipse, a) = uniforms(&occluders, model);
                 for (prober, precision) in probers() {
                     let light = left_by(&prober, eclipse, a.clone(), &points).expect("answers");
-                    let said = |k: usize| format!("{model:?} {precision} {count} casters {shape:?} at {}: {:?}", along[k], light[k]);
+                    let said = |k: usize| format!("{model:?} {precision} {count} occluders {shape:?} at {}: {:?}", along[k], light[k]);
                     for (k, rgb) in light.iter().enumerate() {
                         let seen = shape.moved(direction * along[k] + aside);
                         let (least, most) = seen.levels();
@@ -121,11 +121,11 @@ fn ends_are_exact_and_between_them_light_falls() {
                         }
                     }
                     for k in 1..light.len() {
-                        // A small caster that has passed the Sun's centre line may let light in again: only until it is as near as it comes.
+                        // A small occluder that has passed the Sun's centre line may let light in again: only until it is as near as it comes.
                         let rise = (0..3).map(|c| light[k][c] - light[k - 1][c]).fold(0.0, f64::max);
                         let worst = if round { &mut worst_round } else { &mut worst_long };
                         *worst = worst.max(rise);
-                        // Round casters: rounding, and 2e-7 where the sum over what is hidden goes over to the sum over what is left. Long ones: chords between 32
+                        // Round occluders: rounding, and 2e-7 where the sum over what is hidden goes over to the sum over what is left. Long ones: chords between 32
                         // nodes are within 1.3e-4 of the light (tests/data).
                         let slack = if round { 4e-7 } else { 3e-4 };
                         assert!(rise <= slack, "rises by {rise:e} from {:?}: {}", light[k - 1], said(k));
@@ -138,7 +138,7 @@ fn ends_are_exact_and_between_them_light_falls() {
     assert!(counted.iter().all(|n| *n > 5000), "{counted:?}");
 }
 
-/// Casters that hide all of the Sun together, none of them alone, and those of which one hides all.
+/// Occluders that hide all of the Sun together, none of them alone, and those of which one hides all.
 #[test]
 fn casters_that_hide_all_together_leave_nothing() {
     let disc = |x: f64, y: f64, radius: f64| Outline { centre: DVec2::new(x, y), axis: DVec2::X, semi: DVec2::splat(radius) };
@@ -150,13 +150,13 @@ fn casters_that_hide_all_together_leave_nothing() {
         (&[disc(0.0, 9.0, 9.2), disc(9.0, -6.0, 8.9), disc(-9.0, -6.0, 8.9)], false),
         (&[disc(3.0, 0.0, 4.2), disc(0.2, 0.1, 0.2), disc(0.5, 0.3, 0.3), disc(-0.4, 0.3, 0.25)], true),
     ];
-    for (casters, all) in cases {
+    for (occluders, all) in cases {
         for model in [EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
-            let (eclipse, a) = amounts(casters, model);
+            let (eclipse, a) = uniforms(occluders, model);
             for (prober, precision) in probers() {
                 let rgb = left_by(&prober, eclipse, a.clone(), &[DVec3::ZERO]).expect("answers")[0];
-                assert_eq!(rgb == [0.0; 3], all, "{model:?} {precision} {casters:?}: {rgb:?}");
-                assert!(all || rgb.iter().all(|v| *v > 0.01), "{model:?} {precision} {casters:?}: {rgb:?}");
+                assert_eq!(rgb == [0.0; 3], all, "{model:?} {precision} {occluders:?}: {rgb:?}");
+                assert!(all || rgb.iter().all(|v| *v > 0.01), "{model:?} {precision} {occluders:?}: {rgb:?}");
             }
         }
     }

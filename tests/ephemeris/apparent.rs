@@ -84,7 +84,7 @@ fn sub_points_are_cspices() {
     for date in table["sub_points_dates"].as_array().expect("dates") {
         let t = Instant::from_jd_tdb(number(date, "jd_tdb"));
         for (name, reference) in date["bodies"].as_object().expect("bodies") {
-            let body = catalog.find_place(name).and_then(|id| catalog.body(id)).expect("a body");
+            let body = catalog.find_body_or_barycenter(name).and_then(|id| catalog.body(id)).expect("a body");
             let points = sub_points(&ephemeris, body, NaifId::EARTH, t).expect("points");
             let seen_by_light = &reference["light_time"];
             let sun = points.sub_solar.expect("a planet has one");

@@ -1,7 +1,7 @@
 //! The sky of a place against the reference tables and almanacs.
 
 use orrery::catalog::{Catalog, EclipseRadii, NaifId};
-use orrery::ephemeris::horizon::{Place, Sky};
+use orrery::ephemeris::topocentric::{Observer, ObserverSky};
 use orrery::ephemeris::{Ephemeris, angle_rad};
 use orrery::time::Instant;
 use serde_json::Value;
@@ -21,16 +21,16 @@ fn altitudes_and_separations_are_those_of_the_reference() {
     for eclipse in table["eclipses"].as_array().expect("eclipses").iter().filter(|e| e["kind"] == "solar") {
         let times = eclipse["sample_times"].as_array().expect("times");
         for point in eclipse["sample_points"].as_array().expect("points") {
-            let place = Place {
+            let place = Observer {
                 body: NaifId::EARTH,
                 latitude_deg: number(point, "lat_deg"),
                 longitude_deg: number(point, "lon_east_deg"),
                 height_km: number(point, "height_m") / 1e3,
             };
-            let sky = Sky { catalog: &catalog, ephemeris: &ephemeris, place };
+            let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
             for (at, time) in point["at"].as_array().expect("samples").iter().zip(times) {
                 let t = Instant::from_tdb_seconds_past_j2000(number(time, "tdb_s_past_j2000"));
-                let (sun, moon) = (sky.look(NaifId::SUN, t).expect("the Sun"), sky.look(NaifId::MOON, t).expect("the Moon"));
+                let (sun, moon) = (sky.topocentric(NaifId::SUN, t).expect("the Sun"), sky.topocentric(NaifId::MOON, t).expect("the Moon"));
                 worst_altitude = worst_altitude.max((sun.altitude_deg - number(at, "sun_altitude_deg")).abs());
                 let separation_deg = angle_rad(sun.direction, moon.direction).to_degrees();
                 worst_separation = worst_separation.max((separation_deg - number(at, "separation_deg")).abs());
@@ -54,8 +54,8 @@ fn seconds_apart(found: Instant, published: &str) -> f64 {
 fn the_sun_rises_and_sets_as_in_the_almanac() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
-    let place = Place { body: NaifId::EARTH, latitude_deg: 51.4769, longitude_deg: 0.0, height_km: 0.0 };
-    let sky = Sky { catalog: &catalog, ephemeris: &ephemeris, place };
+    let place = Observer { body: NaifId::EARTH, latitude_deg: 51.4769, longitude_deg: 0.0, height_km: 0.0 };
+    let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
     let day = sky.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
     assert!(seconds_apart(day.rise.expect("a sunrise"), "2024-06-20T03:43:00Z").abs() < 60.0);
     assert!(seconds_apart(day.set.expect("a sunset"), "2024-06-20T20:21:00Z").abs() < 75.0);
@@ -65,7 +65,7 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     assert!(seconds_apart(noon, "2024-06-20T12:01:50Z").abs() < 40.0);
     assert!(!day.up_at_start);
     // Beyond the polar circle it does not set.
-    let north = Sky { place: Place { latitude_deg: 78.0, ..place }, ..sky };
+    let north = ObserverSky { place: Observer { latitude_deg: 78.0, ..place }, ..sky };
     let polar = north.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
     assert_eq!((polar.rise, polar.set, polar.up_at_start), (None, None, true));
 }
@@ -75,8 +75,8 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
 fn local_contacts_of_the_eclipse_of_2024_in_dallas() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
-    let place = Place { body: NaifId::EARTH, latitude_deg: 32.7767, longitude_deg: -96.797, height_km: 0.13 };
-    let sky = Sky { catalog: &catalog, ephemeris: &ephemeris, place };
+    let place = Observer { body: NaifId::EARTH, latitude_deg: 32.7767, longitude_deg: -96.797, height_km: 0.13 };
+    let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
     let start = Instant::parse("2024-04-08T06:00:00Z").expect("a morning");
     let passage = sky.passage(NaifId::SUN, NaifId::MOON, start, 86_400.0).expect("places").expect("an eclipse");
     let (second, third) = passage.inner.expect("totality");
@@ -112,9 +112,11 @@ fn longest(catalog: &Catalog, ephemeris: &Ephemeris, start: Instant, latitude_de
     let offsets = [-0.08, -0.04, 0.0, 0.04, 0.08];
     let places = offsets.iter().flat_map(|up| offsets.map(|across| (latitude_deg + up, longitude_deg + across)));
     let found = places.map(|(latitude_deg, longitude_deg)| {
-        let place = Place { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
-        let passage =
-            Sky { catalog, ephemeris, place }.passage(NaifId::SUN, NaifId::MOON, start, 1200.0).expect("places").expect("an eclipse");
+        let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
+        let passage = ObserverSky { catalog, ephemeris, place }
+            .passage(NaifId::SUN, NaifId::MOON, start, 1200.0)
+            .expect("places")
+            .expect("an eclipse");
         let (second, third) = passage.inner.expect("a central eclipse");
         (passage.magnitude, third.tdb_seconds_past_j2000() - second.tdb_seconds_past_j2000())
     });

@@ -35,7 +35,7 @@ fn turn_deg(a: &DMat3, b: &DMat3) -> f64 {
 }
 
 fn id_of(name: &str) -> NaifId {
-    Catalog::embedded().find_place(name).unwrap_or_else(|| panic!("the catalog has {name}"))
+    Catalog::embedded().find_body_or_barycenter(name).unwrap_or_else(|| panic!("the catalog has {name}"))
 }
 
 #[test]

@@ -276,7 +276,7 @@ fn a_moons_path_is_straight_while_light_crosses_its_system() {
     let ephemeris = Ephemeris::embedded(&catalog).expect("opens");
     let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
     let mut most = [0.0_f64; 2];
-    for moon in catalog.bodies().iter().filter(|b| b.kind == orrery::catalog::Kind::Moon) {
+    for moon in catalog.bodies().iter().filter(|b| b.kind == orrery::catalog::BodyKind::Moon) {
         let parent = moon.parent.expect("a planet");
         let state = |t: Instant| ephemeris.state(moon.id, parent, t, None).expect("a place").state;
         let bent_km = |late_s: f64| (state(t).pos_km - state(t).vel_km_s * late_s - state(t.plus_seconds(-late_s)).pos_km).length();
@@ -284,7 +284,7 @@ fn a_moons_path_is_straight_while_light_crosses_its_system() {
         assert!(moon.name != "Io" || of[1] < 0.04, "Io: {of:?} km");
         most = [most[0].max(of[0]), most[1].max(of[1])];
     }
-    // What light_time_position and the casters' places leave out; and it is not nothing.
+    // What light_time_position and the occluders' places leave out; and it is not nothing.
     assert!(most[0] < 6e-3 && most[1] < 0.4, "{most:?} km");
     assert!(most[1] > 0.2, "{most:?} km");
 }
@@ -300,7 +300,7 @@ fn the_polynomials_follow_the_planets_series() {
     let series = Series::embedded().expect("embedded");
     let (mut worst_km, mut worst_km_s) = (0.0_f64, 0.0_f64);
     for place in [1, 2, 3, 4, 5, 6, 7, 8, 10] {
-        let summed = |tdb_s: f64| Series::summed_km(place, tdb_s).expect("has a series");
+        let summed = |tdb_s: f64| Series::evaluate_km(place, tdb_s).expect("has a series");
         for tdb_s in series_dates() {
             let state = series.state(place, tdb_s).expect("has a series");
             let h = 0.2 * 86_400.0;
@@ -313,6 +313,6 @@ fn the_polynomials_follow_the_planets_series() {
     }
     println!("at the worst {worst_km:.2e} km, {worst_km_s:.2e} km/s");
     // The comparison must be able to fail: a second later Mercury is elsewhere.
-    let moved = series.state(1, 1.0).expect("Mercury").pos_km - Series::summed_km(1, 0.0).expect("Mercury");
+    let moved = series.state(1, 1.0).expect("Mercury").pos_km - Series::evaluate_km(1, 0.0).expect("Mercury");
     assert!(moved.length() > 30.0);
 }

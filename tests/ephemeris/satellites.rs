@@ -217,7 +217,7 @@ fn no_moon_lacks_an_acceleration_that_the_iau_meridian_has() {
         let [before, now, after] = [1907.0, 2000.0, 2093.0].map(|year| mean_facing_deg(&ephemeris, moon, planet, year, 0.0));
         let quadratic_deg_cy2 = 0.5 * (before - 2.0 * now + after) / 0.93_f64.powi(2);
         println!("{moon}: {before:.3} {now:.3} {after:.3} degrees; {quadratic_deg_cy2:.3} degrees a century squared");
-        if quadratic_deg_cy2.abs() > MOST_QUADRATIC_DEG_CY2 {
+        if quadratic_deg_cy2.abs() > MAX_QUADRATIC_DEG_CY2 {
             off.push(format!("{moon}: {quadratic_deg_cy2:.3} degrees a century squared"));
         }
     }
@@ -225,7 +225,7 @@ fn no_moon_lacks_an_acceleration_that_the_iau_meridian_has() {
 }
 
 /// Half of a degree in a century is within every locked moon's stated error; Phobos without its term has 12.7.
-const MOST_QUADRATIC_DEG_CY2: f64 = 0.5;
+const MAX_QUADRATIC_DEG_CY2: f64 = 0.5;
 
 #[test]
 fn phobos_is_where_the_iau_has_it_from_1880_to_2100() {

@@ -7,19 +7,21 @@
 //! | golden views | 0.3 | 3 | 14 | a sampler has 8 bits of weight on hardware and rounds otherwise; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
 //! | covering keys | 0.3 | 3 | - | the same: measured 0.11, 1 |
 //!
-//! Both filter elongated footprints by the module's own taps (shaders/lib/filtered.wesl), so that default quality is compared.
+//! Both filter elongated footprints by the module's own taps (shaders/lib/filtered_map.wesl), so that default quality is compared.
 
 use crate::support::gpu::{gpu, or_skipped};
 use crate::support::session::SESSION;
 use crate::support::views::views;
-use orrery::image::{Difference, Picture};
+use orrery::image::{Difference, DisplayImage};
 use orrery::render::frame::Frame;
 use orrery::render::gpu::{GpuError, GpuRenderer};
-use orrery::render::plan::{Fineness, Plan, TextureSource};
+use orrery::render::plan::{Plan, SamplingQuality, TextureSource};
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
 use orrery::scene::request::{Layers, ViewRequest};
-use orrery::session::{Readiness, RendererWish, Session, ShowWish, ShownBy, Sources, WITH_LIMB, sample_plan, standard_scenes};
+use orrery::session::{
+    DisplayPreference, HALF_SIDE_WITH_LIMB, PresenterChoice, Readiness, RendererPreference, Session, Sources, sample_plan, standard_scenes,
+};
 use orrery::shader::Library;
 use orrery::shader::key::covering;
 use std::sync::{Arc, Mutex};
@@ -29,9 +31,9 @@ const P999_LEVELS: u8 = 3;
 const GREATEST_LEVELS: u8 = 14;
 
 /// The default quality.
-const FINENESS: Fineness = Fineness { samples: 4, anisotropy: 8 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 
-fn session(renderer: RendererWish) -> (Session, Arc<Mutex<Vec<String>>>, tempfile::TempDir) {
+fn session(renderer: RendererPreference) -> (Session, Arc<Mutex<Vec<String>>>, tempfile::TempDir) {
     let cache = tempfile::tempdir().expect("a folder");
     let sources = Sources { cache: Some(cache.path().to_owned()), renderer, ..Sources::default() };
     let said: Arc<Mutex<Vec<String>>> = Arc::default();
@@ -40,8 +42,8 @@ fn session(renderer: RendererWish) -> (Session, Arc<Mutex<Vec<String>>>, tempfil
     (session, said, cache)
 }
 
-fn picture(frame: Frame) -> Picture {
-    Picture { width: frame.width, height: frame.height, rgba: frame.display }
+fn picture(frame: Frame) -> DisplayImage {
+    DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
 }
 
 fn far(d: &Difference) -> bool {
@@ -76,7 +78,7 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
     let session = &*SESSION;
     let mut failures = Vec::new();
     for (name, request) in compared_views() {
-        let (_, plan) = session.plan(&request, FINENESS).expect("a plan");
+        let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         let (drawn, _) = gpu.render(&plan, session.library(), false).expect("drawn");
         let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
         let (drawn, soft) = (picture(drawn), picture(soft));
@@ -89,8 +91,8 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
         if name == "moon" {
             let mut brighter = plan.clone();
             let tone_map = brighter.passes.last_mut().and_then(|p| p.draws.last_mut()).expect("a tone map");
-            let exposure = f32::from_le_bytes(tone_map.uniforms[..4].try_into().expect("four bytes"));
-            tone_map.uniforms[..4].copy_from_slice(&(1.4 * exposure).to_le_bytes());
+            let exposure = f32::from_le_bytes(tone_map.uniform_bytes[..4].try_into().expect("four bytes"));
+            tone_map.uniform_bytes[..4].copy_from_slice(&(1.4 * exposure).to_le_bytes());
             let (other, _) = gpu.render(&brighter, session.library(), false).expect("drawn");
             assert!(far(&soft.difference(&picture(other)).expect("one size")), "half a stop is not seen");
         }
@@ -105,11 +107,11 @@ fn every_pair_of_key_values_is_the_software_renderers() {
     let software = SoftwareRenderer::new(Options::default()).expect("starts");
     // Every fifth key of the set in which all pairs occur, in .ci/run; every twentieth else: a driver compiles each for a second or more.
     let step = if std::env::var_os("ORRERY_PROVE_ANEW").is_some() { 5 } else { 20 };
-    let keys: Vec<_> = covering(2).into_iter().filter(|k| k.needs().view != PixelView::Cost).step_by(step).collect();
+    let keys: Vec<_> = covering(2).into_iter().filter(|k| k.features().view != PixelView::Cost).step_by(step).collect();
     assert!(keys.len() * step > 50);
     let (mut failures, mut not_drawn) = (Vec::new(), None);
     for key in &keys {
-        let plan = sample_plan(&library, key, 40, WITH_LIMB).expect("a plan");
+        let plan = sample_plan(&library, key, 40, HALF_SIDE_WITH_LIMB).expect("a plan");
         let (drawn, _) = match gpu.render(&plan, &library, true) {
             // The adapter lacks what every linear picture needs.
             Err(GpuError::NotDrawn(why)) => {
@@ -120,7 +122,7 @@ fn every_pair_of_key_values_is_the_software_renderers() {
         };
         let (soft, _) = software.render(&plan, &library, true).expect("drawn");
         let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
-        let shown = |f: &Frame| Picture { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
+        let shown = |f: &Frame| DisplayImage { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
         let d = shown(&soft).difference(&shown(&drawn)).expect("one size");
         println!("{key}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
         if d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS {
@@ -136,28 +138,32 @@ fn a_lost_device_ends_in_software_with_the_same_view() {
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererWish::Gpu);
+    let (session, said, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let draw = || session.draw(&request, FINENESS, false).expect("drawn");
-    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "nothing is open yet");
+    let draw = || session.draw(&request, SAMPLING, false).expect("drawn");
+    assert_eq!(session.shown_by(None, DisplayPreference::Device), PresenterChoice::AsBefore, "nothing is open yet");
     let before = draw();
     assert_eq!(before.by.renderer, "gpu");
-    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "a window would wait for what its frames need");
+    assert_eq!(
+        session.shown_by(None, DisplayPreference::Device),
+        PresenterChoice::AsBefore,
+        "a window would wait for what its frames need"
+    );
     // That is made beside a window's picture. Shown by llvmpipe a window waits for each picture, so that it is only if wished.
-    session.draw_promptly(&request, FINENESS, false).expect("drawn");
+    session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
     let mut looks = 0;
-    while session.shown_by(None, ShowWish::Device) == ShownBy::AsBefore {
+    while session.shown_by(None, DisplayPreference::Device) == PresenterChoice::AsBefore {
         std::thread::sleep(std::time::Duration::from_millis(5));
         looks += 1;
         assert!(looks < 10_000, "the device never became ready for windows");
     }
-    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AnotherDevice);
-    assert_eq!(session.shown_by(None, ShowWish::Auto), ShownBy::AsBefore);
-    assert_eq!(session.shown_by(None, ShowWish::Processor), ShownBy::AsBefore);
+    assert_eq!(session.shown_by(None, DisplayPreference::Device), PresenterChoice::AnotherDevice);
+    assert_eq!(session.shown_by(None, DisplayPreference::Auto), PresenterChoice::AsBefore);
+    assert_eq!(session.shown_by(None, DisplayPreference::Processor), PresenterChoice::AsBefore);
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.by.renderer, "software");
-    assert_eq!(session.shown_by(None, ShowWish::Device), ShownBy::AsBefore, "no device draws");
+    assert_eq!(session.shown_by(None, DisplayPreference::Device), PresenterChoice::AsBefore, "no device draws");
     let d = picture(before.frame).difference(&picture(after.frame)).expect("one size");
     assert!(!far(&d), "another view: mean {}, 99.9 % {}", d.mean, d.p999);
     draw();
@@ -170,9 +176,9 @@ fn a_window_waits_for_no_compiler() {
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererWish::Gpu);
+    let (session, said, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let draw = || session.draw_promptly(&request, FINENESS, false).expect("drawn");
+    let draw = || session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
     let first = draw();
     assert_eq!(first.by.renderer, "software", "the device was not open yet");
     let mut frames = 0;
@@ -193,9 +199,9 @@ fn a_window_waits_for_no_picture_drawn_aside() {
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererWish::Gpu);
+    let (session, said, _cache) = session(RendererPreference::Gpu);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let prompt = || session.draw_promptly(&request, FINENESS, false).expect("drawn").by.renderer;
+    let prompt = || session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
     let mut frames = 0;
     while prompt() != "gpu" {
         frames += 1;
@@ -203,9 +209,9 @@ fn a_window_waits_for_no_picture_drawn_aside() {
     }
     // Several bodies of which the device knows no pipeline: its driver compiles as long as it takes.
     let aside = ViewRequest { width: 64, height: 64, ..views().into_iter().find(|(name, _)| *name == "saturn").expect("in the table").1 };
-    session.plan(&aside, FINENESS).expect("planned");
+    session.plan(&aside, SAMPLING).expect("planned");
     let (by, meanwhile) = std::thread::scope(|scope| {
-        let drawing = scope.spawn(|| session.draw_aside(&aside, FINENESS, false).expect("drawn").by.renderer);
+        let drawing = scope.spawn(|| session.draw_in_background(&aside, SAMPLING, false).expect("drawn").by.renderer);
         let mut meanwhile = 0;
         while !drawing.is_finished() {
             prompt();
@@ -224,21 +230,21 @@ fn a_picture_at_rest_is_told_when_the_gpu_is_ready_and_another_renderer_is_taken
     if gpu().is_none() {
         return;
     }
-    let (session, said, _cache) = session(RendererWish::Software);
+    let (session, said, _cache) = session(RendererPreference::Software);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let by = |s: &Session| s.draw_promptly(&request, FINENESS, false).expect("drawn").by.renderer;
+    let by = |s: &Session| s.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
     assert_eq!((by(&session), session.readiness()), ("software", Readiness::Settled));
-    session.choose_renderer(RendererWish::Gpu);
+    session.choose_renderer(RendererPreference::Gpu);
     assert_eq!(by(&session), "software", "nobody waits for a compiler");
     while session.readiness() == Readiness::Preparing {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     assert_eq!((session.readiness(), by(&session)), (Readiness::JustReady, "gpu"));
     assert_eq!(session.readiness(), Readiness::Settled);
-    session.choose_renderer(RendererWish::Software);
+    session.choose_renderer(RendererPreference::Software);
     assert_eq!(by(&session), "software");
     // A session that is dropped while a driver compiles for it waits for the driver.
-    session.choose_renderer(RendererWish::Gpu);
+    session.choose_renderer(RendererPreference::Gpu);
     assert_eq!(by(&session), "software");
     drop(session);
     assert!(said.lock().expect("not poisoned").is_empty());
@@ -255,7 +261,7 @@ fn nothing_is_sent_twice_and_nothing_grows() {
             request.time = request.time.plus_seconds(600.0 * f64::from(k));
             let effects = if k % 2 == 0 { "" } else { "-ring-shadow" };
             request.effects = orrery::scene::effects::EffectOverrides::parse(effects).expect("effects");
-            session.plan(&request, FINENESS).expect("a plan").1
+            session.plan(&request, SAMPLING).expect("a plan").1
         })
         .collect();
     let round =
@@ -277,7 +283,7 @@ fn what_the_gpu_cannot_draw_is_refused_and_the_next_frame_is_drawn() {
     let Some(gpu) = gpu() else { return };
     let session = &*SESSION;
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let (_, plan) = session.plan(&request, FINENESS).expect("a plan");
+    let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
     let mut wide = plan.clone();
     wide.passes.iter_mut().for_each(|p| p.width = 1 << 20);
     let refused = gpu.render(&wide, session.library(), false).expect_err("no adapter is that wide");
@@ -309,7 +315,7 @@ fn ten_thousand_frames_grow_no_memory() {
         request.time = request.time.plus_seconds(60.0 * f64::from(k));
         let effects = effects[k as usize % effects.len()];
         request.effects = orrery::scene::effects::EffectOverrides::parse(effects).expect("effects");
-        let (_, plan) = session.plan(&request, FINENESS).expect("a plan");
+        let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         gpu.render(&plan, session.library(), false).expect("drawn");
         if k % 1000 == 999 {
             let now = (gpu.held(), resident_bytes());

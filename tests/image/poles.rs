@@ -5,8 +5,8 @@
 
 use crate::support::session::SESSION;
 use orrery::catalog::{Body, Catalog, Map, NaifId};
-use orrery::image::{MapStore, Poles, Reading, TexelFormat, Texture};
-use orrery::render::plan::{Fineness, Supplies, map_reading};
+use orrery::image::{MapDecoding, MapStore, PoleFilter, TexelFormat, Texture};
+use orrery::render::plan::{ResourceProvider, SamplingQuality, map_decoding};
 use orrery::scene::draw::{PixelView, Shape};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
@@ -68,12 +68,12 @@ fn no_map_has_streaks_about_its_poles() {
     let mut streaked = 0;
     for body in Catalog::embedded().bodies() {
         for (binding, map) in maps(body) {
-            let reading = map_reading(binding, Shape::Ellipsoid);
+            let reading = map_decoding(binding, Shape::Ellipsoid);
             let drawn = SESSION.map(&map.file, reading).expect("a map");
             let of_file = raw.get(&map.file, reading.format).expect("a map");
             let mut worst: f64 = 0.0;
             for north in [true, false] {
-                let of = |t: &Texture| rows(t, north, reading.poles == Poles::Slopes);
+                let of = |t: &Texture| rows(t, north, reading.poles == PoleFilter::Slopes);
                 let (drawn, of_file) = (of(&drawn), of(&of_file));
                 for (from, to) in BANDS {
                     let ratio = along_over_across(&drawn, from, to);
@@ -92,8 +92,8 @@ fn no_map_has_streaks_about_its_poles() {
 fn no_relief_leans_to_its_pole_from_all_sides() {
     for body in Catalog::embedded().bodies() {
         let Some(map) = &body.maps.normal else { continue };
-        for poles in [Poles::Slopes, Poles::None] {
-            let texture = SESSION.map(&map.file, Reading { format: TexelFormat::Rgba8Unorm, poles }).expect("a map");
+        for poles in [PoleFilter::Slopes, PoleFilter::None] {
+            let texture = SESSION.map(&map.file, MapDecoding { format: TexelFormat::Rgba8Unorm, poles }).expect("a map");
             let level = &texture.levels[0];
             let (w, h) = (level.width as usize, level.height as usize);
             // Mean and spread of the slope to the north of the rows between two latitudes, levels.
@@ -132,7 +132,7 @@ fn no_dot_marks_a_pole() {
                 effects: EffectOverrides::parse("-normal,-clouds,-rings,-atmosphere").expect("effects"),
                 ..ViewRequest::of(body.id, time)
             };
-            let hdr = SESSION.draw(&request, Fineness { samples: 1, anisotropy: 8 }, true).expect("draws").frame.hdr;
+            let hdr = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, true).expect("draws").frame.hdr;
             let at = |x: i32, y: i32| hdr[(y * 41 + x) as usize][1];
             let ring = |reach: i32| {
                 let places = (0..12).map(|k| f64::from(k) * TAU / 12.0);

@@ -1,7 +1,7 @@
 //! The maps that ship: within the budget, each where the catalog says, oriented by known places, coloured as published.
 
 use orrery::catalog::{Catalog, NaifId};
-use orrery::image::{ImageError, MapOrigin, MapStore, Poles, Reading, TexelFormat, Texture};
+use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, PoleFilter, TexelFormat, Texture};
 
 /// Mean of a square of `half` degrees around a place, longitude 0 at the map's centre and east to the right; bytes by `decode`.
 fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
@@ -69,7 +69,7 @@ fn gains_bring_each_map_to_its_published_colour() {
     for b in Catalog::embedded().bodies() {
         let Some(m) = &b.maps.albedo else { continue };
         let mean = store.get(&m.file, TexelFormat::Rgba8Srgb).unwrap().mean_over_sphere();
-        let target = b.map_target();
+        let target = b.target_mean_colour();
         for c in 0..3 {
             let ratio = mean[c] * m.gain[c] / target[c];
             assert!((ratio - 1.0).abs() < 0.01, "{} channel {c}: {ratio}", m.file);
@@ -77,7 +77,7 @@ fn gains_bring_each_map_to_its_published_colour() {
     }
     let mercury = Catalog::embedded().body(NaifId(199)).unwrap().clone();
     let raw = map("mercury.jpg").mean_over_sphere();
-    assert!((raw[0] / mercury.map_target()[0] - 1.0).abs() > 0.1, "the raw map is stylised: without its gain this test must fail");
+    assert!((raw[0] / mercury.target_mean_colour()[0] - 1.0).abs() > 0.1, "the raw map is stylised: without its gain this test must fail");
 }
 
 /// Mean of eight squares on a circle of `r` degrees about a place.
@@ -287,8 +287,8 @@ fn a_folder_comes_first_and_a_missing_map_is_named() {
     let missing = store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).unwrap_err().to_string();
     assert!(missing.contains("vulcan.jpg") && missing.contains("--textures") && !missing.contains('\n'), "{missing}");
     std::fs::write(folder.path().join("own.jpg"), &bytes).unwrap();
-    let colour = Reading { format: TexelFormat::Rgba8Srgb, poles: Poles::None };
-    store.bring(&[("own.jpg", colour), ("vulcan.jpg", colour)]);
+    let colour = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None };
+    store.prefetch(&[("own.jpg", colour), ("vulcan.jpg", colour)]);
     std::fs::remove_file(folder.path().join("own.jpg")).unwrap();
     assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was brought before its file went");
     assert!(store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).is_err());

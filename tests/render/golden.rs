@@ -7,8 +7,8 @@
 //! A change of the picture that is meant is recorded by `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the pictures before committing.
 
 use crate::support::views::views;
-use orrery::image::{Difference, Picture};
-use orrery::render::plan::Fineness;
+use orrery::image::{Difference, DisplayImage};
+use orrery::render::plan::SamplingQuality;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, SoftwareRenderer};
 use orrery::scene::request::ViewRequest;
@@ -18,24 +18,24 @@ use std::path::{Path, PathBuf};
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
 /// All pictures together.
-const MOST_BYTES: u64 = 500_000;
+const MAX_BYTES: u64 = 500_000;
 
 /// A session with a cache of its own, and the renderer whose bits are the same everywhere.
-struct Studio {
+struct RenderWorker {
     session: &'static Session,
     renderer: SoftwareRenderer,
 }
 
-impl Studio {
+impl RenderWorker {
     fn open() -> Self {
         let options = Options { kernels: KernelClass::Portable, ..Options::default() };
         Self { session: &crate::support::session::SESSION, renderer: SoftwareRenderer::new(options).expect("starts") }
     }
 
-    fn draw(&self, request: &ViewRequest) -> Picture {
-        let (_, plan) = self.session.plan(request, Fineness { samples: 4, anisotropy: 8 }).expect("a plan");
+    fn draw(&self, request: &ViewRequest) -> DisplayImage {
+        let (_, plan) = self.session.plan(request, SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
         let (frame, _) = self.renderer.render(&plan, self.session.library(), false).expect("drawn");
-        Picture { width: frame.width, height: frame.height, rgba: frame.display }
+        DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
     }
 }
 
@@ -44,7 +44,7 @@ fn folder() -> PathBuf {
 }
 
 /// Opaque pictures are kept without alpha, as small as PNG makes them.
-fn save(picture: &Picture, path: &Path) {
+fn save(picture: &DisplayImage, path: &Path) {
     use image::codecs::png::{CompressionType, FilterType, PngEncoder};
     let rgb: Vec<u8> = picture.rgba.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
     let mut bytes = Vec::new();
@@ -58,10 +58,10 @@ fn far(d: &Difference) -> bool {
 }
 
 /// `Err` says what is wrong and where the new picture lies.
-fn compared(name: &str, drawn: &Picture) -> Result<Difference, String> {
+fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     let path = folder().join(format!("{name}.png"));
     let bytes = std::fs::read(&path).map_err(|e| format!("{name}: no recorded picture ({e})"))?;
-    let golden = Picture::decode(name, &bytes).map_err(|e| e.to_string())?;
+    let golden = DisplayImage::decode(name, &bytes).map_err(|e| e.to_string())?;
     let d = golden.difference(drawn).map_err(|e| format!("{name}: {e}"))?;
     if !far(&d) {
         return Ok(d);
@@ -75,7 +75,7 @@ fn compared(name: &str, drawn: &Picture) -> Result<Difference, String> {
 
 #[test]
 fn views_look_as_recorded() {
-    let studio = Studio::open();
+    let studio = RenderWorker::open();
     let record = std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1");
     let mut failures = Vec::new();
     for (name, request) in views() {
@@ -111,5 +111,5 @@ fn the_folder_holds_the_views_and_no_more() {
         bytes += entry.metadata().expect("metadata").len();
     }
     println!("{bytes} bytes");
-    assert!(bytes <= MOST_BYTES, "{bytes} bytes, {MOST_BYTES} at the most");
+    assert!(bytes <= MAX_BYTES, "{bytes} bytes, {MAX_BYTES} at the most");
 }

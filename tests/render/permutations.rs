@@ -6,9 +6,10 @@
 
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
-use orrery::scene::draw::{Needs, PixelView};
-use orrery::session::{WITH_LIMB, sample_plan};
+use orrery::scene::draw::{DrawFeatures, PixelView};
+use orrery::session::{HALF_SIDE_WITH_LIMB, sample_plan};
 use orrery::shader::Library;
+use orrery::shader::ModuleId;
 use orrery::shader::key::{ShaderKey, covering};
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -21,7 +22,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 }
 
 fn picture(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, String> {
-    let plan = sample_plan(&LIBRARY, key, SIDE, WITH_LIMB).map_err(|e| e.to_string())?;
+    let plan = sample_plan(&LIBRARY, key, SIDE, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
     let (frame, _) = renderer.render(&plan, &*LIBRARY, true).map_err(|e| e.to_string())?;
     Ok(frame.hdr)
 }
@@ -66,7 +67,7 @@ fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
 #[test]
 fn another_picture_is_told_apart() {
     let renderer = renderer(Precision::F32);
-    let key = |lights: u8| ShaderKey::for_draw(&Needs { lights, view: PixelView::Shaded, ..Needs::LEAST });
+    let key = |lights: u8| ShaderKey::for_draw(&DrawFeatures { lights, view: PixelView::Final, ..DrawFeatures::MINIMAL });
     let (one, two) = (picture(&renderer, &key(1)).expect("draws"), picture(&renderer, &key(2)).expect("draws"));
     let apart = one.iter().zip(&two).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(apart > DIFFERENCE, "{apart}");
@@ -88,9 +89,9 @@ struct Sheet {
 fn drawn_sheet() -> Sheet {
     let options = Options { threads: 1, kernels: KernelClass::Portable, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
-    let keys: Vec<ShaderKey> = covering(2).into_iter().filter(|k| !k.counts_work()).collect();
+    let keys: Vec<ShaderKey> = covering(2).into_iter().filter(|k| !k.counts_operations()).collect();
     let tile = |key: &ShaderKey| {
-        let plan = sample_plan(&LIBRARY, key, TILE as u32, WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
+        let plan = sample_plan(&LIBRARY, key, TILE as u32, HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
         let (frame, _) = renderer.render(&plan, &*LIBRARY, true).unwrap_or_else(|e| panic!("{key}: {e}"));
         // A plain power: what matters is that a change shows.
         frame.hdr.iter().map(|p| [p[0], p[1], p[2]].map(|v| (255.0 * v.clamp(0.0, 1.0).powf(0.4545)).round() as u8)).collect()
@@ -182,14 +183,14 @@ fn every_pair_of_values_looks_as_recorded() {
 /// The standard scenes in f32 and f64, as a display shows them: failures say where and by which keys.
 #[test]
 fn standard_scenes_in_f32_are_those_in_f64() {
-    use orrery::render::plan::{Fineness, ModuleName};
+    use orrery::render::plan::SamplingQuality;
     use orrery::session::standard_scenes;
     let session = &*crate::support::session::SESSION;
     let renderers = [Precision::F32, Precision::F64]
         .map(|p| SoftwareRenderer::new(Options { precision: p, ..Options::default() }).expect("a renderer"));
     let mut failures = Vec::new();
     for standard in standard_scenes(256, 256) {
-        let (scene, plan) = session.plan(&standard.request, Fineness { samples: 1, anisotropy: 8 }).expect("a plan");
+        let (scene, plan) = session.plan(&standard.request, SamplingQuality { samples: 1, anisotropy: 8 }).expect("a plan");
         let [single, double] = renderers.each_ref().map(|r| r.render(&plan, session.library(), true).expect("drawn").0.hdr);
         // Part of the display's range: sRGB of what is not brighter than white.
         let shown = |v: f32| {
@@ -205,7 +206,7 @@ fn standard_scenes_in_f32_are_those_in_f64() {
             let (x, y) = (*k as u32 % 256, *k as u32 / 256);
             let here = |s: [u32; 4]| (s[0]..s[2]).contains(&x) && (s[1]..s[3]).contains(&y);
             let draws = plan.passes[0].draws.iter().filter(|d| here(d.scissor));
-            let keys: Vec<String> = draws.filter(|d| matches!(d.module, ModuleName::Planet(_))).map(|d| d.module.to_string()).collect();
+            let keys: Vec<String> = draws.filter(|d| matches!(d.module, ModuleId::Planet(_))).map(|d| d.module.to_string()).collect();
             failures.push(format!(
                 "{} pixel {x},{y}: {d:.2e}, {:?} and {:?}, by {}",
                 standard.name,

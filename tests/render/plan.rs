@@ -5,8 +5,8 @@ use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
 use orrery::scene::air_spread;
 use orrery::scene::air_table::NODES;
-use orrery::scene::draw::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, Light, Needs, RingAmounts};
-use orrery::scene::effects::possible_needs;
+use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
+use orrery::scene::effects::possible_features;
 use orrery::shader::emit::emit_fragment;
 use orrery::shader::fragments::Fragments;
 use orrery::shader::key::{ShaderKey, features, keys_of};
@@ -16,9 +16,9 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Amounts with a different number in every field, and as many lights as asked.
-fn amounts(lights: u8) -> Amounts {
+fn uniforms(lights: u8) -> DrawUniforms {
     let light = |k: f32| Light { direction_in_body: Vec3::new(k, k + 0.1, k + 0.2), irradiance: Vec3::splat(k + 0.5) };
-    Amounts {
+    DrawUniforms {
         rect_in_clip: Vec4::new(1.0, 2.0, 3.0, 4.0),
         anchor_origin: Vec3::splat(5.0),
         anchor_du: Vec3::splat(6.0),
@@ -26,7 +26,7 @@ fn amounts(lights: u8) -> Amounts {
         ray_origin: Vec3::splat(8.0),
         ray_du: Vec3::splat(9.0),
         ray_dv: Vec3::splat(10.0),
-        anchor_excess: 11.0,
+        anchor_radius_sq_minus_1: 11.0,
         anchor_is_camera: 1.0,
         depth_row: Vec4::splat(12.0),
         axis_ratios: Vec3::splat(13.0),
@@ -45,34 +45,34 @@ fn amounts(lights: u8) -> Amounts {
         clip_from_unit_sphere: glam::Mat4::from_cols_array(&[31.0; 16]),
         mesh_anchor: Vec3::splat(46.0),
         mesh: None,
-        hiders: Default::default(),
+        foreground_limbs: Default::default(),
         overlays: Vec::new(),
-        clouds: CloudAmounts { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
+        clouds: CloudUniforms { clear: 27.0, full: 28.0, radius: 29.0, albedo: 30.0 },
         eclipse: Default::default(),
-        ring: RingAmounts::default(),
-        air: AirAmounts {
+        ring: RingUniforms::default(),
+        air: AtmosphereUniforms {
             ends: Vec2::new(0.1, 0.0),
             top: 32.0,
-            gas_height: 33.0,
-            gas_scattering: Vec3::splat(34.0),
-            gas_extinction: Vec3::splat(35.0),
+            rayleigh_scale_height: 33.0,
+            rayleigh_scattering: Vec3::splat(34.0),
+            rayleigh_extinction: Vec3::splat(35.0),
             skylight: Vec3::splat(36.0),
-            haze_height: 37.0,
-            haze_asymmetry: 38.0,
-            haze_scattering: Vec3::splat(39.0),
-            haze_extinction: Vec3::splat(40.0),
+            mie_scale_height: 37.0,
+            mie_asymmetry: 38.0,
+            mie_scattering: Vec3::splat(39.0),
+            mie_extinction: Vec3::splat(40.0),
             layer: Vec3::splat(41.0),
-            layer_extinction: Vec3::splat(42.0),
-            veil: 45.0,
+            absorption_extinction: Vec3::splat(42.0),
+            blend_mode: 45.0,
             night: 47.0,
-            many_heights: Vec2::splat(43.0),
-            many: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
+            multi_scatter_heights: Vec2::splat(43.0),
+            multi_scatter: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
         },
     }
 }
 
-fn layout(needs: &Needs) -> Layout {
-    let id = ModuleId::Planet(ShaderKey::for_draw(needs));
+fn layout(features: &DrawFeatures) -> Layout {
+    let id = ModuleId::Planet(ShaderKey::for_draw(features));
     ShaderModule::build(&id, &Lowering::none()).expect("the module builds").layout
 }
 
@@ -83,30 +83,31 @@ fn number(bytes: &[u8], offset: u32) -> f32 {
 
 #[test]
 fn every_possible_structure_is_filled_by_name() {
-    let all = possible_needs(&Catalog::embedded());
+    let all = possible_features(&Catalog::embedded());
     // One structure of each key: what the canonical form leaves out must not be missed.
     let keys = keys_of(all.iter().copied());
     let filled = |layout: &Layout, key: &ShaderKey| {
-        let needs = *key.needs();
-        let casters = vec![Vec4::ZERO; usize::from(needs.eclipse.casters)];
+        let features = *key.features();
+        let occluders = vec![Vec4::ZERO; usize::from(features.eclipse.occluders)];
         let layers = vec![Vec4::ZERO; 32];
-        let (places, air_edges) = (casters.clone(), layers.clone());
+        let (places, air_edges) = (occluders.clone(), layers.clone());
         let spread = vec![Vec4::splat(48.0); air_spread::TABLES];
-        let eclipse = EclipseAmounts { places, shapes: casters, air_edges, air_passes: layers, spread, ..EclipseAmounts::default() };
-        match uniforms_of(layout, &Amounts { eclipse, ..amounts(needs.lights) }, 1) {
+        let eclipse =
+            EclipseUniforms { places, shapes: occluders, air_edges, air_transmittance: layers, spread, ..EclipseUniforms::default() };
+        match uniforms_of(layout, &DrawUniforms { eclipse, ..uniforms(features.lights) }, 1) {
             Ok(bytes) if bytes.is_empty() => Some(format!("{key}: nothing to fill")),
             Ok(_) => None,
             Err(e) => Some(format!("{key}: {e}")),
         }
     };
     // The block is declared in one fragment, which stands alone: keys with the same text of it have the same layout, and one of them stands for all.
-    let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &features(key.needs())).expect("emits").wgsl;
+    let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &features(key.features())).expect("emits").wgsl;
     let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (block(key), *key)).collect();
     let alone = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
     let failures: Vec<String> = blocks.par_iter().filter_map(|(text, key)| filled(&alone(text), key)).collect();
     // In its module the block is the same.
     let pieces: Vec<_> = blocks.iter().step_by(blocks.len().div_ceil(40)).collect();
-    pieces.par_iter().for_each(|(text, key)| assert_eq!(layout(key.needs()).fields, alone(text).fields, "{key}"));
+    pieces.par_iter().for_each(|(text, key)| assert_eq!(layout(key.features()).fields, alone(text).fields, "{key}"));
     println!("{} structures, {} keys, {} blocks", all.len(), keys.len(), blocks.len());
     assert!(keys.len() > 50 && blocks.len() > 20, "{} keys, {} blocks", keys.len(), blocks.len());
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -123,18 +124,20 @@ fn is_declared(name: &str) -> bool {
 /// The reverse: no value is made that no module has a place for.
 #[test]
 fn every_value_has_a_field() {
-    let without: Vec<&str> = Amounts::uniforms().filter(|name| !is_declared(name)).collect();
+    let without: Vec<&str> = DrawUniforms::names().filter(|name| !is_declared(name)).collect();
     assert!(without.is_empty(), "no fragment declares {without:?}");
-    assert!(Amounts::uniforms().count() > 50 && !is_declared("albedo_of_nothing") && !is_declared("rect_in"));
+    assert!(DrawUniforms::names().count() > 50 && !is_declared("albedo_of_nothing") && !is_declared("rect_in"));
 }
 
 #[test]
 fn values_land_at_their_fields() {
-    let all = possible_needs(&Catalog::embedded());
-    let needs =
-        all.iter().find(|n| n.lights == 2 && n.eclipse.casters == 0 && n.maps.night && n.maps.specular).expect("the Earth under the Moon");
-    let layout = layout(needs);
-    let bytes = uniforms_of(&layout, &amounts(2), 1).expect("filled");
+    let all = possible_features(&Catalog::embedded());
+    let features = all
+        .iter()
+        .find(|n| n.lights == 2 && n.eclipse.occluders == 0 && n.maps.night && n.maps.specular)
+        .expect("the Earth under the Moon");
+    let layout = layout(features);
+    let bytes = uniforms_of(&layout, &uniforms(2), 1).expect("filled");
     let offset = |name: &str| layout.field(name).expect("a field").offset;
     assert_eq!(number(&bytes, offset("rect_in_clip") + 8), 3.0);
     assert_eq!(number(&bytes, offset("albedo") + 4), 15.0);
@@ -145,7 +148,9 @@ fn values_land_at_their_fields() {
 
 #[test]
 fn a_wrong_number_of_lights_is_refused() {
-    let all = possible_needs(&Catalog::embedded());
-    let needs = all.iter().find(|n| n.lights == 2).expect("two lights");
-    assert!(matches!(uniforms_of(&layout(needs), &amounts(1), 1), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction"));
+    let all = possible_features(&Catalog::embedded());
+    let features = all.iter().find(|n| n.lights == 2).expect("two lights");
+    assert!(
+        matches!(uniforms_of(&layout(features), &uniforms(1), 1), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction")
+    );
 }

@@ -3,7 +3,7 @@
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
 use orrery::probe::Prober;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
 use orrery::scene::draw::{BodyShadow, Part, RingShadow};
@@ -17,7 +17,7 @@ use std::sync::LazyLock;
 const SATURN: NaifId = NaifId(699);
 const URANUS: NaifId = NaifId(799);
 const TITAN: NaifId = NaifId(606);
-const PLAIN: Fineness = Fineness { samples: 1, anisotropy: 1 };
+const PLAIN: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
 fn ask(precision: Precision, question: &Value, answer: &str) -> f64 {
     static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
@@ -86,7 +86,7 @@ fn a_spheres_shadow_is_as_far_off_as_its_tier_is_chosen_by() {
             (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * slant
         };
         let worst = (0..40).map(|k| apart(f64::from(k) * 0.0389)).fold(0.0, f64::max);
-        let stated = tiers::sphere_aside(1.0 - flattening, sine, outer);
+        let stated = tiers::sphere_shadow_offset(1.0 - flattening, sine, outer);
         println!("{height_deg} degrees: {worst:.4} of {stated:.4} radii");
         assert!(worst <= stated + 1e-5, "{height_deg} degrees: {worst} radii, {stated} stated");
         assert!(worst > 0.5 * stated, "{height_deg} degrees: {worst} radii is far less than the {stated} stated");
@@ -240,7 +240,9 @@ fn the_side_away_from_the_sun_is_darker() {
 #[test]
 fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
     let (bare, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
-    assert!(bare.draws.iter().all(|d| d.part == Part::Globe && d.needs.ring_shadow == RingShadow::None && d.amounts.ring.table.is_none()));
+    assert!(
+        bare.draws.iter().all(|d| d.part == Part::Globe && d.features.ring_shadow == RingShadow::None && d.uniforms.ring.table.is_none())
+    );
     let asked = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
     let (scene, ringed) = pixels(&asked);
     let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
@@ -261,17 +263,17 @@ fn without_rings_the_plain_picture_comes_back_bit_for_bit() {
 
 #[test]
 fn shadows_are_decided_by_what_they_take() {
-    let needs = |target, time: &str, size| {
+    let features = |target, time: &str, size| {
         let scene = SESSION.scene(&request(target, time, 70.0, size, "")).expect("a scene");
-        let of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.needs);
+        let of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.features);
         (of(Part::Globe).expect("a globe"), of(Part::Ring))
     };
-    let (globe, ring) = needs(SATURN, "2017-05-17T00:00:00Z", 400);
+    let (globe, ring) = features(SATURN, "2017-05-17T00:00:00Z", 400);
     assert_eq!((globe.ring_shadow, ring.map(|n| n.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));
     // Near the Sun's crossing the penumbra is wide.
-    assert_eq!(needs(SATURN, "2025-05-01T00:00:00Z", 400).0.ring_shadow, RingShadow::Penumbra);
+    assert_eq!(features(SATURN, "2025-05-01T00:00:00Z", 400).0.ring_shadow, RingShadow::Penumbra);
     // Under a high Sun Uranus' rings throw their shadow past the globe.
-    assert_eq!(needs(URANUS, "2030-01-01T00:00:00Z", 400).0.ring_shadow, RingShadow::None);
+    assert_eq!(features(URANUS, "2030-01-01T00:00:00Z", 400).0.ring_shadow, RingShadow::None);
 }
 
 /// Green radiance of Saturn's ring plane at some radii (km), on the darker of its two ansae, by the phase angle: the camera goes from the Sun's side over the pole.

@@ -3,12 +3,12 @@
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::{Catalog, NaifId, Ring};
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
 use orrery::scene::draw::{Part, PixelView};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
-use orrery::scene::ring_shine::Lit;
+use orrery::scene::ring_shine::RingShineGeometry;
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
 
@@ -36,7 +36,7 @@ fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene
         let offset_km = -away * 3.0 * 60_268.0;
         request.position = Position::Offset { body: SATURN, offset_km, axes: orrery::scene::request::Axes::Icrf };
     }
-    let drawn = SESSION.draw(&request, Fineness { samples: 1, anisotropy: 1 }, true).expect("drawn");
+    let drawn = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
     (drawn.scene, drawn.frame.hdr)
 }
 
@@ -117,8 +117,8 @@ fn worst(time: &str, without: Without) -> (f64, f64) {
     let (from, to) = (1.1, 2.34);
     let profile = profile(&saturn.rings, unit_km, from, to, COUNT);
     let draw = scene.draws.iter().find(|d| d.part == Part::Globe).expect("a globe");
-    assert!(draw.needs.ring_shine);
-    let light = draw.amounts.lights[0];
+    assert!(draw.features.ring_shine);
+    let light = draw.uniforms.lights[0];
     let sun = light.direction_in_body.as_dvec3().normalize();
     let placement = &scene.body(SATURN).expect("Saturn").placement;
     let brightest = hdr.iter().map(|p| f64::from(p[0] / light.irradiance.x)).fold(0.0, f64::max);
@@ -164,10 +164,10 @@ fn the_night_is_lit_as_the_sum_over_the_rings_says() {
 
 #[test]
 fn the_equator_and_the_poles_get_none_and_switched_off_there_is_night() {
-    let (scene, lit) = view(OPEN, true, "", PixelView::Shaded);
-    let (_, dark) = view(OPEN, true, "-ring-shine", PixelView::Shaded);
+    let (scene, lit) = view(OPEN, true, "", PixelView::Final);
+    let (_, dark) = view(OPEN, true, "-ring-shine", PixelView::Final);
     let placement = &scene.body(SATURN).expect("Saturn").placement;
-    let sun = scene.draws[0].amounts.lights[0].direction_in_body.as_dvec3();
+    let sun = scene.draws[0].uniforms.lights[0].direction_in_body.as_dvec3();
     let (mut glowing, mut poles) = (0, 0);
     for k in 0..lit.len() {
         let middle = DVec2::new(f64::from(k as u32 % SIDE) + 0.5, f64::from(k as u32 / SIDE) + 0.5);
@@ -185,7 +185,7 @@ fn the_equator_and_the_poles_get_none_and_switched_off_there_is_night() {
     }
     assert!(glowing > 1000 && poles > 5, "{glowing} {poles}");
     // Light over height is finite, so that it vanishes with the height: a hundredth of a degree from the equator, a fiftieth of the most.
-    let shine = scene.draws[0].amounts.ring.shine.clone().expect("a table");
+    let shine = scene.draws[0].uniforms.ring.shine.clone().expect("a table");
     let at_equator = shine.texels[..4 * orrery::scene::ring_shine::COLUMNS].iter().copied().fold(0.0, f32::max);
     assert!(f64::from(at_equator) * 0.01f64.to_radians() < 0.02 * shine.brightest, "{at_equator}");
 }
@@ -197,7 +197,7 @@ fn no_more_light_than_falls_on_the_rings() {
     let rings = [Ring { name: "x".into(), inner_km: 1.05, outer_km: 2.5, tau_normal: 3.0, albedo: [1.0; 3], dust: 0.0 }];
     let rings: Vec<&Ring> = rings.iter().collect();
     for sine in [0.02, 0.4, 0.95] {
-        let lit = Lit { rings: &rings, radius_km: 1.0, polar: 1.0, sine, sun_tangent: 5e-4 };
+        let lit = RingShineGeometry { rings: &rings, radius_km: 1.0, polar: 1.0, sine, sun_tangent: 5e-4 };
         let shine = lit.shine(&RingShines::default()).expect("a table");
         let mut power = 0.0;
         for row in 0..2 * ROWS {
@@ -224,9 +224,9 @@ fn it_is_drawn_where_it_counts_and_the_reason_is_told() {
             ..ViewRequest::of(NaifId(body), Instant::parse(OPEN).expect("a time"))
         };
         let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
-        let needs = scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == Part::Globe).expect("a globe").needs;
+        let features = scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == Part::Globe).expect("a globe").features;
         let told = scene.body(NaifId(body)).expect("a body").decisions.iter().find(|d| d.feature == "ring-shine").cloned();
-        (needs.ring_shine, told)
+        (features.ring_shine, told)
     };
     let (on, told) = decision(699, "");
     assert!(on && told.is_some_and(|d| d.on && d.reason.contains("of white against")));

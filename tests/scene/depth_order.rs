@@ -4,7 +4,7 @@
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
 use orrery::scene::effects::EffectOverrides;
@@ -38,7 +38,7 @@ fn view(body: NaifId, left: Instant, offset: DVec3, distance_km: f64, disc_px: f
 }
 
 fn drawn(request: &ViewRequest, samples: u8, precision: Precision) -> (Scene, Vec<[f32; 4]>) {
-    let (scene, plan) = SESSION.plan(request, Fineness { samples, anisotropy: 1 }).expect("a plan");
+    let (scene, plan) = SESSION.plan(request, SamplingQuality { samples, anisotropy: 1 }).expect("a plan");
     let renderer = &RENDERERS[usize::from(precision == Precision::F64)];
     let hdr = renderer.render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
     (scene, hdr)
@@ -105,7 +105,7 @@ fn a_moon_stands_before_or_behind_the_ring() {
     let radius_km = SESSION.catalog().body(SATURN).expect("Saturn").radii_km.x;
     let mut seen = 0;
     for name in ["Tethys", "Dione", "Rhea"] {
-        let moon = SESSION.catalog().find_place(name).expect(name);
+        let moon = SESSION.catalog().find_body_or_barycenter(name).expect(name);
         let moon_km = SESSION.ephemeris().state(moon, SATURN, left, None).expect(name).state.pos_km;
         let moon_radius_km = SESSION.catalog().body(moon).expect(name).radii_km.max_element();
         for turn in 0..8 {

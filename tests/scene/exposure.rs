@@ -3,7 +3,7 @@
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Placement;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
@@ -27,7 +27,7 @@ fn scene(request: &ViewRequest) -> Scene {
 
 /// Part of the picture that is white, and the mean of what is not black, red and blue, levels of 255.
 fn shown(request: &ViewRequest) -> (f64, [f64; 2]) {
-    let frame = SESSION.draw(request, Fineness { samples: 1, anisotropy: 4 }, false).expect("drawn").frame;
+    let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, false).expect("drawn").frame;
     let white = frame.display.iter().filter(|p| p[..3].iter().all(|v| *v > 250)).count();
     let lit: Vec<_> = frame.display.iter().filter(|p| p[0] > 8).collect();
     let mean = |c: usize| lit.iter().map(|p| f64::from(p[c])).sum::<f64>() / lit.len().max(1) as f64;
@@ -115,7 +115,7 @@ fn a_hidden_sun_glows_by_the_part_that_shows() {
             let scene = scene(&ViewRequest { exposure: ExposureRequest::Stops(0.0), ..request(PHOBOS, time, position, Some(60.0)) });
             let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
             let expected = rays_past(&scene.body(PHOBOS).expect("Phobos").placement, &sun);
-            let full = glow::VEIL * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
+            let full = glow::VEILING_GLARE * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
             let seen = scene.glow.map_or(0.0, |g| f64::from(g.strength.x) / full);
             assert!((seen - expected).abs() < 0.03, "{k} along {aside}: {seen}, {expected} by rays");
             match expected {

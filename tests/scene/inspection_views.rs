@@ -2,7 +2,7 @@
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::draw::PixelView;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Position, ViewRequest};
@@ -35,7 +35,7 @@ fn drawn(target: i32, radii: f64, time: &str, view: PixelView) -> Picture {
         height: SIDE,
         ..ViewRequest::of(NaifId(target), time)
     };
-    let drawn = SESSION.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
     Picture { scene: drawn.scene, hdr: drawn.frame.hdr }
 }
 
@@ -44,8 +44,8 @@ const DAY: &str = "2024-04-08T18:17:16Z";
 #[test]
 fn every_view_is_another_picture() {
     for (target, radii) in [(399, 3.0), (699, 5.0)] {
-        let shaded = drawn(target, radii, DAY, PixelView::Shaded);
-        for view in PixelView::ALL.into_iter().filter(|v| *v != PixelView::Shaded) {
+        let shaded = drawn(target, radii, DAY, PixelView::Final);
+        for view in PixelView::ALL.into_iter().filter(|v| *v != PixelView::Final) {
             let other = drawn(target, radii, DAY, view);
             // Saturn's light is a hundredth of that at 1 au.
             let brightest = |p: &Picture| p.hdr.iter().flat_map(|p| &p[..3]).fold(0.0, |a: f32, b| a.max(*b));
@@ -121,7 +121,7 @@ fn cost_counts_what_ran() {
             height: SIDE,
             ..ViewRequest::of(NaifId(399), Instant::parse(DAY).expect("a time"))
         };
-        SESSION.draw(&request, Fineness { samples: 1, anisotropy: 8 }, true).expect("drawn").frame.hdr
+        SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, true).expect("drawn").frame.hdr
     };
     let plain = with("-normal,-atmosphere,-clouds,-cloud-shadow,-eclipse,-night,-specular", PixelView::Cost);
     let full = with("", PixelView::Cost);

@@ -1,12 +1,12 @@
 //! What is laid over a picture: orbits, names, an outline, bloom. Each is asked for, changes what it may change, and nothing else. Where orbit lines run is
-//! tested beside src/scene/annotation/orbits.rs, letters beside src/image/letters.rs.
+//! tested beside src/scene/annotation/orbits.rs, letters beside src/image/glyph_atlas.rs.
 
 use crate::support::session::SESSION;
 use glam::DVec2;
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::marks::{Lettering, Mark, Side, name_box};
+use orrery::scene::marks::{Label, LabelMetrics, LabelSide, label_rect};
 use orrery::scene::request::{ExposureRequest, Layers, Position, ToneMap, ViewRequest};
 use orrery::time::Instant;
 
@@ -21,8 +21,8 @@ fn jupiter(orbits: bool) -> ViewRequest {
 
 #[test]
 fn lines_run_before_and_behind_the_planet() {
-    let fineness = Fineness { samples: 4, anisotropy: 1 };
-    let draw = |orbits: bool| SESSION.draw(&jupiter(orbits), fineness, true).expect("drawn");
+    let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
+    let draw = |orbits: bool| SESSION.draw(&jupiter(orbits), sampling, true).expect("drawn");
     let (plain, lined) = (draw(false), draw(true));
     assert!(plain.scene.lines.is_empty() && lined.scene.lines.len() > 100, "{} pieces", lined.scene.lines.len());
     assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.feature != "orbit"), "not asked for");
@@ -72,15 +72,15 @@ fn layers_are_read_or_refused_by_name() {
 }
 
 /// Pixels of the display picture that differ, by place.
-fn changed(a: &orrery::session::Drawn, b: &orrery::session::Drawn) -> Vec<DVec2> {
+fn changed(a: &orrery::session::DrawnFrame, b: &orrery::session::DrawnFrame) -> Vec<DVec2> {
     let width = a.frame.width as usize;
     let pairs = a.frame.display.iter().zip(&b.frame.display).enumerate();
     pairs.filter(|(_, (a, b))| a != b).map(|(k, _)| DVec2::new((k % width) as f64 + 0.5, (k / width) as f64 + 0.5)).collect()
 }
 
-fn with(layers: Layers, request: &ViewRequest) -> orrery::session::Drawn {
-    let fineness = Fineness { samples: 4, anisotropy: 1 };
-    SESSION.draw(&ViewRequest { layers, ..request.clone() }, fineness, true).expect("drawn")
+fn with(layers: Layers, request: &ViewRequest) -> orrery::session::DrawnFrame {
+    let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
+    SESSION.draw(&ViewRequest { layers, ..request.clone() }, sampling, true).expect("drawn")
 }
 
 #[test]
@@ -90,24 +90,24 @@ fn names_stand_beside_their_bodies_and_leave_the_light_alone() {
     let named = with(Layers { labels: true, ..Layers::default() }, &request);
     assert_eq!(plain.frame.hdr, named.frame.hdr, "names are not light");
     let labels = named.scene.labels.as_ref().expect("asked for");
-    let lettering = Lettering::of_size(labels.size_px);
+    let lettering = LabelMetrics::of_size(labels.size_px);
     assert!(labels.marks.iter().filter(|m| m.named.is_some()).count() > 1, "{:?}", labels.marks);
     let places = changed(&plain, &named);
     // Twice a letter's mean width is more than any name needs.
-    let wide = Lettering { letter_px: 2.0 * lettering.letter_px, ..lettering };
-    let reach = |m: &Mark, at: DVec2| {
-        let (least, most) = name_box(m.centre_px, m.radius_px, &m.name, &wide, m.named.unwrap_or(Side::USUAL));
-        let slack = DVec2::splat(0.5 * lettering.line_px);
+    let wide = LabelMetrics { glyph_width_px: 2.0 * lettering.glyph_width_px, ..lettering };
+    let reach = |m: &Label, at: DVec2| {
+        let (least, most) = label_rect(m.centre_px, m.radius_px, &m.name, &wide, m.named.unwrap_or(LabelSide::DEFAULT));
+        let slack = DVec2::splat(0.5 * lettering.line_height_px);
         let in_name = m.named.is_some() && at.cmpge(least - slack).all() && at.cmple(most + slack).all();
         in_name || m.centre_px.distance(at) < 8.0
     };
     let stray: Vec<_> = places.iter().filter(|at| !labels.marks.iter().any(|m| reach(m, **at))).collect();
     assert!(stray.is_empty(), "changed away from every name and marker: {stray:?}");
     for (mark, side) in labels.marks.iter().filter_map(|m| Some((m, m.named?))) {
-        let (least, most) = name_box(mark.centre_px, mark.radius_px, &mark.name, &wide, side);
+        let (least, most) = label_rect(mark.centre_px, mark.radius_px, &mark.name, &wide, side);
         let inked = places.iter().filter(|at| at.cmpge(least).all() && at.cmple(most).all()).count();
-        let letters = mark.name.chars().count();
-        assert!(inked > 8 * letters, "{}: {inked} pixels for {letters} letters", mark.name);
+        let glyphs = mark.name.chars().count();
+        assert!(inked > 8 * glyphs, "{}: {inked} pixels for {glyphs} letters", mark.name);
     }
 }
 
@@ -154,8 +154,8 @@ fn overexposed_sun() -> ViewRequest {
 #[test]
 fn bloom_adds_its_parts_of_what_is_beyond_white() {
     let bloom = Layers { bloom: true, ..Layers::default() };
-    let request = ViewRequest { tone_map: ToneMap::Plain, ..overexposed_sun() };
-    let fineness = Fineness { samples: 4, anisotropy: 1 };
+    let request = ViewRequest { tone_map: ToneMap::Clipped, ..overexposed_sun() };
+    let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
     let plain = with(Layers::default(), &request);
     let bloomed = with(bloom, &request);
     assert_eq!(plain.frame.hdr, bloomed.frame.hdr, "the light itself stays");
@@ -190,7 +190,7 @@ fn bloom_adds_its_parts_of_what_is_beyond_white() {
     let shrunk = |n: f64| n * n / 12.0 + n * n / 6.0;
     let expected = beyond(1) * (outside(0.10, near + shrunk(4.0)) + outside(0.05, near + far + shrunk(16.0)));
     assert!((0.8..1.25).contains(&(added / expected)), "{added} added beside a disc of {radius_px} px, {expected} expected");
-    let run = |drawn: &orrery::session::Drawn, module: &str| drawn.shared.iter().filter(|d| d.module == module).count();
+    let run = |drawn: &orrery::session::DrawnFrame, module: &str| drawn.simple_draws.iter().filter(|d| d.module == module).count();
     assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&bloomed, m)), [2, 4, 1, 0]);
     assert_eq!(["shrink", "blur", "tone_map_bloom", "tone_map"].map(|m| run(&plain, m)), [0, 0, 0, 1]);
     // Where nothing is beyond white bloom changes no byte.
@@ -199,6 +199,6 @@ fn bloom_adds_its_parts_of_what_is_beyond_white() {
     assert_eq!(plain.frame.display, bloomed.frame.display);
     // One pixel is a picture, too: there the light that is kept is still the scene's.
     let least = ViewRequest { width: 1, height: 1, ..request };
-    let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..least }, fineness, true).expect("drawn");
+    let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..least }, sampling, true).expect("drawn");
     assert_eq!((drawn.frame.display.len(), drawn.frame.hdr.len()), (1, 1));
 }

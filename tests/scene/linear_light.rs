@@ -2,7 +2,7 @@
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, Purpose, ViewRequest};
 use orrery::time::Instant;
@@ -14,7 +14,7 @@ const EVERYTHING: &str =
 fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) -> Vec<[f32; 4]> {
     let effects = EffectOverrides::parse(effects).expect("effects");
     let request = ViewRequest { purpose, effects, exposure: ExposureRequest::Stops(stops), ..request.clone() };
-    SESSION.draw(&request, Fineness { samples: 1, anisotropy: 4 }, true).expect("drawn").frame.hdr
+    SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame.hdr
 }
 
 /// The greatest difference of two pictures, as a part of the brighter of two pixels.

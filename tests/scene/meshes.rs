@@ -3,10 +3,10 @@
 use crate::support::session::session_over;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
-use orrery::scene::draw::{Needs, PixelView, Shape};
-use orrery::scene::effects::{EffectOverrides, possible_needs};
+use orrery::scene::draw::{DrawFeatures, PixelView, Shape};
+use orrery::scene::effects::{EffectOverrides, possible_features};
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
 use orrery::session::Session;
 use orrery::time::Instant;
@@ -17,7 +17,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 const SIDE: u32 = 160;
 /// A flattened ground without a relief map, under a map with detail.
 const PHOBOS: NaifId = NaifId(401);
-const FINE: Fineness = Fineness { samples: 4, anisotropy: 8 };
+const FINE: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 
 /// A folder with a catalog file and other files, and a session over both.
 struct Mine {
@@ -127,8 +127,8 @@ fn lit(picture: &[[f32; 4]]) -> usize {
 }
 
 /// The structure of Phobos' globe. Over the map's seam Mars stands behind it.
-fn needs(scene: &Scene) -> Needs {
-    scene.draws.iter().find(|d| d.body == PHOBOS).expect("drawn").needs
+fn features(scene: &Scene) -> DrawFeatures {
+    scene.draws.iter().find(|d| d.body == PHOBOS).expect("drawn").features
 }
 
 fn decision(scene: &Scene, feature: &str) -> (bool, String) {
@@ -152,14 +152,14 @@ fn a_fine_mesh_of_the_ellipsoid_is_the_ellipsoids_picture() {
     let coarse = Mine::phobos("", &ellipsoid(12));
     let mut seen_lit = 0;
     for from in vantages() {
-        for view in [PixelView::Shaded, PixelView::Albedo, PixelView::Normal] {
+        for view in [PixelView::Final, PixelView::Albedo, PixelView::Normal] {
             let (scene, mesh) = fine.draw("", view, from);
-            assert_eq!(needs(&scene).shape, Shape::Mesh);
+            assert_eq!(features(&scene).shape, Shape::Mesh);
             let (scene, exact) = fine.draw("-mesh", view, from);
-            assert_eq!(needs(&scene).shape, Shape::Ellipsoid);
+            assert_eq!(features(&scene).shape, Shape::Ellipsoid);
             // Some look at the night side.
-            assert!(lit(&exact) > 1000 || view == PixelView::Shaded, "something is seen");
-            seen_lit += usize::from(view == PixelView::Shaded && lit(&exact) > 1000);
+            assert!(lit(&exact) > 1000 || view == PixelView::Final, "something is seen");
+            seen_lit += usize::from(view == PixelView::Final && lit(&exact) > 1000);
             let (mean, most) = apart(&mesh, &exact);
             let (of_coarse, _) = apart(&coarse.draw("", view, from).1, &exact);
             println!("{view:?} from {from:.0}: mean {mean:.3}, greatest {most:.1}; of a coarse mesh {of_coarse:.3}");
@@ -185,9 +185,9 @@ fn an_open_bowl_shows_its_inside_only_where_both_sides_count() {
     let (one, both) = (Mine::phobos("", &bowl()), Mine::phobos("two_sided = true", &bowl()));
     assert_eq!(lit(&one.draw("", PixelView::Albedo, from).1), 0, "from behind its faces nothing is seen");
     // One sample, so that no pixel mixes its edge with black.
-    let one_sample = Fineness { samples: 1, anisotropy: 1 };
+    let one_sample = SamplingQuality { samples: 1, anisotropy: 1 };
     let drawn = both.session.draw(&Mine::request("", PixelView::Normal, from), one_sample, true).expect("drawn");
-    assert!(needs(&drawn.scene).flags.two_sided);
+    assert!(features(&drawn.scene).flags.two_sided);
     let seen: Vec<_> = drawn.frame.hdr.iter().filter(|p| p[..3] != [0.0; 3]).collect();
     assert!(seen.len() > 3000, "{} pixels", seen.len());
     // At the rim the inside is seen edge on: there its normal lies across.
@@ -217,7 +217,7 @@ fn the_maps_alpha_cuts_the_mesh_out() {
     let halves = |mine: &Mine| {
         let (scene, picture) = mine.draw("", PixelView::Albedo, vantages()[0]);
         let half = |east: bool| picture.iter().enumerate().filter(|(k, p)| (*k as u32 % SIDE >= SIDE / 2) == east && p[0] > 0.0).count();
-        (needs(&scene).flags.alpha_texture, half(false), half(true))
+        (features(&scene).flags.alpha_texture, half(false), half(true))
     };
     let (flag, west, east) = halves(&mine("alpha = true"));
     assert!(flag && east > 2000 && west * 10 < east, "the west is clear but for half a texel of 6 degrees: {west}, {east}");
@@ -231,7 +231,7 @@ fn colours_of_vertices_multiply_the_albedo() {
     let (with, without) = (Mine::phobos("", &coloured), Mine::phobos("vertex_colours = false", &coloured));
     let (scene, red) = with.draw("", PixelView::Albedo, vantages()[0]);
     let (plain_scene, plain) = without.draw("", PixelView::Albedo, vantages()[0]);
-    assert!(needs(&scene).flags.vertex_colour && !needs(&plain_scene).flags.vertex_colour);
+    assert!(features(&scene).flags.vertex_colour && !features(&plain_scene).flags.vertex_colour);
     for (r, p) in red.iter().zip(&plain) {
         // sRGB 0.5 is 0.2140 of full light (IEC 61966-2-1).
         assert!((r[0] - p[0]).abs() < 1e-5 && r[1] == 0.0 && (r[2] - 0.2140 * p[2]).abs() < 1e-4, "{r:?} of {p:?}");
@@ -250,11 +250,11 @@ fn a_file_that_is_missing_or_wrong_is_said_once_and_the_ellipsoid_is_drawn() {
         (vec![("shape.obj", b"v 1 0 \xff\xfe\n".as_slice())], "shape.obj: stream did not contain valid UTF-8"),
     ] {
         let mine = Mine::new(&catalog(""), &files);
-        let (scene, picture) = mine.draw("", PixelView::Shaded, from);
-        assert_eq!(needs(&scene).shape, Shape::Ellipsoid);
+        let (scene, picture) = mine.draw("", PixelView::Final, from);
+        assert_eq!(features(&scene).shape, Shape::Ellipsoid);
         let (on, reason) = decision(&scene, "mesh");
         assert!(!on && reason == "shape.obj could not be read: drawn as its ellipsoid", "{reason}");
-        assert!(picture == mine.draw("-mesh", PixelView::Shaded, from).1 && lit(&picture) > 1000);
+        assert!(picture == mine.draw("-mesh", PixelView::Final, from).1 && lit(&picture) > 1000);
         let said = mine.said.lock().expect("a list").clone();
         let told = |l: &&String| l.contains(says) && l.ends_with("Phobos is drawn as its ellipsoid") && !l.contains('\n');
         assert!(said.len() == 1 && said.iter().filter(told).count() == 1, "{says}: {said:?}");
@@ -264,19 +264,19 @@ fn a_file_that_is_missing_or_wrong_is_said_once_and_the_ellipsoid_is_drawn() {
 #[test]
 fn what_is_decided_is_said_and_far_away_it_is_a_point() {
     let mine = Mine::phobos("", &ellipsoid(24));
-    let (scene, _) = mine.draw("", PixelView::Shaded, vantages()[0]);
+    let (scene, _) = mine.draw("", PixelView::Final, vantages()[0]);
     let (on, reason) = decision(&scene, "mesh");
     assert!(on && reason.contains("528 triangles of shape.obj, up to 1.000 radii"), "{reason}");
     assert!(decision(&scene, "self-shadow").0);
     // The structure that was chosen is among those that are emitted and validated ahead of time.
-    assert!(possible_needs(mine.session.catalog()).contains(&needs(&scene)));
-    assert!(!possible_needs(&Catalog::embedded()).contains(&needs(&scene)));
-    let (scene, _) = mine.draw("-mesh", PixelView::Shaded, vantages()[0]);
+    assert!(possible_features(mine.session.catalog()).contains(&features(&scene)));
+    assert!(!possible_features(&Catalog::embedded()).contains(&features(&scene)));
+    let (scene, _) = mine.draw("-mesh", PixelView::Final, vantages()[0]);
     assert_eq!(decision(&scene, "mesh"), (false, "set by you".into()));
-    let (scene, _) = mine.draw("", PixelView::Shaded, DVec3::X * 2e4);
+    let (scene, _) = mine.draw("", PixelView::Final, DVec3::X * 2e4);
     assert!(scene.draws.iter().all(|d| d.body != PHOBOS) && scene.points.iter().any(|p| p.body == PHOBOS));
     // A body without one says so.
-    let (scene, _) = Mine::new("", &[]).draw("", PixelView::Shaded, vantages()[0]);
+    let (scene, _) = Mine::new("", &[]).draw("", PixelView::Final, vantages()[0]);
     assert_eq!(decision(&scene, "mesh"), (false, "not available for this body".into()));
 }
 
@@ -308,7 +308,7 @@ fn wrong_fields_are_named_by_line() {
 fn a_part_that_stands_before_the_sun_throws_its_shadow_to_within_an_edge() {
     let from = |sun: DVec3| 4.0 * radii().x * (sun + 0.6 * sun.any_orthonormal_vector()).normalize();
     let sun = {
-        let (scene, _) = Mine::phobos("", &ellipsoid(24)).draw("", PixelView::Shaded, DVec3::X * 50.0);
+        let (scene, _) = Mine::phobos("", &ellipsoid(24)).draw("", PixelView::Final, DVec3::X * 50.0);
         let p = scene.body(PHOBOS).expect("Phobos").sub_solar.expect("lit");
         let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
         DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
@@ -362,7 +362,7 @@ fn a_pixels_values_are_those_of_the_nearest_triangle() {
     let count = small.lines().filter(|l| l.starts_with("v ")).count();
     let mine = Mine::phobos("", &(small + &moved(&globe(24, |d| d * 8.0, None), count)));
     let request = Mine::request("", PixelView::Normal, vantages()[0]);
-    let (_, plan) = mine.session.plan(&request, Fineness { samples: 1, anisotropy: 1 }).expect("a plan");
+    let (_, plan) = mine.session.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
     let (frame, _) = mine.session.renderer().render(&plan, mine.session.library(), true).expect("drawn");
     let draw = plan.passes[0].draws.iter().find(|d| d.label == "Phobos").expect("drawn");
     let mut seen = 0;
@@ -380,20 +380,20 @@ fn a_pixels_values_are_those_of_the_nearest_triangle() {
 #[cfg(feature = "gpu")]
 #[test]
 fn the_gpu_draws_what_the_software_draws() {
-    use orrery::image::Picture;
+    use orrery::image::DisplayImage;
     let Some(gpu) = crate::support::gpu::gpu() else { return };
     let lumpy = |d: DVec3| d * radii() * (1.0 + 0.15 * (5.0 * d.x).sin() * (7.0 * d.y + 1.0).cos() * (6.0 * d.z).sin());
     let mine = Mine::phobos("two_sided = true", &globe(90, lumpy, Some([0.9, 0.8, 0.7])));
     for from in [vantages()[0], vantages()[3]] {
-        let (scene, plan) = mine.session.plan(&Mine::request("", PixelView::Shaded, from), FINE).expect("a plan");
-        assert_eq!(needs(&scene).shape, Shape::Mesh);
+        let (scene, plan) = mine.session.plan(&Mine::request("", PixelView::Final, from), FINE).expect("a plan");
+        assert_eq!(features(&scene).shape, Shape::Mesh);
         let (drawn, _) = gpu.render(&plan, mine.session.library(), false).expect("drawn");
         let (soft, _) = mine.session.renderer().render(&plan, mine.session.library(), false).expect("drawn");
-        let [drawn, soft] = [drawn, soft].map(|f| Picture { width: f.width, height: f.height, rgba: f.display });
+        let [drawn, soft] = [drawn, soft].map(|f| DisplayImage { width: f.width, height: f.height, rgba: f.display });
         let d = soft.difference(&drawn).expect("one size");
         println!("from {from:.0}: mean {:.4}, 99.9 % {}, greatest {}", d.mean, d.p999, d.max);
         assert!(d.mean < 0.4 && d.p999 <= 3, "from {from}: mean {}, 99.9 % {}", d.mean, d.p999);
-        let dark = Picture { rgba: soft.rgba.iter().map(|p| p.map(|v| v / 2)).collect(), ..soft };
+        let dark = DisplayImage { rgba: soft.rgba.iter().map(|p| p.map(|v| v / 2)).collect(), ..soft };
         assert!(dark.difference(&drawn).expect("one size").mean > 0.4, "half the light is not seen");
     }
 }

@@ -3,7 +3,7 @@
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec3};
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use orrery::scene::{Scene, corona, darkest_white};
 use orrery::time::Instant;
@@ -47,7 +47,7 @@ struct Shown {
 }
 
 fn shown(request: &ViewRequest) -> Shown {
-    let frame = SESSION.draw(request, Fineness { samples: 1, anisotropy: 4 }, true).expect("drawn").frame;
+    let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame;
     assert!(frame.hdr.iter().flatten().all(|v| v.is_finite()), "{:?}", request.exposure);
     let part = |of: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| of(p)).count() as f64 / frame.display.len() as f64;
     Shown {

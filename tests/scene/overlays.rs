@@ -3,7 +3,7 @@
 use crate::support::session::session_over;
 use glam::{DVec2, DVec3};
 use orrery::catalog::{Catalog, NaifId};
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
 use orrery::scene::draw::PixelView;
 use orrery::scene::effects::EffectOverrides;
@@ -50,7 +50,7 @@ impl Mine {
                 .expect("effects"),
             ..ViewRequest::of(body, Instant::parse("2024-04-23T23:49:00Z").expect("a time"))
         };
-        let drawn = self.session.draw(&request, Fineness { samples: 1, anisotropy: 4 }, true).expect("drawn");
+        let drawn = self.session.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn");
         (drawn.scene, drawn.frame.hdr)
     }
 }
@@ -82,11 +82,11 @@ fn overlay(body: &str, name: &str, file: &str, rest: &str) -> String {
 fn an_image_without_alpha_changes_no_bit_and_half_of_one_does() {
     for (alpha, changes) in [(0, false), (128, true)] {
         let mine = Mine::new(&overlay("Moon", "a", "a.png", REGION), &[("a.png", [255, 40, 90, alpha])]);
-        for view in [PixelView::Shaded, PixelView::Albedo] {
+        for view in [PixelView::Final, PixelView::Albedo] {
             let (scene, with) = mine.draw(MOON, "", view);
-            assert_eq!(scene.draws[0].needs.overlays, 1);
+            assert_eq!(scene.draws[0].features.overlays, 1);
             let (scene, without) = mine.draw(MOON, "-overlays", view);
-            assert_eq!(scene.draws[0].needs.overlays, 0);
+            assert_eq!(scene.draws[0].features.overlays, 0);
             let count = changed(&with, &without).iter().filter(|c| **c).count();
             assert!(if changes { count > 100 } else { count == 0 }, "{view:?}, alpha {alpha}: {count} pixels");
         }
@@ -97,8 +97,8 @@ fn an_image_without_alpha_changes_no_bit_and_half_of_one_does() {
 #[test]
 fn a_region_is_changed_and_nothing_beside_it() {
     let mine = Mine::new(&overlay("Saturn", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
-    let (scene, with) = mine.draw(SATURN, "", PixelView::Shaded);
-    let (_, without) = mine.draw(SATURN, "-overlays", PixelView::Shaded);
+    let (scene, with) = mine.draw(SATURN, "", PixelView::Final);
+    let (_, without) = mine.draw(SATURN, "-overlays", PixelView::Final);
     let (_, albedo) = mine.draw(SATURN, "", PixelView::Albedo);
     let radii_km = scene.body(SATURN).expect("Saturn").placement.radii_km;
     let (mut inside, mut outside) = (0, 0);
@@ -161,7 +161,7 @@ fn the_second_lies_over_the_first_by_its_alpha() {
         let catalog = overlay("Moon", "low", "red.png", REGION) + &overlay("Moon", "high", "blue.png", REGION);
         let mine = Mine::new(&catalog, &[("red.png", [255, 0, 0, 255]), ("blue.png", [0, 0, 255, alpha])]);
         let (scene, seen) = mine.draw(MOON, "", PixelView::Albedo);
-        assert_eq!(scene.draws[0].needs.overlays, 2);
+        assert_eq!(scene.draws[0].features.overlays, 2);
         let radii_km = scene.body(MOON).expect("the Moon").placement.radii_km;
         let places = grounds(&scene, MOON);
         let middle =
@@ -212,7 +212,7 @@ fn an_image_that_is_missing_or_too_small_is_left_out_and_said() {
     let small = REGION.replace("25.0", "-19.9");
     let catalog = overlay("Moon", "lost", "lost.png", REGION) + &overlay("Moon", "small", "red.png", &small);
     let mine = Mine::new(&catalog, &[("red.png", [255, 0, 0, 255])]);
-    let (scene, with) = mine.draw(MOON, "", PixelView::Shaded);
+    let (scene, with) = mine.draw(MOON, "", PixelView::Final);
     let said = mine.said.lock().expect("a list").clone();
     assert!(
         said.iter().filter(|l| l.contains("lost.png") && l.ends_with("drawn without it") && !l.contains('\n')).count() == 1,
@@ -221,5 +221,5 @@ fn an_image_that_is_missing_or_too_small_is_left_out_and_said() {
     let told: Vec<_> = scene.body(MOON).expect("the Moon").decisions.iter().filter(|d| d.feature == "overlays").collect();
     assert!(told.len() == 2 && told[0].reason.contains("lost.png could not be read"), "{told:?}");
     assert!(!told[1].on && told[1].reason.contains("px across against 0.5"), "{told:?}");
-    assert!(with == mine.draw(MOON, "-overlays", PixelView::Shaded).1);
+    assert!(with == mine.draw(MOON, "-overlays", PixelView::Final).1);
 }

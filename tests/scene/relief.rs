@@ -1,7 +1,7 @@
 //! Relief near the limb: slopes that lean away from the viewer leave no black dots.
 
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::session::Session;
@@ -19,7 +19,7 @@ fn darkest(session: &Session, from: NaifId, time: &str) -> f64 {
             height: 400,
             ..ViewRequest::of(NaifId::MOON, Instant::parse(time).expect("a time"))
         };
-        session.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn").frame.hdr
+        session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn").frame.hdr
     };
     let (rough, smooth) = (picture("+normal,-planet-shine"), picture("-normal,-planet-shine"));
     let lit = rough.iter().zip(&smooth).filter(|(_, s)| s[1] > 0.01);

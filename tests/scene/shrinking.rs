@@ -1,7 +1,7 @@
 //! A body that shrinks from a disc to a point keeps its light, through the scene, the emitted modules and the renderer.
 
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::scene::{Appearance, Scene};
@@ -34,7 +34,7 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
         height: side,
         ..ViewRequest::of(subject.body, Instant::parse(subject.time).expect("a time"))
     };
-    let drawn = session.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
     let others = |s: &Scene| s.bodies.iter().filter(|b| b.appearance != Appearance::NotShown).count();
     // Without points every body of the sky is a disc, however small.
     assert!(others(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the picture");

@@ -54,7 +54,7 @@ fn shader_discriminant(rays: &ViewRays, clip: DVec2) -> f32 {
     let along = interpolate(rays.ray_origin, rays.ray_du, rays.ray_dv).normalize_or_zero();
     let b = anchor.dot(along);
     if rays.anchor_is_camera {
-        b * b - rays.anchor_excess
+        b * b - rays.anchor_radius_sq_minus_1
     } else {
         let closest = anchor - b * along;
         1.0 - closest.dot(closest)

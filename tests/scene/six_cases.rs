@@ -2,21 +2,29 @@
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
-use orrery::render::plan::{self, Fineness, ModuleName};
+use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
 use orrery::scene::draw::Part;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Position, ViewRequest};
+use orrery::shader::ModuleId;
 use orrery::shader::key::ShaderKey;
 use orrery::shader::translate::{Language, translate};
 use orrery::time::Instant;
 
 const SIDE: u32 = 96;
-const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 4 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 
 /// What is in the code of no body that needs no more than its map and sunlight.
-const MORE: [&str; 7] =
-    ["eclipse_light(", "ring_light(", "body_light(", "air_before(", "sunlight_through_clouds(", "lamps_lit(", "ring_shine("];
+const MORE: [&str; 7] = [
+    "eclipse_light(",
+    "ring_shadow_transmittance(",
+    "planet_shadow_transmittance(",
+    "air_before(",
+    "sunlight_through_clouds(",
+    "night_lights_on(",
+    "ring_shine(",
+];
 
 /// A body as it is seen from a side, and the linear light of its picture.
 struct Case {
@@ -29,7 +37,7 @@ fn case(target: i32, time: &str, from: Option<i32>, radii: f64, effects: &str) -
     let effects = EffectOverrides::parse(effects).expect("effects");
     let of = ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time"));
     let scene = SESSION.scene(&ViewRequest { position, effects, width: SIDE, height: SIDE, fov_deg: Some(45.0), ..of }).expect("a scene");
-    let plan = plan::plan(&scene, &*SESSION, FINENESS).expect("a plan");
+    let plan = plan::plan(&scene, &*SESSION, SAMPLING).expect("a plan");
     let light = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
     Case { scene, light }
 }
@@ -38,7 +46,7 @@ impl Case {
     /// The HLSL of a part of a body, if that is drawn.
     fn hlsl(&self, body: i32, part: Part) -> Option<String> {
         let draw = self.scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == part)?;
-        let module = SESSION.library().get(&ModuleName::Planet(ShaderKey::for_draw(&draw.needs))).expect("a module");
+        let module = SESSION.library().get(&ModuleId::Planet(ShaderKey::for_draw(&draw.features))).expect("a module");
         Some(translate(&module, Language::Hlsl).expect("HLSL"))
     }
     fn globe(&self, body: i32) -> String {
@@ -99,7 +107,7 @@ fn the_earth_without_clouds_has_air() {
     let code = with.globe(399);
     has(&code, &["air_before("]);
     // Seen from the Sun there is no night.
-    lacks(&code, &["sunlight_through_clouds(", "eclipse_light(", "lamps_lit("]);
+    lacks(&code, &["sunlight_through_clouds(", "eclipse_light(", "night_lights_on("]);
     lacks(&without.globe(399), &["air_before("]);
     assert!(with.hlsl(399, Part::Clouds).is_none() && with.hlsl(399, Part::Sky).is_some() && without.hlsl(399, Part::Sky).is_none());
     // From so near its rim is wider than half a pixel; the light of the air is blue.
@@ -136,10 +144,10 @@ fn saturn_and_its_ring_shade_each_other() {
     let [all, no_ring_shadow, no_body_shadow] =
         ["-ring-shine", "-ring-shine,-ring-shadow", "-ring-shine,-body-shadow"].map(|e| case(699, time, Some(799), 5.0, e));
     let ring = |c: &Case| c.hlsl(699, Part::Ring).expect("the ring is drawn");
-    has(&all.globe(699), &["ring_light("]);
-    has(&ring(&all), &["body_light("]);
-    lacks(&no_ring_shadow.globe(699), &["ring_light("]);
-    lacks(&ring(&no_body_shadow), &["body_light("]);
+    has(&all.globe(699), &["ring_shadow_transmittance("]);
+    has(&ring(&all), &["planet_shadow_transmittance("]);
+    lacks(&no_ring_shadow.globe(699), &["ring_shadow_transmittance("]);
+    lacks(&ring(&no_body_shadow), &["planet_shadow_transmittance("]);
     assert!(no_ring_shadow.sum() > 1.005 * all.sum(), "{} and {}", no_ring_shadow.sum(), all.sum());
     assert!(no_body_shadow.sum() > 1.005 * all.sum(), "{} and {}", no_body_shadow.sum(), all.sum());
 }

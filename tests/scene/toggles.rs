@@ -2,7 +2,7 @@
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
-use orrery::render::plan::{self, Fineness};
+use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
 use orrery::scene::draw::{Air, Eclipse, Part};
 use orrery::scene::effects::EffectOverrides;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 const SIDE: u32 = 96;
 const ECLIPSE_DAY: &str = "2024-04-08T18:17:16Z";
-const FINENESS: Fineness = Fineness { samples: 1, anisotropy: 4 };
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 
 type Pixels = Vec<[f32; 4]>;
 
@@ -25,7 +25,7 @@ fn over(target: i32, time: &str, radii: f64, towards: Option<i32>) -> ViewReques
 }
 
 fn pixels(scene: &Scene) -> Pixels {
-    let plan = plan::plan(scene, &*SESSION, FINENESS).expect("a plan");
+    let plan = plan::plan(scene, &*SESSION, SAMPLING).expect("a plan");
     SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
 }
 
@@ -163,7 +163,7 @@ fn earthshine_is_a_ten_thousandth_of_moonshine() {
     }
 }
 
-/// Casters beside the Sun leave every bit of the light.
+/// Occluders beside the Sun leave every bit of the light.
 #[test]
 fn an_eclipse_out_of_reach_is_none() {
     let earth = over(399, ECLIPSE_DAY, 3.0, None);
@@ -176,11 +176,11 @@ fn an_eclipse_out_of_reach_is_none() {
     let mut none = near.clone();
     let mut moved = 0;
     for (draw, plain) in far.draws.iter_mut().zip(&mut none.draws) {
-        for place in &mut draw.amounts.eclipse.places {
+        for place in &mut draw.uniforms.eclipse.places {
             place.x += 1000.0;
             moved += 1;
         }
-        plain.needs.eclipse = Eclipse::default();
+        plain.features.eclipse = Eclipse::default();
     }
     assert!(moved > 0, "the Moon is there");
     let (near, far, none) = (pixels(&near), pixels(&far), pixels(&none));
@@ -196,15 +196,20 @@ fn air_of_no_density_is_no_air() {
     let air = SESSION.scene(&ViewRequest { effects, exposure: ExposureRequest::Stops(0.0), ..earth }).expect("a scene");
     let (mut thin, mut none) = (air.clone(), air.clone());
     for draw in &mut thin.draws {
-        let a = &mut draw.amounts.air;
-        for part in [&mut a.gas_scattering, &mut a.gas_extinction, &mut a.haze_scattering, &mut a.haze_extinction, &mut a.layer_extinction]
-        {
+        let a = &mut draw.uniforms.air;
+        for part in [
+            &mut a.rayleigh_scattering,
+            &mut a.rayleigh_extinction,
+            &mut a.mie_scattering,
+            &mut a.mie_extinction,
+            &mut a.absorption_extinction,
+        ] {
             *part = glam::Vec3::ZERO;
         }
-        a.many = Arc::new(a.many.iter().map(|_| glam::Vec4::ZERO).collect());
+        a.multi_scatter = Arc::new(a.multi_scatter.iter().map(|_| glam::Vec4::ZERO).collect());
     }
     none.draws.retain(|d| d.part != Part::Sky);
-    none.draws.iter_mut().for_each(|d| d.needs.air = Air::default());
+    none.draws.iter_mut().for_each(|d| d.features.air = Air::default());
     let (air, thin, none) = (pixels(&air), pixels(&thin), pixels(&none));
     let apart = |a: &Pixels, b: &Pixels| a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
     assert!(apart(&thin, &none) < 2e-6, "{}", apart(&thin, &none));

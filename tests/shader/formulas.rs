@@ -7,11 +7,11 @@ use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId, Photometry, Ring};
 use orrery::render::plan::ring_profile;
-use orrery::scene::draw::{Amounts, Light, RingTable, Surface};
+use orrery::scene::draw::{DrawUniforms, Light, RingTable, Surface};
 use orrery::scene::photometry::{geometric_albedo_of_unit_multiplier, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
 use orrery::scene::ring_shine::{halves, scattered};
-use orrery::scene::rings::{LEAST_COSINE, bodies_with_peak, forward};
+use orrery::scene::rings::{MIN_COSINE, bodies_with_peak, forward};
 use orrery::time::Instant;
 use orrery::units::linear_to_srgb;
 use std::f64::consts::PI;
@@ -31,8 +31,8 @@ fn one_light() -> Vec<Light> {
     vec![Light { direction_in_body: glam::Vec3::X, irradiance: glam::Vec3::ONE }]
 }
 
-fn plain() -> Amounts {
-    Amounts { lights: one_light(), ..Amounts::default() }
+fn plain() -> DrawUniforms {
+    DrawUniforms { lights: one_light(), ..DrawUniforms::default() }
 }
 
 /// Greatest difference of the first channel, relative to the larger of 1 and the value.
@@ -44,11 +44,11 @@ fn worst(answers: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
 const RING: &str = "ring.sun1.sphere";
 
 /// What the scene gives Saturn's ring: the uniforms in which its phase functions stand.
-fn saturns_ring() -> Amounts {
+fn saturns_ring() -> DrawUniforms {
     let time = Instant::parse("2024-09-08T04:00:00Z").expect("a time");
     let scene = SESSION.scene(&ViewRequest::of(NaifId(699), time)).expect("a scene");
-    let ring = scene.draws.iter().find(|d| d.needs.surface == Surface::Ring).expect("Saturn has a ring").amounts.clone();
-    Amounts { lights: one_light(), ..ring }
+    let ring = scene.draws.iter().find(|d| d.features.surface == Surface::Ring).expect("Saturn has a ring").uniforms.clone();
+    DrawUniforms { lights: one_light(), ..ring }
 }
 
 /// Cosines of the phase angle, close together at both ends, where the opposition's peak and the light against the Sun stand.
@@ -59,22 +59,22 @@ fn phases() -> Vec<f64> {
 /// Within 2e-5 of the value: the uniforms are f32, and 1 - g of the narrowest lobe is 0.005.
 #[test]
 fn the_phase_functions_of_rings_are_those_of_the_shader() {
-    const WITHIN: f64 = 2e-5;
-    let amounts = saturns_ring();
+    const HALF_SIDE_INSIDE: f64 = 2e-5;
+    let uniforms = saturns_ring();
     let questions: Vec<Question> = phases().into_iter().map(|c| question([c])).collect();
-    for (function, of) in [("ring_bodies_phase", bodies_with_peak as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))] {
+    for (function, of) in [("ring_particle_phase", bodies_with_peak as fn(f64) -> f64), ("ring_dust_phase", |c: f64| forward(c.acos()))] {
         let value = format!("vec4f({function}(p.x))");
         let expected = || phases().into_iter().map(of);
-        let found = worst(&Emitted::new(RING, &value).ask(&amounts, None, &questions), expected());
-        assert!(found < WITHIN, "{function}: {found}");
+        let found = worst(&Emitted::new(RING, &value).ask(&uniforms, None, &questions), expected());
+        assert!(found < HALF_SIDE_INSIDE, "{function}: {found}");
         for (right, wrong) in [
             ("2.0 * atan2(back, front)", "2.01 * atan2(back, front)"),
             ("g * (2.0 * max(1.0 + cos_phase", "g * (2.01 * max(1.0 + cos_phase"),
         ] {
             let edited = Emitted::edited(RING, &value, |text| once(text, right, wrong));
-            let found = worst(&edited.ask(&amounts, None, &questions), expected());
-            let concerned = right.contains("atan2") == (function == "ring_bodies_phase");
-            assert_eq!(found > 10.0 * WITHIN, concerned, "{function}, {wrong}: {found}");
+            let found = worst(&edited.ask(&uniforms, None, &questions), expected());
+            let concerned = right.contains("atan2") == (function == "ring_particle_phase");
+            assert_eq!(found > 10.0 * HALF_SIDE_INSIDE, concerned, "{function}, {wrong}: {found}");
         }
     }
 }
@@ -89,15 +89,15 @@ fn light_scattered_by_a_ring_is_that_of_the_shader() {
     for tau in [0.01, 0.3, 1.0, 3.0] {
         let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust: 0.0 };
         let table = Arc::new(RingTable::of([ring].iter(), 1.0).expect("a table"));
-        let mut amounts = from_saturn.clone();
-        amounts.ring.reach = glam::Vec2::new(table.reach[0] as f32, table.reach[1] as f32);
+        let mut uniforms = from_saturn.clone();
+        uniforms.ring.reach = glam::Vec2::new(table.reach[0] as f32, table.reach[1] as f32);
         // Larger than any Sun of the catalog, so that its disc is cut at slopes that the table resolves.
-        amounts.ring.sun_tangent = 0.02;
-        amounts.ring.table = Some(Arc::clone(&table));
-        let tangent = f64::from(amounts.ring.sun_tangent);
+        uniforms.ring.sun_tangent = 0.02;
+        uniforms.ring.table = Some(Arc::clone(&table));
+        let tangent = f64::from(uniforms.ring.sun_tangent);
         let texture = ring_profile(&table);
         // Between 1.6 and 1.7 radii; the phase function is held by the test above.
-        let value = "vec4f(ring_reflectance(ring_stretch(1.6, 1.7), p.x, p.y, p.z, p.w) / ring_bodies_phase(p.w), 0.0)";
+        let value = "vec4f(ring_reflectance(radial_interval(1.6, 1.7), p.x, p.y, p.z, p.w) / ring_particle_phase(p.w), 0.0)";
         let mut questions = Vec::new();
         for cos_emission in emission {
             for sine in sines {
@@ -105,17 +105,17 @@ fn light_scattered_by_a_ring_is_that_of_the_shader() {
             }
         }
         let closed = |q: &Question, swapped: bool| {
-            let [x, side] = [1.0 / q[0].max(LEAST_COSINE), q[2]];
+            let [x, side] = [1.0 / q[0].max(MIN_COSINE), q[2]];
             let parts = halves(q[1], tangent);
             let by = |half: usize| {
                 let [part, sine] = parts[half];
                 let same_side = (half == 0) == (side > 0.0);
-                let light = if part > 0.0 { part * scattered(tau, x, 1.0 / sine.max(LEAST_COSINE), same_side != swapped) } else { 0.0 };
+                let light = if part > 0.0 { part * scattered(tau, x, 1.0 / sine.max(MIN_COSINE), same_side != swapped) } else { 0.0 };
                 (light, same_side)
             };
             [by(0), by(1)]
         };
-        let answers = Emitted::new(RING, value).ask(&amounts, Some(texture.clone()), &questions);
+        let answers = Emitted::new(RING, value).ask(&uniforms, Some(texture.clone()), &questions);
         for (q, a) in questions.iter().zip(&answers) {
             let both = closed(q, false);
             let expected = 0.25 * (both[0].0 + both[1].0);
@@ -129,7 +129,7 @@ fn light_scattered_by_a_ring_is_that_of_the_shader() {
         let uncut =
             Emitted::edited(RING, value, |text| once(text, "let straddles = sin_sun < draw.sun_tangent;", "let straddles = false;"));
         let differ =
-            uncut.ask(&amounts, Some(texture), &questions).iter().zip(&answers).filter(|(u, a)| (u[0] - a[0]).abs() > 3e-3).count();
+            uncut.ask(&uniforms, Some(texture), &questions).iter().zip(&answers).filter(|(u, a)| (u[0] - a[0]).abs() > 3e-3).count();
         assert!(differ > 0, "tau {tau}");
     }
     assert!(seen > 50, "the sides exchanged are seen {seen} times");
@@ -174,7 +174,7 @@ fn disc(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
 /// The light of a whole sphere decides how bright a point is; the law at each place, how bright a disc is. Within 1e-3 of full.
 #[test]
 fn spheres_of_each_law_are_as_bright_as_their_points() {
-    const WITHIN: f64 = 1e-3;
+    const HALF_SIDE_INSIDE: f64 = 1e-3;
     let off = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
         let full = geometric_albedo_of_unit_multiplier(model)[0];
         let at = |deg: f64| (disc(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
@@ -182,7 +182,7 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
     };
     for (module, model, parameter) in &LAWS {
         let found = off(&Emitted::new(module, &call(module)), model, *parameter);
-        assert!(found < WITHIN, "{module}: {found}");
+        assert!(found < HALF_SIDE_INSIDE, "{module}: {found}");
         let (right, wrong) = match model {
             Photometry::Lambert => ("return cos_incidence;", "return 1.01 * cos_incidence;"),
             Photometry::LommelSeeliger | Photometry::LunarLambert { .. } => {
@@ -191,7 +191,7 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
             _ => ("0.45 * sigma_sq", "0.48 * sigma_sq"),
         };
         let found = off(&Emitted::edited(module, &call(module), |text| once(text, right, wrong)), model, *parameter);
-        assert!(found > 2.0 * WITHIN, "{module}, {wrong}: {found}");
+        assert!(found > 2.0 * HALF_SIDE_INSIDE, "{module}, {wrong}: {found}");
     }
 }
 
@@ -233,10 +233,10 @@ fn the_catalogs_parameters_are_those_that_the_laws_take() {
         };
         let scene = SESSION.scene(&ViewRequest::of(body.id, time)).expect("a scene");
         let draws =
-            scene.draws.iter().filter(|d| d.body == body.id && matches!(d.needs.surface, Surface::LunarLambert | Surface::OrenNayar));
+            scene.draws.iter().filter(|d| d.body == body.id && matches!(d.features.surface, Surface::LunarLambert | Surface::OrenNayar));
         for draw in draws {
             found += 1;
-            assert!((f64::from(draw.amounts.photometric_parameter) - expected).abs() < 1e-6, "{}", body.name);
+            assert!((f64::from(draw.uniforms.photometric_parameter) - expected).abs() < 1e-6, "{}", body.name);
         }
     }
     assert!(found > 0, "no body has such a law");

@@ -2,13 +2,13 @@
 
 use orrery::catalog::Catalog;
 use orrery::scene::draw::Surface;
-use orrery::scene::effects::possible_needs;
+use orrery::scene::effects::possible_features;
 use orrery::shader::compare::{difference, ir_cost};
 use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
 use orrery::shader::key::{ShaderKey, covering, features, keys_of, sample};
-use orrery::shader::record::{Record, Verified, changes_text, recorded_modules};
+use orrery::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
 use orrery::shader::translate::{Language, translate};
 use orrery::shader::{Lowering, ModuleId, ShaderModule, emit, generator};
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ fn lowering() -> Lowering {
 }
 
 fn reachable() -> BTreeSet<ShaderKey> {
-    keys_of(possible_needs(&Catalog::embedded()))
+    keys_of(possible_features(&Catalog::embedded()))
 }
 
 fn all_build(ids: &[(ModuleId, bool)]) -> Verified {
@@ -32,7 +32,7 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     // At least: every body's surface in every view that differs, with and without each of its maps; 3 covers 2 covers 1.
     let reachable = reachable();
     assert!(reachable.len() > 100, "{} reachable keys", reachable.len());
-    let surfaces: BTreeSet<_> = reachable.iter().map(|k| k.needs().surface).collect();
+    let surfaces: BTreeSet<_> = reachable.iter().map(|k| k.features().surface).collect();
     let in_catalog = Catalog::embedded().bodies().iter().map(|b| std::mem::discriminant(&b.photometry)).fold(Vec::new(), |mut all, d| {
         if !all.contains(&d) {
             all.push(d);
@@ -56,7 +56,7 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     }
     let now = all_build(&ids);
     assert_eq!(now.record.len(), ids.len());
-    let changes = Record::parse(text).expect("the record reads").changes(&now);
+    let changes = DigestRecord::parse(text).expect("the record reads").changes(&now);
     assert!(changes.is_empty(), "`orrery shader verify --update` records these:\n{}", changes_text(&changes));
     std::fs::write(&proven, text).expect("target/tmp can be written");
 }
@@ -84,11 +84,11 @@ fn a_new_random_sample_is_valid() {
 fn every_fragment_parses_with_what_it_uses() {
     let (mut parsed, mut texts) = (BTreeSet::new(), BTreeSet::new());
     let on_of = |id: ModuleId| match &id {
-        ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), features(key.needs())),
+        ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), features(key.features())),
         ModuleId::Simple(_) => (id, Vec::new()),
     };
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).map(on_of);
-    for (id, on) in simple.chain(covering(2).into_iter().map(|k| (ModuleId::Planet(k), features(k.needs())))) {
+    for (id, on) in simple.chain(covering(2).into_iter().map(|k| (ModuleId::Planet(k), features(k.features())))) {
         for path in emit_module(&id).expect("emits").source_map.fragments {
             let emitted = emit_fragment(&path, "fragment", &on).expect("emits");
             if texts.insert(emitted.wgsl.clone()) {
@@ -130,7 +130,7 @@ fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
 fn the_source_map_names_a_feature_of_the_key_for_every_line() {
     for key in covering(2) {
         let emitted = emit(&key).expect("emits");
-        let on = features(key.needs());
+        let on = features(key.features());
         let map = &emitted.source_map;
         assert_eq!(map.lines.len(), emitted.wgsl.lines().count());
         for (number, text) in (1..).zip(emitted.wgsl.lines()) {

@@ -1,8 +1,8 @@
 //! Questions that emitted modules answer: the lanes carry every digit, and a wrong question gets one line.
 
 use crate::support::session::SESSION;
-use orrery::probe::lanes::Lanes;
-use orrery::probe::{KINDS, Need, Prober};
+use orrery::probe::lanes::ProbeBatch;
+use orrery::probe::{Prober, QUESTIONS, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::shader::id::probe_samples;
 
@@ -13,7 +13,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 #[test]
 fn each_column_answers_its_own_question() {
     let module = probe_samples().into_iter().next().expect("a probe");
-    let lanes = Lanes::plain(module, 1);
+    let lanes = ProbeBatch::plain(module, 1);
     // A ramp over the distance, so that a swapped or blended lane shows.
     let questions: Vec<_> = (0..1000)
         .map(|k| {
@@ -59,7 +59,7 @@ fn a_wrong_question_is_named_in_one_line() {
 fn the_table_of_questions_is_what_they_take() {
     let renderer = renderer(Precision::F32);
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    for kind in KINDS {
+    for kind in QUESTIONS {
         let whole: serde_json::Map<String, serde_json::Value> = serde_json::from_str(kind.example).expect("an object");
         let ask = |fields: &serde_json::Map<String, serde_json::Value>| prober.answer(&serde_json::json!(fields).to_string());
         assert_eq!(whole["q"], kind.name);
@@ -79,12 +79,12 @@ fn the_table_of_questions_is_what_they_take() {
             let mut without = whole.clone();
             without.remove(field.name);
             match field.need {
-                Need::Must => {
+                Requirement::Must => {
                     let error = ask(&without).expect_err(field.name);
                     assert!(error.contains(&format!("`{}` is missing", field.name)), "{error}");
                 }
-                Need::Or(_) => drop(ask(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),
-                Need::OneOf => {}
+                Requirement::Or(_) => drop(ask(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),
+                Requirement::OneOf => {}
             }
         }
     }
@@ -121,14 +121,14 @@ fn pixel(precision: Precision, x: u32, y: u32) -> serde_json::Value {
 
 #[test]
 fn a_pixel_tells_how_it_came_about() {
-    use orrery::render::plan::Fineness;
+    use orrery::render::plan::SamplingQuality;
     use orrery::scene::request::{CameraFile, Purpose, ViewRequest};
     use orrery::time::Instant;
     let mut request = ViewRequest::of(orrery::catalog::NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
     (request.target, request.purpose) = (None, Purpose::LINEAR);
     CameraFile::parse("camera", CAMERA).expect("reads").resolve(SESSION.catalog(), &mut request).expect("resolves");
     (request.width, request.height) = (SIDE, SIDE);
-    let drawn = SESSION.draw(&request, Fineness { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
     let mars = drawn.scene.bodies.iter().find(|b| b.name == "Mars").expect("Mars");
     for (x, y) in [(32, 32), (25, 40), (40, 22)] {
         let (single, double) = (pixel(Precision::F32, x, y), pixel(Precision::F64, x, y));

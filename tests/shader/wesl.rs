@@ -47,8 +47,8 @@ fn declarations(wgsl: &str) -> Vec<String> {
 
 fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
     match id {
-        ModuleId::Planet(key) => ("entry/planet.wesl".to_owned(), features(key.needs())),
-        ModuleId::Probe(name, key) => (format!("entry/{name}.wesl"), features(key.needs())),
+        ModuleId::Planet(key) => ("entry/planet.wesl".to_owned(), features(key.features())),
+        ModuleId::Probe(name, key) => (format!("entry/{name}.wesl"), features(key.features())),
         ModuleId::Simple(name) => (format!("entry/{name}.wesl"), Vec::new()),
     }
 }

@@ -1,4 +1,4 @@
-//! shaders/lib/filtered.wesl on the tape, tap by tap, against the one operation that the software renderer makes of it, on random footprints.
+//! shaders/lib/filtered_map.wesl on the tape, tap by tap, against the one operation that the software renderer makes of it, on random footprints.
 //!
 //! The fragment is lowered twice: as it is, and with its function under another name, which the lowering does not know. An edited function is no
 //! longer that operation.
@@ -11,13 +11,13 @@ use orrery::render::software::lower::{lower, lowering, programs_from_bytes};
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, Program};
 use orrery::render::software::sample::texels::Texels;
-use orrery::render::software::sample::{Bound, Textures};
+use orrery::render::software::sample::{BoundTexture, Textures};
 use orrery::render::software::tape::{Instr, TextureOp};
 use orrery::shader::fragments::Fragments;
 use orrery::shader::{ModuleId, ShaderModule};
 use std::sync::Arc;
 
-const FRAGMENT: &str = include_str!("../../shaders/lib/filtered.wesl");
+const FRAGMENT: &str = include_str!("../../shaders/lib/filtered_map.wesl");
 
 const ENTRY: &str = "
 struct Draw { most: f32 }
@@ -83,7 +83,7 @@ fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, mo
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let bound = |program: &Program| {
         let texels = Arc::new(Texels::of_texture(&texture).expect("whole"));
-        let uses = program.textures.iter().map(|t| Bound { texels: Arc::clone(&texels), sampler: t.sampler_binding.map(|_| state) });
+        let uses = program.textures.iter().map(|t| BoundTexture { texels: Arc::clone(&texels), sampler: t.sampler_binding.map(|_| state) });
         Textures::new(uses.collect(), class)
     };
     let (of_native, of_taps) = (bound(native), bound(taps));
@@ -173,7 +173,7 @@ fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
     };
     let shipped = reads_of(&Fragments::default());
     assert!(shipped.contains(&TextureOp::Filtered), "{shipped:?}");
-    let file = ("lib/filtered.wesl".to_owned(), edited("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"));
+    let file = ("lib/filtered_map.wesl".to_owned(), edited("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"));
     let mine = reads_of(&Fragments::with_files([file]));
     assert!(!mine.contains(&TextureOp::Filtered) && mine.contains(&TextureOp::Level), "{mine:?}");
 }

@@ -5,13 +5,14 @@ use glam::{Vec2, Vec3, Vec4};
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::frame::Frame;
 use orrery::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Modules, Pass, Plan, PlanDraw, SamplerBinding,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleProvider, Pass, Plan, PlanDraw, SamplerBinding,
     SamplerState, TextureBinding, TextureSource, Vertices, uniforms_of,
 };
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
-use orrery::scene::draw::{Amounts, Light, MapSet, Needs};
+use orrery::scene::draw::{DrawFeatures, DrawUniforms, Light, MapSet};
 use orrery::shader::Library;
+use orrery::shader::ModuleId;
 use orrery::shader::key::ShaderKey;
 use std::sync::{Arc, LazyLock};
 
@@ -21,11 +22,11 @@ const ALBEDO: f32 = 0.75;
 /// Half the side of the picture, in radii.
 const HALF_SIDE: f64 = 1.25;
 
-fn draw(label: &str, module: ModuleName, uniforms: Vec<u8>, vertices: Vertices) -> PlanDraw {
+fn draw(label: &str, module: ModuleId, uniform_bytes: Vec<u8>, vertices: Vertices) -> PlanDraw {
     PlanDraw {
         label: label.to_owned(),
         module,
-        uniforms,
+        uniform_bytes,
         textures: Vec::new(),
         samplers: Vec::new(),
         vertices,
@@ -39,9 +40,9 @@ fn draw(label: &str, module: ModuleName, uniforms: Vec<u8>, vertices: Vertices) 
 
 /// A Lambert sphere seen along -z by parallel rays, lit from `towards_sun`.
 fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
-    let needs = Needs { maps, lights: 1, ..Needs::LEAST };
+    let features = DrawFeatures { maps, lights: 1, ..DrawFeatures::MINIMAL };
     let side = 2.0 * HALF_SIDE as f32;
-    let amounts = Amounts {
+    let uniforms = DrawUniforms {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
         anchor_origin: Vec3::new(-0.5 * side, 0.5 * side, 0.0),
         anchor_du: Vec3::new(side, 0.0, 0.0),
@@ -49,7 +50,7 @@ fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         ray_origin: Vec3::NEG_Z,
         ray_du: Vec3::ZERO,
         ray_dv: Vec3::ZERO,
-        anchor_excess: 0.0,
+        anchor_radius_sq_minus_1: 0.0,
         anchor_is_camera: 0.0,
         depth_row: Vec4::new(0.0, 0.0, -1.0, 1.0e3),
         axis_ratios: Vec3::ONE,
@@ -65,15 +66,15 @@ fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         normal_strength: 1.0,
         camera_in_unit_sphere: Vec3::Z * 1.0e3,
         pixel_size: Vec2::ONE,
-        ..Amounts::default()
+        ..DrawUniforms::default()
     };
-    let name = ModuleName::Planet(ShaderKey::for_draw(&needs));
-    let uniforms = uniforms_of(&LIBRARY.module(&name).expect("emitted").layout, &amounts, 8).expect("every field is there");
-    draw("sphere", name, uniforms, Vertices::Count(6))
+    let name = ModuleId::Planet(ShaderKey::for_draw(&features));
+    let uniform_bytes = uniforms_of(&LIBRARY.module(&name).expect("emitted").layout, &uniforms, 8).expect("every field is there");
+    draw("sphere", name, uniform_bytes, Vertices::Count(6))
 }
 
 fn tone_map(pass: usize) -> PlanDraw {
-    let name = ModuleName::Simple("tone_map");
+    let name = ModuleId::Simple("tone_map");
     let module = LIBRARY.module(&name).expect("emitted");
     let mut writer = module.layout.writer();
     writer.f32("exposure", 1.0).expect("a field");
@@ -148,7 +149,7 @@ fn the_discs_area_survives_its_edge() {
 
 #[test]
 fn points_keep_their_flux() {
-    let name = ModuleName::Simple("point");
+    let name = ModuleId::Simple("point");
     let module = LIBRARY.module(&name).expect("emitted");
     let mut writer = module.layout.writer();
     writer.vec2("pixel_size", Vec2::new(2.0 / 200.0, 2.0 / 100.0)).expect("a field");

@@ -6,7 +6,7 @@ use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::{lower, lower_to_bytes, lower_with, programs_from_bytes};
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, LaneOutput, Program};
-use orrery::render::software::tape::{Instr, Link, Op, Operand};
+use orrery::render::software::tape::{FusedOp, Instr, Op, Operand};
 
 const ALL: LaneMask = LaneMask::MAX;
 
@@ -38,12 +38,12 @@ fn lane_y(i: usize) -> f32 {
 fn run_with<R: Real>(
     program: &Program,
     class: KernelClass,
-    uniforms: &[u8],
+    uniform_bytes: &[u8],
     active: LaneMask,
     textures: &dyn TextureUnit<R>,
 ) -> (Vec<Vec<f64>>, LaneMask) {
     let mut executor = Executor::<R>::with_class(program, class).expect("binds");
-    let prepared = program.prepare_for::<R>(uniforms, class);
+    let prepared = program.prepare_for::<R>(uniform_bytes, class);
     for (k, input) in program.inputs.iter().enumerate() {
         let values = executor.input_mut(k);
         for (i, v) in values.iter_mut().enumerate() {
@@ -66,7 +66,7 @@ fn check(declarations: &str, body: &str, near: f64, expected: impl Fn(f64, f64) 
     check_uniform(declarations, body, &[], near, expected);
 }
 
-fn check_uniform(declarations: &str, body: &str, uniforms: &[u8], near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
+fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8], near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
     let wgsl = format!("{declarations}\n@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{\n{body}\n}}");
     let program = compile(&wgsl);
     let compare = |lanes: &[Vec<f64>], near: f64, what: &str| {
@@ -81,12 +81,12 @@ fn check_uniform(declarations: &str, body: &str, uniforms: &[u8], near: f64, exp
     };
     let mut by_fusion: [Option<Vec<Vec<f64>>>; 2] = [None, None];
     for class in KernelClass::available() {
-        let (lanes, alive) = run_with::<f32>(&program, class, uniforms, ALL, &NoTextures);
+        let (lanes, alive) = run_with::<f32>(&program, class, uniform_bytes, ALL, &NoTextures);
         assert_eq!(alive, ALL);
         compare(&lanes, near, class.name());
         let before = by_fusion[usize::from(class.fused())].get_or_insert_with(|| lanes.clone());
         assert!(same_bits(before, &lanes), "{}: not the bits of its fusion class", class.name());
-        let (double, _) = run_with::<f64>(&program, class, uniforms, ALL, &NoTextures);
+        let (double, _) = run_with::<f64>(&program, class, uniform_bytes, ALL, &NoTextures);
         compare(&double, near, "f64");
     }
 }
@@ -342,7 +342,7 @@ fn what_every_turn_computes_alike_is_computed_once() {
     let program = compile(&format!("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
     let ops = |instr: &Instr| match instr {
         Instr::Lane { op, .. } => vec![*op],
-        Instr::Chain { links, .. } => links.iter().map(|l| l.op).collect(),
+        Instr::FusedKernel { links, .. } => links.iter().map(|l| l.op).collect(),
         _ => Vec::new(),
     };
     let turns = program.lane_tape.iter().enumerate().filter_map(|(at, instr)| match instr {
@@ -586,7 +586,7 @@ fn joined_operations_change_no_bit() {
     let (module, info) = parse(include_str!("../../benches/heavy/heavy.wgsl"));
     let joined = lower(&module, &info, "fragment_main").expect("lowers");
     let apart = lower_with(&module, &info, "fragment_main", false).expect("lowers");
-    let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::Chain { .. })).count();
+    let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::FusedKernel { .. })).count();
     assert!(chains(&joined) > 20 && chains(&apart) == 0, "{} chains", chains(&joined));
     assert!(3 * joined.lane_tape.len() < 2 * apart.lane_tape.len(), "{} of {} steps", joined.lane_tape.len(), apart.lane_tape.len());
     // A negation before a sum of products is part of it; nothing else is added or lost.
@@ -594,13 +594,13 @@ fn joined_operations_change_no_bit() {
     for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
         assert_eq!(count(&joined, op), count(&apart, op), "{op:?}");
     }
-    let uniforms: Vec<u8> =
+    let uniform_bytes: Vec<u8> =
         [0.6f32, 0.3, 0.741_62, 0.0, 9.0, 4.6, 11.3, 0.9, 0.01, 6.0, 13.0, 30.0].iter().flat_map(|v| v.to_le_bytes()).collect();
-    fn compare<R: Real>(joined: &Program, apart: &Program, uniforms: &[u8]) {
+    fn compare<R: Real>(joined: &Program, apart: &Program, uniform_bytes: &[u8]) {
         for class in KernelClass::available() {
             let [a, b] = [joined, apart].map(|program| {
                 let mut executor = Executor::<R>::with_class(program, class).expect("binds");
-                let prepared = program.prepare_for::<R>(uniforms, class);
+                let prepared = program.prepare_for::<R>(uniform_bytes, class);
                 let mut values = Vec::new();
                 // Rows across the disc, its atmosphere and the space beside it.
                 for row in 0..16 {
@@ -622,21 +622,21 @@ fn joined_operations_change_no_bit() {
             assert!(a.iter().any(|v| *v != a[0]), "a picture of one colour shows nothing");
         }
     }
-    compare::<f32>(&joined, &apart, &uniforms);
-    compare::<f64>(&joined, &apart, &uniforms);
+    compare::<f32>(&joined, &apart, &uniform_bytes);
+    compare::<f64>(&joined, &apart, &uniform_bytes);
 }
 
 #[test]
 fn a_chain_without_a_kernel_is_refused() {
     let whole = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(exp(p.x * p.y)); }");
-    let changed = |change: &dyn Fn(&mut Vec<Link>, &mut Vec<Operand>)| {
+    let changed = |change: &dyn Fn(&mut Vec<FusedOp>, &mut Vec<Operand>)| {
         let mut program = whole.clone();
         let chain = program.lane_tape.iter_mut().find_map(|i| match i {
-            Instr::Chain { links, args, .. } => Some((links, args)),
+            Instr::FusedKernel { links, args, .. } => Some((links, args)),
             _ => None,
         });
         let (links, args) = chain.expect("product and exp are joined");
-        assert_eq!(links[..], [Link { op: Op::Mul, at: 0 }, Link { op: Op::Exp, at: 0 }]);
+        assert_eq!(links[..], [FusedOp { op: Op::Mul, at: 0 }, FusedOp { op: Op::Exp, at: 0 }]);
         change(links, args);
         Executor::<f32>::new(&program).is_ok()
     };

@@ -5,7 +5,7 @@ use orrery::render::software::exec::{Executor, LaneMask, NoTextures};
 use orrery::render::software::kernels::{self, KernelClass, chains};
 use orrery::render::software::math::Real;
 use orrery::render::software::program::{Constant, LaneInput, LaneOutput, Program, Stage};
-use orrery::render::software::tape::{Instr, Link, Op, Operand};
+use orrery::render::software::tape::{FusedOp, Instr, Op, Operand};
 
 /// Distance in units in the last place of f32 at `exact`, subnormal results in units of the smallest subnormal.
 fn ulp32(got: f32, exact: f64) -> f64 {
@@ -351,7 +351,7 @@ fn kernels_match<R: Real>() {
 }
 
 /// The value of a chain's operations one after the other.
-fn one_by_one<R: Real>(links: &[Link], fused: bool, mut operands: impl Iterator<Item = R>) -> R {
+fn one_by_one<R: Real>(links: &[FusedOp], fused: bool, mut operands: impl Iterator<Item = R>) -> R {
     let mut last = None;
     for link in links {
         let mut args = [R::ZERO; 3];
@@ -368,7 +368,7 @@ fn one_by_one<R: Real>(links: &[Link], fused: bool, mut operands: impl Iterator<
 }
 
 /// A program of one chain; operands that are not lanes are its constants.
-fn program_of(links: &[Link], kinds: &str, constants: Vec<Constant>) -> Program {
+fn program_of(links: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program {
     let (mut lanes, mut registers) = (0, 0);
     let args = kinds.bytes().map(|kind| {
         let count = if kind == b'L' { &mut lanes } else { &mut registers };
@@ -390,8 +390,8 @@ fn program_of(links: &[Link], kinds: &str, constants: Vec<Constant>) -> Program 
         uses_derivatives: false,
         uniform_size: 0,
         constants,
-        uniform_tape: Vec::new(),
-        lane_tape: vec![Instr::Chain { links: links.to_vec(), dst, args }],
+        draw_tape: Vec::new(),
+        lane_tape: vec![Instr::FusedKernel { links: links.to_vec(), dst, args }],
         registers: u32::from(registers),
         slots: u32::from(dst) + 1,
     }
@@ -406,11 +406,11 @@ fn chains_match<R: Real>() {
         assert!(count == 0 || count == chains::all().len(), "{}: {count}", class.name());
         for (place, &(links, kinds)) in chains::all().iter().enumerate() {
             assert_eq!(chains::find(links, chains::mask(kinds)), Some(place), "{links:?} {kinds} is listed twice");
-            assert!(links.len() > 1 && links.len() <= chains::MOST_LINKS && kinds.len() <= chains::MOST_OPERANDS && kinds.contains('L'));
+            assert!(links.len() > 1 && links.len() <= chains::MAX_LINKS && kinds.len() <= chains::MAX_OPERANDS && kinds.contains('L'));
             assert_eq!(chains::takes(links), kinds.len(), "{links:?} {kinds}");
             // Some numbers of every kind, then tame ones, which get further than the first NaN.
             for tame in [false, true] {
-                let operands: [[R; N]; chains::MOST_OPERANDS] = [1, 5, 3, 7, 11, 13, 17, 19].map(|step: usize| {
+                let operands: [[R; N]; chains::MAX_OPERANDS] = [1, 5, 3, 7, 11, 13, 17, 19].map(|step: usize| {
                     std::array::from_fn(|i| match tame {
                         false => pool[(i * step + i / 7 + step) % pool.len()],
                         true => R::from_f64(((i * step) as f64 * 0.618 + 0.1).fract() * 3.0 - if i % 5 == 0 { 1.5 } else { 0.0 }),
@@ -438,7 +438,7 @@ fn chains_match<R: Real>() {
 fn every_chain_computes_what_its_operations_do() {
     chains_match::<f32>();
     chains_match::<f64>();
-    assert_eq!(chains::find(&[Link { op: Op::Mul, at: 0 }, Link { op: Op::Ldexp, at: 0 }], 3), None);
+    assert_eq!(chains::find(&[FusedOp { op: Op::Mul, at: 0 }, FusedOp { op: Op::Ldexp, at: 0 }], 3), None);
 }
 
 #[test]

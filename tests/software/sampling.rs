@@ -6,7 +6,7 @@ use orrery::render::software::exec::{Gradients, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::math::Real;
 use orrery::render::software::sample::texels::Texels;
-use orrery::render::software::sample::{Bound, Textures};
+use orrery::render::software::sample::{BoundTexture, Textures};
 use std::sync::Arc;
 
 const REPEAT: SamplerState = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
@@ -46,7 +46,7 @@ fn bind(texture: &Texture, sampler: SamplerState) -> Textures<'_> {
 }
 
 fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
-    Textures::new(vec![Bound { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
+    Textures::new(vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
 }
 
 /// Samples with gradients (du, dv) along x and y; one lane each, by the plain sampler.

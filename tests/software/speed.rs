@@ -7,7 +7,7 @@ use orrery::render::software::exec::{Gradients, TextureUnit};
 use orrery::render::software::kernels::{KernelClass, Kernels};
 use orrery::render::software::math::Real;
 use orrery::render::software::sample::texels::Texels;
-use orrery::render::software::sample::{Bound, Textures};
+use orrery::render::software::sample::{BoundTexture, Textures};
 use orrery::render::software::tape::Op;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -67,7 +67,7 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
 }
 
 fn bind(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
-    Textures::new(vec![Bound { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
+    Textures::new(vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
 }
 
 #[test]

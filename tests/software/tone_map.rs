@@ -45,7 +45,7 @@ impl TextureUnit<f32> for Picture {
 
 /// Runs one batch: pixels along a row of 128, `radiance` per lane.
 fn mapped(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], row: u32, exposure: f32, dither: f32) -> [[f32; LANES]; 4] {
-    let uniforms: Vec<u8> = [exposure, dither, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let uniform_bytes: Vec<u8> = [exposure, dither, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
     let mut executor = Executor::<f32>::with_class(program, class).expect("binds");
     for (k, input) in program.inputs.iter().enumerate() {
         for (i, v) in executor.input_mut(k).iter_mut().enumerate() {
@@ -56,7 +56,7 @@ fn mapped(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], ro
             };
         }
     }
-    executor.run(&program.prepare_for(&uniforms, class), LaneMask::MAX, &Picture(radiance));
+    executor.run(&program.prepare_for(&uniform_bytes, class), LaneMask::MAX, &Picture(radiance));
     [0, 1, 2, 3].map(|k| *executor.output(k))
 }
 

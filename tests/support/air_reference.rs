@@ -73,10 +73,10 @@ const KRONROD: [(f64, f64, f64); 8] = [
 ];
 
 /// Of the whole integral, by the difference of the two rules, which is far above the error.
-const WITHIN: f64 = 1e-9;
-const MOST_PIECES: usize = 600;
+const HALF_SIDE_INSIDE: f64 = 1e-9;
+const MAX_PIECES: usize = 600;
 
-fn excess_of(height: f64) -> f64 {
+fn radius_sq_minus_1(height: f64) -> f64 {
     height * (2.0 + height)
 }
 
@@ -108,7 +108,7 @@ impl Profile {
                 // Beyond forty scale heights nothing is left in f64.
                 while start < to && height < first + 40.0 * scale {
                     height += 2.5 * scale;
-                    let end = if height < last { (excess_of(height) - low).max(0.0).sqrt().min(to) } else { to };
+                    let end = if height < last { (radius_sq_minus_1(height) - low).max(0.0).sqrt().min(to) } else { to };
                     let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
                     let at = |s: f64| (-height_of(low + s * s) / scale).exp();
                     sum += half * GAUSS.iter().map(|(x, w)| w * (at(middle - half * x) + at(middle + half * x))).sum::<f64>();
@@ -117,7 +117,7 @@ impl Profile {
                 sum
             }
             Self::Tent { knots } => {
-                let reach = knots.map(|h| (excess_of(h) - low).max(0.0).sqrt());
+                let reach = knots.map(|h| (radius_sq_minus_1(h) - low).max(0.0).sqrt());
                 // Of r - 1 over s, r^2 = 1 + low + s^2.
                 let heights = |s: f64| {
                     let r = (1.0 + low + s * s).sqrt();
@@ -151,7 +151,7 @@ impl Air {
     /// Towards the Sun from a place of this excess; `rise`: dot(p, sun).
     fn depth_to_sun(&self, excess: f64, rise: f64) -> DVec3 {
         let low = excess - rise * rise;
-        self.depth(low, rise, (excess_of(self.top) - low).max(0.0).sqrt())
+        self.depth(low, rise, (radius_sq_minus_1(self.top) - low).max(0.0).sqrt())
     }
 
     fn scattered(&self, height: f64, cosine: f64) -> DVec3 {
@@ -169,7 +169,7 @@ impl Air {
         let nearest = ray.camera - along * camera;
         let outside = (ray.camera.length() - 1.0) * (ray.camera.length() + 1.0);
         let low = outside - camera * camera;
-        let top = excess_of(self.top);
+        let top = radius_sq_minus_1(self.top);
         let edge = (top - low).max(0.0).sqrt();
         let hits_ground = low < 0.0 && camera < 0.0;
         let from = camera.max(-edge);
@@ -182,7 +182,7 @@ impl Air {
         for species in &self.species {
             match species.profile {
                 Profile::Tent { knots } => {
-                    for knot in knots.map(excess_of) {
+                    for knot in knots.map(radius_sq_minus_1) {
                         cuts.extend([(knot - low).sqrt(), -(knot - low).sqrt()]);
                         cuts.extend(tangents(low - knot, a, b));
                     }
@@ -190,7 +190,7 @@ impl Air {
                 // Not for jumps, but so that a narrow peak is met.
                 Profile::Exponential { height } => {
                     for k in [1.0, 3.0, 6.0, 12.0, 20.0] {
-                        let at = (excess_of(k * height) - low).sqrt();
+                        let at = (radius_sq_minus_1(k * height) - low).sqrt();
                         cuts.extend([at, -at]);
                     }
                 }
@@ -219,14 +219,14 @@ fn tangents(low: f64, a: f64, b: f64) -> [f64; 2] {
     [(-half - root) / square, (-half + root) / square]
 }
 
-struct Piece {
+struct UiPrimitive {
     from: f64,
     to: f64,
     sum: DVec3,
     error: DVec3,
 }
 
-fn piece(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> Piece {
+fn piece(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> UiPrimitive {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let (mut kronrod, mut gauss) = (DVec3::ZERO, DVec3::ZERO);
     for (x, w, g) in KRONROD {
@@ -234,23 +234,23 @@ fn piece(from: f64, to: f64, f: &impl Fn(f64) -> DVec3) -> Piece {
         kronrod += value * w;
         gauss += value * g;
     }
-    Piece { from, to, sum: kronrod * half, error: ((kronrod - gauss) * half).abs() }
+    UiPrimitive { from, to, sum: kronrod * half, error: ((kronrod - gauss) * half).abs() }
 }
 
 /// The worst piece is halved until the sum of the differences is small in each channel.
 fn adaptive(cuts: &[f64], f: impl Fn(f64) -> DVec3) -> DVec3 {
-    let mut pieces: Vec<Piece> = cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| piece(w[0], w[1], &f)).collect();
-    while pieces.len() < MOST_PIECES {
+    let mut pieces: Vec<UiPrimitive> = cuts.windows(2).filter(|w| w[1] > w[0]).map(|w| piece(w[0], w[1], &f)).collect();
+    while pieces.len() < MAX_PIECES {
         let sum: DVec3 = pieces.iter().map(|p| p.sum).sum();
         let error: DVec3 = pieces.iter().map(|p| p.error).sum();
         // A channel that has next to nothing of the others' light need not have its last digits.
-        let allowed = sum.max(DVec3::splat(1e-7 * sum.max_element())) * WITHIN;
+        let allowed = sum.max(DVec3::splat(1e-7 * sum.max_element())) * HALF_SIDE_INSIDE;
         if error.cmple(allowed).all() {
             break;
         }
-        let part = |p: &Piece| (p.error / allowed.max(DVec3::splat(1e-300))).max_element();
+        let part = |p: &UiPrimitive| (p.error / allowed.max(DVec3::splat(1e-300))).max_element();
         let Some(worst) = (0..pieces.len()).max_by(|i, j| part(&pieces[*i]).total_cmp(&part(&pieces[*j]))) else { break };
-        let Piece { from, to, .. } = pieces.swap_remove(worst);
+        let UiPrimitive { from, to, .. } = pieces.swap_remove(worst);
         let middle = 0.5 * (from + to);
         pieces.extend([piece(from, middle, &f), piece(middle, to, &f)]);
     }

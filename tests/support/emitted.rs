@@ -10,8 +10,8 @@ use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::lower;
 use orrery::render::software::program::{LaneInput, Program};
 use orrery::render::software::sample::texels::Texels;
-use orrery::render::software::sample::{Bound, Textures};
-use orrery::scene::draw::Amounts;
+use orrery::render::software::sample::{BoundTexture, Textures};
+use orrery::scene::draw::DrawUniforms;
 use orrery::shader::emit::emit_module;
 use orrery::shader::{Layout, ModuleId};
 use std::sync::Arc;
@@ -45,9 +45,9 @@ impl Emitted {
     }
 
     /// Answers with the uniforms that the scene's amounts make. `texture`: what stands at every texture binding, read by texel.
-    pub fn ask(&self, amounts: &Amounts, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
-        let uniforms = match self.of_a_body {
-            true => uniforms_of(&self.layout, amounts, 1).expect("uniforms"),
+    pub fn ask(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
+        let uniform_bytes = match self.of_a_body {
+            true => uniforms_of(&self.layout, uniforms, 1).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
         };
         let class = KernelClass::detect();
@@ -57,9 +57,9 @@ impl Emitted {
             .program
             .textures
             .iter()
-            .map(|t| Bound { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
+            .map(|t| BoundTexture { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
         let textures = Textures::new(bound.collect(), class);
-        let prepared = self.program.prepare_for::<f64>(&uniforms, class);
+        let prepared = self.program.prepare_for::<f64>(&uniform_bytes, class);
         let mut executor = Executor::<f64>::with_class(&self.program, class).expect("binds");
         let mut answers = Vec::with_capacity(questions.len());
         for some in questions.chunks(LANES) {

@@ -1,10 +1,11 @@
 //! Shader stages written by hand as closures over one lane, so that the rasteriser is tested without any shader compiler.
 
-use orrery::render::plan::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Pass, PlanDraw, Vertices};
+use orrery::render::plan::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, PlanDraw, Vertices};
 use orrery::render::software::math::Real;
 use orrery::render::software::pass::{DrawStages, PassImage, execute};
 use orrery::render::software::program::{LaneInput, LaneOutput};
 use orrery::render::software::stage::{LANES, LaneProgram, LaneRun};
+use orrery::shader::ModuleId;
 use std::sync::Arc;
 
 /// Inputs of one lane in order to outputs in order; None discards.
@@ -113,8 +114,8 @@ pub fn mesh(vertices: &[[f32; 4]], varyings: &[Vec<f32>]) -> Vertices {
 pub fn draw(vertices: Vertices, blend: Blend) -> PlanDraw {
     PlanDraw {
         label: "test".into(),
-        module: ModuleName::Simple("tone_map"),
-        uniforms: Vec::new(),
+        module: ModuleId::Simple("tone_map"),
+        uniform_bytes: Vec::new(),
         textures: Vec::new(),
         samplers: Vec::new(),
         vertices,

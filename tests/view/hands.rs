@@ -8,12 +8,12 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, Quality, ViewRequest};
-use orrery::session::{Earlier, Session};
+use orrery::session::{ExistingPicture, Session};
 use orrery::time::Instant;
 use orrery::view::link::restored;
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::Painter;
-use orrery::view::worker::render_worker::{Drawing, InlineWorker, RenderJob, RenderWorker, Task};
+use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,7 +39,7 @@ impl RenderWorker for Held {
             self.prompt.submit(job);
         }
     }
-    fn take(&self) -> Option<Result<Drawing, String>> {
+    fn take(&self) -> Option<Result<RenderedView, String>> {
         self.prompt.take()
     }
     fn run(&self, task: Task) {
@@ -436,9 +436,12 @@ fn saved_pictures_tell_which_request_they_are_of() {
         let view = &window.state().viewer.view;
         let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
         let request = ViewRequest { purpose, ..request };
-        assert_eq!(session().mark(&request).earlier(&path, (24, 16)), Earlier::Same, "{name}");
+        assert_eq!(session().provenance(&request).existing(&path, (24, 16)), ExistingPicture::Same, "{name}");
         let wider = ViewRequest { fov_deg: Some(46.0), ..request };
-        assert!(matches!(session().mark(&wider).earlier(&path, (24, 16)), Earlier::Other(why) if why.contains("fov")), "{name}");
+        assert!(
+            matches!(session().provenance(&wider).existing(&path, (24, 16)), ExistingPicture::Other(why) if why.contains("fov")),
+            "{name}"
+        );
     }
 }
 

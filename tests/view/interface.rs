@@ -3,18 +3,18 @@
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use orrery::view::app::places::{Places, SessionPlaces};
+use orrery::view::app::places::{BodyPositions, SessionPlaces};
 use orrery::view::app::settings::Settings;
 use orrery::view::app::view_state::ViewState;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::link::restored;
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
-use orrery::view::worker::render_worker::{Drawing, InlineWorker, RenderJob, RenderWorker, Task, ThreadedWorker};
+use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task, ThreadedWorker};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -35,7 +35,7 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let session = session();
     let time = Instant::parse(utc).expect(utc);
     let catalog = session.catalog();
-    let subjects = orrery::ephemeris::order::by_distance(catalog, session.ephemeris());
+    let subjects = orrery::ephemeris::body_order::by_distance(catalog, session.ephemeris());
     let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(Subject::of);
     let places = SessionPlaces(session);
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
@@ -290,7 +290,7 @@ fn a_picture_waits_for_no_question() {
         worker.run(Box::new(move |_| {
             let _ = held.recv();
         }));
-        worker.submit(RenderJob { fineness: Fineness::of(request.quality), request: request.clone(), on_device: false });
+        worker.submit(RenderJob { sampling: SamplingQuality::of(request.quality), request: request.clone(), on_gpu: false });
         let patience = std::time::Duration::from_secs(120);
         let drawn = wakes.recv_timeout(patience).is_ok() && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
         drop(free);
@@ -313,7 +313,7 @@ impl RenderWorker for Counting {
         self.1.fetch_add(1, Ordering::Relaxed);
         self.0.submit(job);
     }
-    fn take(&self) -> Option<Result<Drawing, String>> {
+    fn take(&self) -> Option<Result<RenderedView, String>> {
         self.0.take()
     }
     fn run(&self, task: Task) {

@@ -5,10 +5,10 @@ use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
-use orrery::render::plan::Fineness;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::Effect;
 use orrery::scene::request::{ExposureRequest, Position, Quality, ToneMap, ViewRequest};
-use orrery::session::{Readiness, RendererWish, Session, Sources};
+use orrery::session::{Readiness, RendererPreference, Session, Sources};
 use orrery::time::Instant;
 use orrery::view::panels::{Interface, Tab};
 use std::fmt::Write;
@@ -93,7 +93,7 @@ fn saturn_view() -> ViewRequest {
 #[test]
 fn a_price_tells_what_an_effect_does_to_the_light() {
     let view = saturn_view();
-    let price = |effect, on, body| session().price(&view, 2.0, (effect, on), body).expect("a price");
+    let price = |effect, on, body| session().effect_cost(&view, 2.0, (effect, on), body).expect("a price");
     let shadow = price(Effect::RingShadow, true, None);
     assert!(shadow.light.net < -1e-3 && shadow.light.moved >= -shadow.light.net, "a shadow takes light: {shadow:?}");
     assert_eq!(price(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "it is Saturn's alone");
@@ -128,9 +128,9 @@ fn the_tone_map_cuts_or_bends_what_is_beyond_white() {
     let view = ViewRequest { width: 48, height: 48, exposure: ExposureRequest::Stops(4.5), ..ViewRequest::of(NaifId::MOON, time) };
     let drawn = |tone_map| {
         let view = ViewRequest { tone_map, ..view.clone() };
-        session().draw(&view, Fineness::of(Quality::Standard), true).expect("a picture").frame
+        session().draw(&view, SamplingQuality::of(Quality::Standard), true).expect("a picture").frame
     };
-    let (film, plain) = (drawn(ToneMap::Film), drawn(ToneMap::Plain));
+    let (film, plain) = (drawn(ToneMap::Filmic), drawn(ToneMap::Clipped));
     assert_eq!(film.hdr, plain.hdr, "the light is the same");
     let peak = |rgba: [f32; 4]| rgba[..3].iter().fold(0.0_f32, |a, b| a.max(*b)) * 4.5_f32.exp2();
     let mut seen = [0, 0];
@@ -159,18 +159,18 @@ fn the_renderer_is_chosen_in_the_window() {
     settle(&mut harness);
     harness.get_by_label("clipped").click();
     settle(&mut harness);
-    assert_eq!(harness.state().viewer.view.tone_map, ToneMap::Plain);
-    assert_eq!(harness.state().drawing().expect("a picture").scene.tone_map, ToneMap::Plain);
+    assert_eq!(harness.state().viewer.view.tone_map, ToneMap::Clipped);
+    assert_eq!(harness.state().drawing().expect("a picture").scene.tone_map, ToneMap::Clipped);
     let (choices, now) = session.renderers();
-    assert_eq!(now, RendererWish::Software);
+    assert_eq!(now, RendererPreference::Software);
     if choices.len() == 1 {
         assert!(harness.query_by_label("auto").is_none(), "a build with one renderer offers no choice");
         return;
     }
-    for (name, wish) in [("gpu", RendererWish::Gpu), ("software", RendererWish::Software)] {
+    for (name, preference) in [("gpu", RendererPreference::Gpu), ("software", RendererPreference::Software)] {
         harness.get_by_label(name).click();
         settle(&mut harness);
-        assert_eq!(session.renderers().1, wish);
+        assert_eq!(session.renderers().1, preference);
         assert!(harness.state().drawing().is_some() && harness.state().said().is_empty(), "{}", harness.state().said());
         // This session is never given back: were a driver still at work when the process ends, it would break off.
         while session.readiness() == Readiness::Preparing {

@@ -6,11 +6,11 @@
 use crate::support::gpu::gpu;
 use crate::support::session::SESSION;
 use egui::epaint::{ImageData, ImageDelta};
-use orrery::image::{Difference, Picture};
+use orrery::image::{Difference, DisplayImage};
 use orrery::render::plan::{self, Plan};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
-use orrery::view::window::primitives::{ON_DEVICE, pieces};
+use orrery::view::window::primitives::{ON_GPU, pieces};
 
 const SIZE: [u32; 2] = [320, 200];
 const SCALE: f32 = 1.25;
@@ -51,22 +51,22 @@ fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
     (painter, primitives)
 }
 
-fn by_processor(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> Picture {
+fn by_processor(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> DisplayImage {
     let mut pixels = vec![0; (SIZE[0] * SIZE[1]) as usize];
     painter.paint(&mut Canvas { width: SIZE[0] as usize, height: SIZE[1] as usize, pixels: &mut pixels }, SCALE, primitives);
     let rgba = pixels.into_iter().map(u32::to_be_bytes).map(|[_, r, g, b]| [r, g, b, 255]).collect();
-    Picture { width: SIZE[0], height: SIZE[1], rgba }
+    DisplayImage { width: SIZE[0], height: SIZE[1], rgba }
 }
 
 fn plan_of(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> Plan {
     plan::interface(pieces(painter, SIZE, SCALE, primitives, None), SIZE, &*SESSION).expect("a plan")
 }
 
-fn picture(frame: orrery::render::frame::Frame) -> Picture {
-    Picture { width: frame.width, height: frame.height, rgba: frame.display }
+fn picture(frame: orrery::render::frame::Frame) -> DisplayImage {
+    DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
 }
 
-fn apart(a: &Picture, b: &Picture) -> Difference {
+fn apart(a: &DisplayImage, b: &DisplayImage) -> Difference {
     a.difference(b).expect("one size")
 }
 
@@ -107,7 +107,7 @@ fn a_device_made_ready_has_what_any_window_needs() {
     let (painter, primitives) = painted();
     let window = plan_of(&painter, &primitives);
     assert_eq!(own.is_ready_for_windows(&window), Some(false), "nothing was made yet");
-    let smallest = plan::smallest_interface(&*SESSION).expect("a plan");
+    let smallest = plan::warm_up_interface(&*SESSION).expect("a plan");
     own.prepare_windows(&smallest, SESSION.library()).expect("prepared");
     assert_eq!(own.is_ready_for_windows(&window), Some(true), "a window's frame waits for a compiler");
     own.forget_modules();
@@ -118,17 +118,17 @@ fn a_device_made_ready_has_what_any_window_needs() {
 fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
     let Some(gpu) = gpu() else { return };
     let (_, request) = crate::support::views::views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let (_, view) = SESSION.plan(&request, plan::Fineness { samples: 4, anisotropy: 8 }).expect("a plan");
+    let (_, view) = SESSION.plan(&request, plan::SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
     let (read, _) = gpu.render(&view, SESSION.library(), false).expect("drawn");
-    let (kept, _) = gpu.render_on_device(&view, SESSION.library()).expect("drawn");
+    let (kept, _) = gpu.render_to_gpu(&view, SESSION.library()).expect("drawn");
     // The next picture must not draw over one that is held.
     let mut black = view.clone();
     black.passes.iter_mut().for_each(|p| p.draws.clear());
-    let (other, _) = gpu.render_on_device(&black, SESSION.library()).expect("drawn");
+    let (other, _) = gpu.render_to_gpu(&black, SESSION.library()).expect("drawn");
     let size = [read.width, read.height];
     let shown = |picture| {
         let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
-        let mut mesh = egui::Mesh::with_texture(ON_DEVICE);
+        let mut mesh = egui::Mesh::with_texture(ON_GPU);
         mesh.add_rect_with_uv(rect, egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0)), egui::Color32::WHITE);
         let primitive = egui::ClippedPrimitive { clip_rect: rect, primitive: egui::epaint::Primitive::Mesh(mesh) };
         let pieces = pieces(&Painter::default(), size, 1.0, &[primitive], Some(picture));
@@ -141,7 +141,7 @@ fn a_picture_that_stays_on_the_device_is_the_one_that_is_read_back() {
     // One that nobody holds is forgotten, and another device knows neither: an error, not a wrong picture.
     let again = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     let window = |picture| {
-        let mesh = egui::Mesh { texture_id: ON_DEVICE, ..unit_mesh() };
+        let mesh = egui::Mesh { texture_id: ON_GPU, ..unit_mesh() };
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };
         plan::interface(pieces(&Painter::default(), size, 1.0, &[primitive], Some(picture)), size, &*SESSION).expect("a plan")
     };
@@ -180,14 +180,14 @@ fn a_changed_texture_is_sent_anew() {
 #[test]
 fn a_large_map_arrives_whole() {
     use orrery::image::{Level, TexelFormat, Texture};
-    use orrery::render::plan::{AddressMode, Piece, SamplerState, TextureSource};
+    use orrery::render::plan::{AddressMode, SamplerState, TextureSource, UiPrimitive};
     let Some(gpu) = gpu() else { return };
     // 64 MB and a little: more than two pieces, and no whole number of them.
     let (width, height) = (2048_u32, 8200_u32);
     let texel = |x: u32, y: u32| [(x % 251) as u8, (y % 241) as u8, (y / 241) as u8, 255];
     let bytes = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();
     let level = Level { width, height, bytes };
-    let texture = TextureSource::Kept(std::sync::Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] }));
+    let texture = TextureSource::Persistent(std::sync::Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] }));
     let clamp = AddressMode::ClampToEdge;
     let sampler = SamplerState { address_u: clamp, address_v: clamp, linear: false };
     let size = [64, 64];
@@ -195,7 +195,7 @@ fn a_large_map_arrives_whole() {
     for y0 in [0, 4064, 8136] {
         let (left, right) = (1000.0 / width as f32, 1064.0 / width as f32);
         let (top, bottom) = (y0 as f32 / height as f32, (y0 + 64) as f32 / height as f32);
-        let piece = Piece {
+        let piece = UiPrimitive {
             corners_px: vec![0.0, 0.0, 64.0, 0.0, 0.0, 64.0, 64.0, 64.0],
             places: vec![left, top, right, top, left, bottom, right, bottom],
             colours: vec![1.0; 16],
@@ -259,20 +259,20 @@ fn the_gpu_forgets_modules_that_changed() {
     let library = orrery::shader::Library::in_memory(orrery::render::software::lowering());
     let key = "lambert.sun1.sphere".parse().expect("a key");
     let drawn = || {
-        let plan = orrery::session::sample_plan(&library, &key, 40, orrery::session::WITHIN).expect("a plan");
+        let plan = orrery::session::sample_plan(&library, &key, 40, orrery::session::HALF_SIDE_INSIDE).expect("a plan");
         gpu.render(&plan, &library, true).expect("drawn").0.hdr
     };
     let before = drawn();
     let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/photometry/lambert.wesl").expect("a fragment");
     let darker = text.replacen("return ", "return 0.5 * ", 1);
     assert_ne!(*text, darker);
-    library.make_of(Fragments::with_files([((*path).to_owned(), darker)]));
+    library.set_fragments(Fragments::with_files([((*path).to_owned(), darker)]));
     assert_eq!(drawn(), before, "pipelines are kept until they are forgotten");
     gpu.forget_modules();
     let after = drawn();
     let light = |pixels: &[[f32; 4]]| pixels.iter().map(|p| f64::from(p[1])).sum::<f64>();
     assert!((light(&after) / light(&before) - 0.5).abs() < 1e-2, "{} of the light", light(&after) / light(&before));
-    library.make_of(Fragments::default());
+    library.set_fragments(Fragments::default());
     gpu.forget_modules();
     assert_eq!(drawn(), before);
 }

@@ -9,7 +9,7 @@ pub mod drift;
 pub mod galilean;
 pub mod tass;
 
-use super::{EphemerisError, State, kepler};
+use super::{EphemerisError, State, two_body};
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
 use glam::{DMat3, DVec2};
@@ -17,12 +17,12 @@ use serde::Deserialize;
 
 /// Both theories, their tables read once.
 #[derive(Debug)]
-pub struct Theories {
+pub struct MoonTheories {
     pub galilean: galilean::GalileanL12,
     pub saturn: tass::Tass17,
 }
 
-impl Theories {
+impl MoonTheories {
     /// The tables that ship inside the program.
     pub fn embedded() -> Result<Self, EphemerisError> {
         let wrong = |file: &str, e: serde_json::Error| EphemerisError(format!("{file}: {e}"));
@@ -61,7 +61,7 @@ impl Elements {
     fn state(&self, icrf_from_frame: &DMat3) -> State {
         let angle = |v: DVec2| v.y.atan2(v.x);
         let (periapsis, node) = (angle(self.eccentricity), angle(self.inclination));
-        let in_frame = kepler::state_in_frame(
+        let in_frame = two_body::state_in_frame(
             self.semi_major_axis_au * KM_PER_AU,
             self.eccentricity.length(),
             2.0 * self.inclination.length().min(1.0).asin(),

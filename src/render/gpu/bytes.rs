@@ -16,10 +16,10 @@ impl Bytes {
     ///
     /// Answers the offset of the uniform block, start and length of each attribute, and the start of the indices. `align`: of uniform blocks.
     pub fn place(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
-        let uniform_offset = (!draw.uniforms.is_empty()).then(|| {
+        let uniform_offset = (!draw.uniform_bytes.is_empty()).then(|| {
             self.uniforms.resize(self.uniforms.len().next_multiple_of(align), 0);
             let at = self.uniforms.len() as u32;
-            self.uniforms.extend_from_slice(&draw.uniforms);
+            self.uniforms.extend_from_slice(&draw.uniform_bytes);
             at
         });
         let (of_vertices, indices) = match &draw.vertices {

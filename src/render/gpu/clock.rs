@@ -6,11 +6,11 @@ use crate::render::plan::Plan;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, QuerySet, QuerySetDescriptor, QueryType, Queue};
 
 /// Passes of a frame that are timed at most.
-pub(super) const MOST_TIMED: u32 = 32;
+pub(super) const MAX_TIMED: u32 = 32;
 
 /// Passes of the plan that are timed.
 pub(super) fn timed(plan: &Plan) -> u32 {
-    (plan.passes.len() as u32).min(MOST_TIMED)
+    (plan.passes.len() as u32).min(MAX_TIMED)
 }
 
 /// Timestamps: two for each pass.
@@ -25,12 +25,12 @@ impl Clock {
         let buffer = |usage| {
             device.create_buffer(&BufferDescriptor {
                 label: Some("clock"),
-                size: u64::from(16 * MOST_TIMED),
+                size: u64::from(16 * MAX_TIMED),
                 usage,
                 mapped_at_creation: false,
             })
         };
-        let queries = QuerySetDescriptor { label: Some("clock"), ty: QueryType::Timestamp, count: 2 * MOST_TIMED };
+        let queries = QuerySetDescriptor { label: Some("clock"), ty: QueryType::Timestamp, count: 2 * MAX_TIMED };
         Self {
             queries: device.create_query_set(&queries),
             resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),

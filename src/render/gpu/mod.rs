@@ -1,7 +1,7 @@
 //! The GPU renderer: executes the plan's modules through wgpu (Vulkan, Metal, DX12 or GL).
 //!
 //! In: a [`Plan`](super::plan::Plan) and the modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) that the software
-//! renderer makes, up to rounding and texture filtering, or a picture that stays on the device, or a window's next picture ([`GpuScreen`]). It decides nothing about the picture: passes, order, blending, depth and uniform bytes are the
+//! renderer makes, up to rounding and texture filtering, or a picture that stays on the device, or a window's next picture ([`GpuSurface`]). It decides nothing about the picture: passes, order, blending, depth and uniform bytes are the
 //! plan's. Every failure is a [`GpuError`] and never a panic, so that the caller can draw the same plan in software. What lives here between frames:
 //! the device, pipelines, uploaded textures within a budget, targets of the last size.
 
@@ -18,8 +18,8 @@ mod targets;
 mod uploads;
 
 pub use adapters::{AdapterFacts, AdapterKind, adapters};
-pub use renderer::{GpuRenderer, GpuTimings, Turn};
-pub use screen::{GpuScreen, Showable};
+pub use renderer::{FrameGuard, GpuRenderer, GpuTimings};
+pub use screen::{GpuSurface, WindowHandle};
 
 /// Why the GPU does not draw.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -4,8 +4,9 @@
 //! the uniform block at a dynamic offset of one buffer per frame, textures, samplers.
 
 use super::{GpuError, caught};
-use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleName, Modules, PlanDraw, SamplerState};
+use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, PlanDraw, SamplerState};
 use crate::shader::Layout;
+use crate::shader::ModuleId;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::num::NonZeroU64;
@@ -23,7 +24,7 @@ pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 /// Everything that a pipeline is made for.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct PipelineKey {
-    pub module: ModuleName,
+    pub module: ModuleId,
     pub target: TextureFormat,
     pub samples: u32,
     blend: Blend,
@@ -66,7 +67,7 @@ pub struct Pipeline {
 
 #[derive(Default)]
 pub struct Pipelines {
-    modules: HashMap<ModuleName, (wgpu::ShaderModule, Layout)>,
+    modules: HashMap<ModuleId, (wgpu::ShaderModule, Layout)>,
     by_key: HashMap<PipelineKey, Arc<Pipeline>>,
     samplers: HashMap<SamplerState, Sampler>,
 }
@@ -87,11 +88,11 @@ impl Pipelines {
     }
 
     /// Makes what is missing of these, by as many threads as there are cores: most drivers compile here, and take long.
-    pub fn make(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl Modules) -> Result<(), GpuError> {
+    pub fn make(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
-        let fault = |name: &ModuleName, what: String| GpuError::Draw { draw: name.to_string(), what };
-        let names: HashSet<&ModuleName> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
+        let fault = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
+        let names: HashSet<&ModuleId> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
         let made = spread(names.into_iter().collect(), |name| {
             let module = modules.module(name).map_err(|what| fault(name, what))?;
             let label = module.id.to_string();

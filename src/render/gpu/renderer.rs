@@ -5,7 +5,7 @@
 
 use super::adapters::{AdapterFacts, AdapterKind, Opened, open, open_gl};
 use super::bytes::{Buffers, Bytes};
-use super::clock::{Clock, MOST_TIMED, timed};
+use super::clock::{Clock, MAX_TIMED, timed};
 use super::pictures::Pictures;
 use super::pipelines::{Pipeline, PipelineKey, Pipelines};
 use super::readback::Readback;
@@ -15,7 +15,8 @@ use super::uploads::Uploads;
 use super::{GpuError, caught};
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
-use crate::render::plan::{ColourFormat, ModuleName, Modules, Pass, PictureOnDevice, Plan, PlanDraw, TextureSource, Vertices};
+use crate::render::plan::{ColourFormat, GpuImage, ModuleProvider, Pass, Plan, PlanDraw, TextureSource, Vertices};
+use crate::shader::ModuleId;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use wgpu::{
@@ -61,7 +62,7 @@ impl State {
 
 /// Where a plan's last pass draws.
 #[derive(Clone, Copy)]
-pub(super) enum Onto<'a> {
+pub(super) enum RenderTarget<'a> {
     /// A target of the renderer's own; `hdr`: linear pictures are floats of 32 bits.
     Own { hdr: bool },
     /// A texture that is there, a window's for one.
@@ -87,7 +88,7 @@ pub struct GpuRenderer {
 }
 
 /// The renderer for one frame: nobody else draws until it is done.
-pub struct Turn<'a>(MutexGuard<'a, State>);
+pub struct FrameGuard<'a>(MutexGuard<'a, State>);
 
 /// A draw with its places in the frame's buffers.
 struct Prepared<'a> {
@@ -105,9 +106,9 @@ struct Prepared<'a> {
 /// Bindings of textures of 32-bit floats, which are not filtered.
 fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     let is_float = |source: &TextureSource| match source {
-        TextureSource::Image(texture) | TextureSource::Kept(texture) => texture.format == TexelFormat::Rgba32Float,
+        TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
         TextureSource::PassOutput(_) => true,
-        TextureSource::OnDevice(_) => false,
+        TextureSource::OnGpu(_) => false,
     };
     draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
 }
@@ -170,14 +171,14 @@ impl GpuRenderer {
     }
 
     /// The renderer, once whoever draws now is done.
-    pub fn turn(&self) -> Turn<'_> {
-        Turn(self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    pub fn turn(&self) -> FrameGuard<'_> {
+        FrameGuard(self.state.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The renderer, if the plan can be drawn at once: without waiting for a compiler or for another frame.
-    pub fn turn_if_ready(&self, plan: &Plan) -> Option<Turn<'_>> {
+    pub fn try_frame(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
         let state = self.state.try_lock().ok()?;
-        state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(Turn(state))
+        state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(FrameGuard(state))
     }
 
     /// Forgets what was made of modules: those of the same names are no longer the same.
@@ -197,7 +198,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// See [`GpuError`]; after one that [`GpuError::is_final`] says is final the next frame fails too.
-    pub fn render(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
+    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
         self.render_in(self.turn(), plan, modules, keep_hdr)
     }
 
@@ -207,9 +208,9 @@ impl GpuRenderer {
     /// As [`GpuRenderer::render`].
     pub fn render_in(
         &self,
-        Turn(mut state): Turn<'_>,
+        FrameGuard(mut state): FrameGuard<'_>,
         plan: &Plan,
-        modules: &impl Modules,
+        modules: &impl ModuleProvider,
         keep_hdr: bool,
     ) -> Result<(Frame, GpuTimings), GpuError> {
         if keep_hdr && !self.wide_colour {
@@ -217,7 +218,7 @@ impl GpuRenderer {
         }
         let start = Instant::now();
         let (frame, mut timings) = self.guarded(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, Onto::Own { hdr: keep_hdr })?;
+            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Own { hdr: keep_hdr })?;
             let frame = self.read(&mut state, keep_hdr)?;
             Ok((frame, GpuTimings { sent_bytes, passes: state.clocked(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
         })?;
@@ -229,23 +230,23 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub fn render_on_device(&self, plan: &Plan, modules: &impl Modules) -> Result<(PictureOnDevice, GpuTimings), GpuError> {
-        self.render_on_device_in(self.turn(), plan, modules)
+    pub fn render_to_gpu(&self, plan: &Plan, modules: &impl ModuleProvider) -> Result<(GpuImage, GpuTimings), GpuError> {
+        self.render_to_gpu_in(self.turn(), plan, modules)
     }
 
     /// The same in a turn that was taken.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub fn render_on_device_in(
+    pub fn render_to_gpu_in(
         &self,
-        Turn(mut state): Turn<'_>,
+        FrameGuard(mut state): FrameGuard<'_>,
         plan: &Plan,
-        modules: &impl Modules,
-    ) -> Result<(PictureOnDevice, GpuTimings), GpuError> {
+        modules: &impl ModuleProvider,
+    ) -> Result<(GpuImage, GpuTimings), GpuError> {
         let start = Instant::now();
         let (picture, mut timings) = self.guarded(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, Onto::Own { hdr: false })?;
+            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Own { hdr: false })?;
             // The next frame makes itself another target.
             let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
             // Whoever orders the next picture waits for this one: frames do not pile up.
@@ -259,14 +260,14 @@ impl GpuRenderer {
     }
 
     /// Whether the picture lies on this device.
-    pub fn holds(&self, picture: &PictureOnDevice) -> bool {
+    pub fn holds(&self, picture: &GpuImage) -> bool {
         self.pictures.lock().unwrap_or_else(PoisonError::into_inner).get(picture).is_some()
     }
 
     /// Runs what draws a plan, with the device's errors caught around it.
     pub(super) fn guarded<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         self.still_there()?;
-        let counts = |d: &PlanDraw| matches!(&d.module, ModuleName::Planet(k) if k.counts_work());
+        let counts = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.counts_operations());
         if plan.passes.iter().flat_map(|p| &p.draws).any(counts) {
             return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
         }
@@ -289,7 +290,13 @@ impl GpuRenderer {
     }
 
     /// Sends a plan's bytes and draws it; answers how many bytes of maps went.
-    pub(super) fn submit(&self, state: &mut State, plan: &Plan, modules: &impl Modules, onto: Onto<'_>) -> Result<u64, GpuError> {
+    pub(super) fn submit(
+        &self,
+        state: &mut State,
+        plan: &Plan,
+        modules: &impl ModuleProvider,
+        onto: RenderTarget<'_>,
+    ) -> Result<u64, GpuError> {
         let sent_before = state.uploads.sent_bytes;
         state.uploads.begin_frame();
         self.targets(state, plan, onto)?;
@@ -308,7 +315,7 @@ impl GpuRenderer {
             let all: Result<Vec<_>, _> = draws.map(|((d, at), key)| self.prepare(state, key, pass_index, d, at)).collect();
             prepared.push(all?);
         }
-        if self.timestamps && state.clock.is_none() && matches!(onto, Onto::Own { .. }) {
+        if self.timestamps && state.clock.is_none() && matches!(onto, RenderTarget::Own { .. }) {
             state.clock = Some(Clock::new(&self.device));
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -321,7 +328,7 @@ impl GpuRenderer {
             encoder.copy_buffer_to_buffer(&clock.resolved, 0, &clock.read, 0, u64::from(16 * timed));
         }
         self.queue.submit([encoder.finish()]);
-        if matches!(onto, Onto::Given(_)) {
+        if matches!(onto, RenderTarget::Given(_)) {
             // It is its owner's again.
             state.targets.pop();
         }
@@ -347,15 +354,16 @@ impl GpuRenderer {
     }
 
     /// Targets as the plan's passes want them; those of the last frame stay where they fit.
-    fn targets(&self, state: &mut State, plan: &Plan, onto: Onto<'_>) -> Result<(), GpuError> {
+    fn targets(&self, state: &mut State, plan: &Plan, onto: RenderTarget<'_>) -> Result<(), GpuError> {
         let most = self.device.limits().max_texture_dimension_2d;
         state.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
             let given = match onto {
-                Onto::Given(texture) if k + 1 == plan.passes.len() => Some(texture),
+                RenderTarget::Given(texture) if k + 1 == plan.passes.len() => Some(texture),
                 _ => None,
             };
-            let format = given.map_or_else(|| self.format(pass.format, matches!(onto, Onto::Own { hdr: true })), wgpu::Texture::format);
+            let format =
+                given.map_or_else(|| self.format(pass.format, matches!(onto, RenderTarget::Own { hdr: true })), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
             if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
                 return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, most });
@@ -389,8 +397,8 @@ impl GpuRenderer {
             let source = draw.textures.iter().find(|t| t.binding == texture.binding).ok_or_else(|| missing(texture.binding))?;
             let view = match &source.source {
                 TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(fault)?,
-                TextureSource::Kept(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(fault)?,
-                TextureSource::OnDevice(picture) => {
+                TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(fault)?,
+                TextureSource::OnGpu(picture) => {
                     let kept = self.pictures.lock().unwrap_or_else(PoisonError::into_inner).get(picture);
                     kept.ok_or_else(|| fault("reads a picture of another device".into()))?
                 }
@@ -406,8 +414,8 @@ impl GpuRenderer {
         }
         let mut entries = Vec::new();
         if pipeline.layout.uniform_size > 0 {
-            let (Some(buffer), true) = (&state.buffers.uniforms, draw.uniforms.len() == pipeline.layout.uniform_size as usize) else {
-                return Err(fault(format!("{} uniform bytes, of {}", draw.uniforms.len(), pipeline.layout.uniform_size)));
+            let (Some(buffer), true) = (&state.buffers.uniforms, draw.uniform_bytes.len() == pipeline.layout.uniform_size as usize) else {
+                return Err(fault(format!("{} uniform bytes, of {}", draw.uniform_bytes.len(), pipeline.layout.uniform_size)));
             };
             let size = std::num::NonZeroU64::new(u64::from(pipeline.layout.uniform_size));
             entries.push(BindGroupEntry { binding: 0, resource: BindingResource::Buffer(BufferBinding { buffer, offset: 0, size }) });
@@ -439,7 +447,7 @@ impl GpuRenderer {
             depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
             stencil_ops: None,
         });
-        let clock = state.clock.as_ref().filter(|_| (k as u32) < MOST_TIMED);
+        let clock = state.clock.as_ref().filter(|_| (k as u32) < MAX_TIMED);
         let (begins, ends) = (2 * k as u32, 2 * k as u32 + 1);
         let at = |begins: Option<u32>, ends: Option<u32>| {
             clock.map(|c| RenderPassTimestampWrites {

@@ -3,9 +3,9 @@
 //! In: a window's handle, and plans of its size. Out: what the window shows next. Always: the surface has the size of the last plan; bytes of a plan are
 //! shown as they are, since they are encoded for the display already. Not here: what is shown, and when.
 
-use super::renderer::Onto;
+use super::renderer::RenderTarget;
 use super::{GpuError, GpuRenderer, caught};
-use crate::render::plan::{Modules, Plan};
+use crate::render::plan::{ModuleProvider, Plan};
 use std::sync::PoisonError;
 use wgpu::{
     CompositeAlphaMode, CurrentSurfaceTexture, Extent3d, PollType, PresentMode, Surface, SurfaceColorSpace, SurfaceConfiguration,
@@ -13,21 +13,21 @@ use wgpu::{
 };
 
 /// A window's handle.
-pub trait Showable: wgpu::DisplayAndWindowHandle + 'static {}
-impl<T: wgpu::DisplayAndWindowHandle + 'static> Showable for T {}
+pub trait WindowHandle: wgpu::DisplayAndWindowHandle + 'static {}
+impl<T: wgpu::DisplayAndWindowHandle + 'static> WindowHandle for T {}
 
 /// A window's surface on one renderer's device.
-pub struct GpuScreen {
+pub struct GpuSurface {
     surface: Surface<'static>,
     format: TextureFormat,
     alpha_mode: CompositeAlphaMode,
     configured: Option<[u32; 2]>,
     /// How often in a row it could not be given the window's size.
-    misfits: u32,
+    failed_resizes: u32,
 }
 
 /// A surface that fits its window no sooner does not fit it at all.
-const MOST_MISFITS: u32 = 40;
+const MAX_FAILED_RESIZES: u32 = 40;
 
 /// What pictures of a window may be made of, the one that is liked best first.
 const WINDOW_FORMATS: [TextureFormat; 2] = [TextureFormat::Rgba8Unorm, TextureFormat::Bgra8Unorm];
@@ -37,7 +37,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// The adapter that draws cannot show anything there.
-    pub fn screen(&self, window: impl Showable) -> Result<GpuScreen, GpuError> {
+    pub fn screen(&self, window: impl WindowHandle) -> Result<GpuSurface, GpuError> {
         let refused = |why: String| GpuError::Adapter { adapter: self.facts().to_string(), why };
         let surface = self.instance.create_surface(window).map_err(|e| refused(super::one_line(&e.to_string())))?;
         let able = surface.get_capabilities(&self.adapter);
@@ -45,14 +45,14 @@ impl GpuRenderer {
         let format = *able.formats.iter().find(plain).ok_or_else(|| refused("it cannot show 8-bit pixels in this window".into()))?;
         let alpha_mode =
             if able.alpha_modes.contains(&CompositeAlphaMode::Opaque) { CompositeAlphaMode::Opaque } else { CompositeAlphaMode::Auto };
-        Ok(GpuScreen { surface, format, alpha_mode, configured: None, misfits: 0 })
+        Ok(GpuSurface { surface, format, alpha_mode, configured: None, failed_resizes: 0 })
     }
 
     /// Draws the plan to no end, so that no window waits for what its own frames need: some drivers compile with the first draw only.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub fn prepare_windows(&self, plan: &Plan, modules: &impl Modules) -> Result<(), GpuError> {
+    pub fn prepare_windows(&self, plan: &Plan, modules: &impl ModuleProvider) -> Result<(), GpuError> {
         if self.is_ready_for_windows(plan) == Some(true) {
             return Ok(());
         }
@@ -71,7 +71,7 @@ impl GpuRenderer {
                     usage: TextureUsages::RENDER_ATTACHMENT,
                     view_formats: &[],
                 });
-                self.submit(&mut state, plan, modules, Onto::Given(&onto))?;
+                self.submit(&mut state, plan, modules, RenderTarget::Given(&onto))?;
             }
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             Ok(())
@@ -91,9 +91,9 @@ impl GpuRenderer {
     /// As [`GpuRenderer::render`]: after one the screen is to be dropped.
     pub fn show(
         &self,
-        screen: &mut GpuScreen,
+        screen: &mut GpuSurface,
         plan: &Plan,
-        modules: &impl Modules,
+        modules: &impl ModuleProvider,
         about_to_show: impl FnOnce(),
     ) -> Result<bool, GpuError> {
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
@@ -101,7 +101,7 @@ impl GpuRenderer {
         let Ok(mut state) = self.windows.try_lock() else { return Ok(false) };
         self.guarded(plan, || {
             let Some(next) = self.next(screen, size)? else { return Ok(false) };
-            self.submit(&mut state, plan, modules, Onto::Given(&next.texture))?;
+            self.submit(&mut state, plan, modules, RenderTarget::Given(&next.texture))?;
             about_to_show();
             self.queue.present(next);
             Ok(true)
@@ -109,7 +109,7 @@ impl GpuRenderer {
     }
 
     /// Whether the surface has the window's size. False where it could not be given that just now: wgpu refuses while another thread draws, which passes.
-    fn fitted(&self, screen: &mut GpuScreen, size: [u32; 2]) -> Result<bool, GpuError> {
+    fn fitted(&self, screen: &mut GpuSurface, size: [u32; 2]) -> Result<bool, GpuError> {
         if screen.configured == Some(size) {
             return Ok(true);
         }
@@ -119,19 +119,19 @@ impl GpuRenderer {
         self.still_there()?;
         match tried {
             Ok(()) => {
-                (screen.configured, screen.misfits) = (Some(size), 0);
+                (screen.configured, screen.failed_resizes) = (Some(size), 0);
                 Ok(true)
             }
-            Err(e) if screen.misfits >= MOST_MISFITS => Err(e),
+            Err(e) if screen.failed_resizes >= MAX_FAILED_RESIZES => Err(e),
             Err(_) => {
-                screen.misfits += 1;
+                screen.failed_resizes += 1;
                 Ok(false)
             }
         }
     }
 
     /// The picture to draw on next; `None`: not now.
-    fn next(&self, screen: &mut GpuScreen, size: [u32; 2]) -> Result<Option<SurfaceTexture>, GpuError> {
+    fn next(&self, screen: &mut GpuSurface, size: [u32; 2]) -> Result<Option<SurfaceTexture>, GpuError> {
         // A surface that no longer fits its window is fitted once.
         for _ in 0..2 {
             if !self.fitted(screen, size)? {
@@ -154,7 +154,7 @@ impl GpuRenderer {
     }
 }
 
-impl GpuScreen {
+impl GpuSurface {
     fn configure(&self, renderer: &GpuRenderer, [width, height]: [u32; 2]) {
         let config = SurfaceConfiguration {
             usage: TextureUsages::RENDER_ATTACHMENT,

@@ -1,24 +1,25 @@
 //! From a scene to a plan: which pass, which module, which bytes.
 //!
 //! In: the scene, the layouts of the modules (read from the modules themselves) and the decoded maps. Out: a [`Plan`]. Uniform fields are
-//! filled by name from [`Amounts`]; a field that the module wants and scene does not give is an error, not a zero.
+//! filled by name from [`DrawUniforms`]; a field that the module wants and scene does not give is an error, not a zero.
 
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
 use super::passes::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, Plan, PlanDraw, SamplerBinding, SamplerState,
-    TextureBinding, TextureSource, Vertices,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding,
+    TextureSource, Vertices,
 };
-use super::provider::Supplies;
+use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::shared;
-use crate::image::{Level, Poles, Reading, SharedTexture, TexelFormat, Texture};
+use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::air_nodes;
 use crate::scene::draw::uniforms::UniformValue;
-use crate::scene::draw::{Amounts, Draw, Needs, Part, PixelView, RingTable, Shape};
+use crate::scene::draw::{Draw, DrawFeatures, DrawUniforms, Part, PixelView, RingTable, Shape};
 use crate::scene::request::Quality;
 use crate::scene::ring_shine::{self, RingShine};
+use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
@@ -26,14 +27,14 @@ use std::sync::Arc;
 
 /// How finely the frame is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fineness {
+pub struct SamplingQuality {
     /// 1 or 4.
     pub samples: u8,
     /// Taps along a footprint on a map, 1..=16.
     pub anisotropy: u8,
 }
 
-impl Fineness {
+impl SamplingQuality {
     /// What a quality draws with.
     pub fn of(quality: Quality) -> Self {
         match quality {
@@ -64,32 +65,32 @@ pub fn map_format(binding: u32) -> TexelFormat {
 }
 
 /// How a draw's map is read. A mesh has map places of its own: its maps need not be those of a whole sphere, so they are taken as they are.
-pub fn map_reading(binding: u32, shape: Shape) -> Reading {
+pub fn map_decoding(binding: u32, shape: Shape) -> MapDecoding {
     let poles = match (shape, binding) {
-        (Shape::Mesh, _) => Poles::None,
-        (_, 2) => Poles::Slopes,
-        _ => Poles::Values,
+        (Shape::Mesh, _) => PoleFilter::None,
+        (_, 2) => PoleFilter::Slopes,
+        _ => PoleFilter::Values,
     };
-    Reading { format: map_format(binding), poles }
+    MapDecoding { format: map_format(binding), poles }
 }
 
 /// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
-pub fn modules(scene: &Scene) -> Vec<ModuleName> {
-    let of_draw = |d: &Draw| ModuleName::Planet(ShaderKey::for_draw(&d.needs));
+pub fn modules(scene: &Scene) -> Vec<ModuleId> {
+    let of_draw = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
     let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(of_draw).collect();
-    all.extend(shared::modules(scene).into_iter().map(ModuleName::Simple));
+    all.extend(shared::modules(scene).into_iter().map(ModuleId::Simple));
     all.sort();
     all.dedup();
     all
 }
 
 /// Linear light of the scene, and the bytes that are shown.
-const LIGHT: &str = "light";
-pub const PICTURE: &str = "picture";
+const HDR_TARGET: &str = "light";
+pub const DISPLAY_TARGET: &str = "picture";
 
 /// Plans one frame.
-pub fn plan(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Plan, PlanError> {
-    Ok(graph::compile(&steps(scene, supplies, fineness)?, PICTURE)?)
+pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
+    Ok(graph::compile(&steps(scene, provider, sampling)?, DISPLAY_TARGET)?)
 }
 
 /// What draws of a body are called among the steps.
@@ -100,12 +101,19 @@ fn kind(draw: &Draw) -> &'static str {
 /// The steps of one frame. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
 /// neither can wait until all of the other are drawn; the corona has its place among them. A refracted limb comes with its body: what it takes away before, what it
 /// adds after. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
-pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Result<Vec<Step>, PlanError> {
+pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let black = [0.0, 0.0, 0.0, 1.0];
-    let light =
-        Target { resource: LIGHT, width, height, format: ColourFormat::Rgba32Float, samples: fineness.samples, clear: black, depth: true };
-    let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(LIGHT), draws };
+    let light = Target {
+        resource: HDR_TARGET,
+        width,
+        height,
+        format: ColourFormat::Rgba32Float,
+        samples: sampling.samples,
+        clear: black,
+        depth: true,
+    };
+    let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let mut steps = vec![Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] }];
     let of_body = |body| move |d: &Draw| d.body == body;
     let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
@@ -117,10 +125,10 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
             let ends = !scene.draws[end..].iter().any(of_body(body));
             from = end;
             let limb = scene.limbs.iter().find(|l| l.body == body);
-            let (unbent, bent) = limb.map(|l| shared::refracted_limb(scene, l, supplies)).transpose()?.unzip();
+            let (unbent, bent) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(unbent.flatten().filter(|_| begins).map(|draw| over_light("unbent Sun", vec![draw])));
             for of_kind in run.chunk_by(|a, b| kind(a) == kind(b)) {
-                let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, supplies, fineness)).collect::<Result<Vec<_>, _>>()?;
+                let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
                 steps.push(over_light(kind(&of_kind[0]), draws));
             }
             steps.extend(bent.filter(|_| ends).map(|draw| over_light("refracted limb", vec![draw])));
@@ -129,43 +137,43 @@ pub fn steps(scene: &Scene, supplies: &impl Supplies, fineness: Fineness) -> Res
     };
     let behind = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
     bodies(&mut steps, 0, &scene.draws[..behind])?;
-    steps.push(over_light("corona", shared::corona(scene, supplies)?));
+    steps.push(over_light("corona", shared::corona(scene, provider)?));
     bodies(&mut steps, behind, &scene.draws[behind..])?;
     steps.extend([
-        over_light("lines", shared::lines(scene, supplies)?),
-        over_light("points", shared::points(scene, supplies)?),
-        over_light("glow", shared::glow(scene, supplies)?),
+        over_light("lines", shared::lines(scene, provider)?),
+        over_light("points", shared::points(scene, provider)?),
+        over_light("glow", shared::glow(scene, provider)?),
     ]);
     if scene.bloom {
-        steps.extend(shared::bloom_steps(scene, supplies, LIGHT)?);
+        steps.extend(shared::bloom_steps(scene, provider, HDR_TARGET)?);
     }
-    steps.push(shared::tone_map_step(scene, supplies, LIGHT, PICTURE)?);
+    steps.push(shared::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);
     if let Some(draw) = &scene.outlined {
-        let shape = body_draw(draw, width, height, supplies, fineness)?;
-        steps.extend(shared::outline_steps(scene, shape, supplies, PICTURE)?);
+        let shape = body_draw(draw, width, height, provider, sampling)?;
+        steps.extend(shared::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
     if let Some(labels) = &scene.labels {
-        let draws = shared::labels(scene, labels, supplies)?;
-        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(PICTURE), draws });
+        let draws = shared::labels(scene, labels, provider)?;
+        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(DISPLAY_TARGET), draws });
     }
     Ok(steps)
 }
 
 /// Writes each field that the layout has, by name; fails on a name that the amounts do not have. `map_taps`: taps on a map at most.
-pub fn uniforms_of(layout: &Layout, amounts: &Amounts, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
+pub fn uniforms_of(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut w = layout.writer();
     for field in &layout.fields {
         // The module says how many samples it takes.
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
-            name @ "air_nodes" => {
+            name @ "air_quadrature_nodes" => {
                 let samples = (rows / air_nodes::ROWS).saturating_sub(air_nodes::ENDS);
-                w.vec4_array(name, &air_nodes::nodes(&amounts.air, samples))?;
+                w.vec4_array(name, &air_nodes::nodes(&uniforms.air, samples))?;
             }
-            name @ ("air_samples" | "air_many_samples") => w.vec4_array(name, &air_nodes::samples(rows))?,
-            name @ "air_many_nodes" => w.vec4_array(name, &air_nodes::many(&amounts.air, rows / air_nodes::POWERS))?,
+            name @ ("air_samples" | "air_multi_scatter_samples") => w.vec4_array(name, &air_nodes::samples(rows))?,
+            name @ "air_multi_scatter_nodes" => w.vec4_array(name, &air_nodes::many(&uniforms.air, rows / air_nodes::POWERS))?,
             name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
-            name => put(&mut w, name, &amounts.uniform(name).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
+            name => put(&mut w, name, &uniforms.uniform(name).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
         }
     }
     w.finish()
@@ -197,23 +205,23 @@ pub fn ring_shine(table: &RingShine) -> SharedTexture {
 }
 
 /// A closed shape hides its far side before depth does.
-fn cull_of(needs: &Needs) -> Cull {
-    if needs.flags.two_sided { Cull::None } else { Cull::Back }
+fn cull_of(features: &DrawFeatures) -> Cull {
+    if features.flags.two_sided { Cull::None } else { Cull::Back }
 }
 
 /// The attributes of shaders/lib/mesh.wesl by location: place, normal, map place, height of the Sun, colour.
 fn triangles(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, and its {what} are not there", draw.name));
-    let mesh = draw.amounts.mesh.as_ref().ok_or_else(|| missing("triangles"))?;
+    let mesh = draw.uniforms.mesh.as_ref().ok_or_else(|| missing("triangles"))?;
     let model = &mesh.model;
     let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: values.clone() };
     let mut attributes = vec![
         attribute(3, &model.positions),
         attribute(3, &model.normals),
-        attribute(2, &model.map_places),
+        attribute(2, &model.map_coordinates),
         attribute(1, &mesh.sun_heights),
     ];
-    if key.needs().flags.vertex_colour {
+    if key.features().flags.vertex_colour {
         attributes.push(attribute(4, model.colours.as_ref().ok_or_else(|| missing("colours"))?));
     }
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
@@ -226,36 +234,42 @@ fn depth_of(part: Part) -> DepthState {
     DepthState { test: globe, write: globe }
 }
 
-fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fineness: Fineness) -> Result<PlanDraw, PlanError> {
-    let module = ModuleName::Planet(ShaderKey::for_draw(&draw.needs));
-    let layout = supplies.layout(&module)?;
-    let uniforms = uniforms_of(&layout, &draw.amounts, fineness.anisotropy)
+fn body_draw(
+    draw: &Draw,
+    width: u32,
+    height: u32,
+    provider: &impl ResourceProvider,
+    sampling: SamplingQuality,
+) -> Result<PlanDraw, PlanError> {
+    let module = ModuleId::Planet(ShaderKey::for_draw(&draw.features));
+    let layout = provider.layout(&module)?;
+    let uniform_bytes = uniforms_of(&layout, &draw.uniforms, sampling.anisotropy)
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     // The canonical key may read fewer maps than the draw needs (a depth view reads none).
     let mut textures = Vec::new();
     for (binding, file) in draw.map_files.bindings() {
         if layout.textures.iter().any(|t| t.binding == binding) {
             let image = if OVERLAY_BINDINGS.contains(&binding) {
-                supplies.overlay(file)?
+                provider.overlay(file)?
             } else {
-                supplies.map(file, map_reading(binding, draw.needs.shape))?
+                provider.map(file, map_decoding(binding, draw.features.shape))?
             };
             textures.push(TextureBinding { binding, source: TextureSource::Image(image) });
         }
     }
     if layout.textures.iter().any(|t| t.binding == RING_PROFILE_BINDING)
-        && let Some(table) = &draw.amounts.ring.table
+        && let Some(table) = &draw.uniforms.ring.table
     {
         textures.push(TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) });
     }
     if layout.textures.iter().any(|t| t.binding == RING_SHINE_BINDING)
-        && let Some(table) = &draw.amounts.ring.shine
+        && let Some(table) = &draw.uniforms.ring.shine
     {
         textures.push(TextureBinding { binding: RING_SHINE_BINDING, source: TextureSource::Image(ring_shine(table)) });
     }
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let of_binding = |binding: u32| {
-        let overlay = OVERLAY_SAMPLER_BINDINGS.iter().position(|b| *b == binding).and_then(|n| draw.amounts.overlays.get(n));
+        let overlay = OVERLAY_SAMPLER_BINDINGS.iter().position(|b| *b == binding).and_then(|n| draw.uniforms.overlays.get(n));
         match overlay {
             Some(o) if !o.around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..state }),
             Some(_) => Some(state),
@@ -265,21 +279,21 @@ fn body_draw(draw: &Draw, width: u32, height: u32, supplies: &impl Supplies, fin
     let samplers =
         layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: of_binding(s.binding)? })).collect();
     let (vertices, cull) = match &module {
-        ModuleName::Planet(key) if key.needs().shape == Shape::Mesh => (triangles(draw, key)?, cull_of(&draw.needs)),
+        ModuleId::Planet(key) if key.features().shape == Shape::Mesh => (triangles(draw, key)?, cull_of(&draw.features)),
         _ => (Vertices::Count(6), Cull::None),
     };
     Ok(PlanDraw {
         label: draw.name.clone(),
         module,
-        uniforms,
+        uniform_bytes,
         textures,
         samplers,
         vertices,
         instances: Instances { count: 1, attributes: Vec::new() },
         // Work adds up; light is covered.
-        blend: if draw.needs.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
+        blend: if draw.features.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         cull,
         depth: depth_of(draw.part),
-        scissor: scissor(draw.amounts.rect_in_clip, width, height),
+        scissor: scissor(draw.uniforms.rect_in_clip, width, height),
     })
 }

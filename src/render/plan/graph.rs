@@ -115,8 +115,8 @@ pub fn compile(steps: &[Step], picture: &'static str) -> Result<Plan, GraphError
     }
     let mut by_resource: BTreeMap<&'static str, Vec<&Step>> = BTreeMap::new();
     for step in steps {
-        let needs = step.reads.iter().map(|r| r.resource).chain([step.resource()]);
-        for resource in needs {
+        let features = step.reads.iter().map(|r| r.resource).chain([step.resource()]);
+        for resource in features {
             if !makers.contains_key(resource) {
                 return Err(GraphError::NotMade { step: step.name, resource });
             }

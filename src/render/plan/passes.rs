@@ -1,7 +1,7 @@
 //! The render plan as plain values: passes, draws, bindings.
 
 use crate::image::SharedTexture;
-pub use crate::shader::ModuleId as ModuleName;
+use crate::shader::ModuleId;
 use crate::shader::{Library, ShaderModule};
 use std::sync::Arc;
 
@@ -24,16 +24,16 @@ pub struct SamplerState {
 pub enum TextureSource {
     Image(SharedTexture),
     /// The same, of an owner that holds it while it is unchanged: known by its place in memory, however often it is read.
-    Kept(SharedTexture),
+    Persistent(SharedTexture),
     /// The colour target that an earlier pass wrote (resolved), by pass index.
     PassOutput(usize),
     /// What an earlier plan made, on the device that drew it.
-    OnDevice(PictureOnDevice),
+    OnGpu(GpuImage),
 }
 
 /// A finished picture that stays on the device that drew it until the last of these is dropped.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PictureOnDevice {
+pub struct GpuImage {
     /// One of its kind in this process.
     pub id: Arc<u64>,
     pub width: u32,
@@ -100,8 +100,8 @@ pub struct Instances {
 #[derive(Clone, Debug)]
 pub struct PlanDraw {
     pub label: String,
-    pub module: ModuleName,
-    pub uniforms: Vec<u8>,
+    pub module: ModuleId,
+    pub uniform_bytes: Vec<u8>,
     pub textures: Vec<TextureBinding>,
     pub samplers: Vec<SamplerBinding>,
     pub vertices: Vertices,
@@ -142,20 +142,20 @@ pub struct Plan {
 
 /// What a shared module was given for one of its draws.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SharedDraw {
+pub struct SimpleDraw {
     pub module: &'static str,
     /// The pass that it draws in, and the draw.
     pub label: String,
-    pub uniforms: Vec<u8>,
+    pub uniform_bytes: Vec<u8>,
 }
 
 impl Plan {
     /// The draws of shared modules, in their order.
-    pub fn shared_draws(&self) -> Vec<SharedDraw> {
+    pub fn simple_draws(&self) -> Vec<SimpleDraw> {
         let of_draw = |pass: &Pass, d: &PlanDraw| match d.module {
-            ModuleName::Simple(module) => {
+            ModuleId::Simple(module) => {
                 let label = format!("{}, for {}", d.label, pass.name);
-                Some(SharedDraw { module, label, uniforms: d.uniforms.clone() })
+                Some(SimpleDraw { module, label, uniform_bytes: d.uniform_bytes.clone() })
             }
             _ => None,
         };
@@ -164,14 +164,14 @@ impl Plan {
 }
 
 /// Where a plan's modules come from.
-pub trait Modules: Sync {
+pub trait ModuleProvider: Sync {
     /// # Errors
     /// One line that says why there is no such module.
-    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String>;
+    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, String>;
 }
 
-impl Modules for Library {
-    fn module(&self, name: &ModuleName) -> Result<Arc<ShaderModule>, String> {
+impl ModuleProvider for Library {
+    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, String> {
         self.get(name).map_err(|e| e.to_string())
     }
 }

@@ -1,18 +1,18 @@
 //! What a plan is made of besides its scene.
 
 use super::error::PlanError;
-use super::passes::ModuleName;
-use crate::image::{Letters, Reading, SharedTexture};
+use crate::image::{GlyphAtlas, MapDecoding, SharedTexture};
 use crate::shader::Layout;
+use crate::shader::ModuleId;
 use std::sync::Arc;
 
 /// What the plan asks of the outside: layouts of modules and decoded maps.
-pub trait Supplies {
-    fn layout(&self, module: &ModuleName) -> Result<Layout, PlanError>;
+pub trait ResourceProvider {
+    fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError>;
     /// A map by its file name, as colour or as plain numbers.
-    fn map(&self, file: &str, reading: Reading) -> Result<SharedTexture, PlanError>;
+    fn map(&self, file: &str, reading: MapDecoding) -> Result<SharedTexture, PlanError>;
     /// A colour image premultiplied by its alpha.
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
     /// The letters of all bodies' names for texts of a size, pixels.
-    fn letters(&self, size_px: f64) -> Arc<Letters>;
+    fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas>;
 }

@@ -5,19 +5,20 @@
 
 use super::error::PlanError;
 use super::graph::{Read, Step, Target, Write};
-use super::passes::{
-    Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleName, PlanDraw, TextureBinding, TextureSource, Vertices,
-};
-use super::provider::Supplies;
+use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, TextureBinding, TextureSource, Vertices};
+use super::provider::ResourceProvider;
 use super::scissor::scissor;
-use crate::image::{Cell, Letters};
+use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
 use crate::scene::camera::ViewRays;
 use crate::scene::draw::{PixelView, Point};
-use crate::scene::marks::{FILLS, Labels, Lettering, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR, Side};
-use crate::scene::orbits::{self, LinePiece};
+use crate::scene::marks::{
+    FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR,
+};
+use crate::scene::orbits::{self, LineSegment};
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
+use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
 use glam::{Vec2, Vec3};
@@ -69,27 +70,27 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
 fn of_module(
     module: &'static str,
     scene: &Scene,
-    supplies: &impl Supplies,
+    provider: &impl ResourceProvider,
     fill: impl FnOnce(&mut UniformWriter<'_>) -> Result<(), LayoutError>,
 ) -> Result<PlanDraw, PlanError> {
-    over_all(module, [scene.camera.width, scene.camera.height], supplies, fill)
+    over_all(module, [scene.camera.width, scene.camera.height], provider, fill)
 }
 
 /// A draw of a shared module: one triangle over a whole target, without depth, until something else is said.
 pub(super) fn over_all(
     module: &'static str,
     [width, height]: [u32; 2],
-    supplies: &impl Supplies,
+    provider: &impl ResourceProvider,
     fill: impl FnOnce(&mut UniformWriter<'_>) -> Result<(), LayoutError>,
 ) -> Result<PlanDraw, PlanError> {
-    let name = ModuleName::Simple(module);
-    let layout = supplies.layout(&name)?;
+    let name = ModuleId::Simple(module);
+    let layout = provider.layout(&name)?;
     let mut w = layout.writer();
-    let uniforms = fill(&mut w).and_then(|()| w.finish()).map_err(|source| PlanError::Layout { module: module.to_owned(), source })?;
+    let uniform_bytes = fill(&mut w).and_then(|()| w.finish()).map_err(|source| PlanError::Layout { module: module.to_owned(), source })?;
     Ok(PlanDraw {
         label: module.replace('_', " "),
         module: name,
-        uniforms,
+        uniform_bytes,
         textures: Vec::new(),
         samplers: Vec::new(),
         vertices: Vertices::Count(3),
@@ -115,7 +116,7 @@ fn rectangles<T>(all: &[T], attributes: &[Column<T>]) -> (Vertices, Instances) {
 /// Hidden by what is nearer.
 const BEHIND: DepthState = DepthState { test: true, write: false };
 
-pub(super) fn points(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     if scene.points.is_empty() {
         return Ok(Vec::new());
     }
@@ -123,15 +124,15 @@ pub(super) fn points(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<Plan
         &scene.points,
         &[(3, |p| p.centre.to_array().to_vec()), (1, |p| vec![p.radius_px]), (3, |p| p.flux.to_array().to_vec())],
     );
-    let draw = of_module("point", scene, supplies, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+    let draw = of_module("point", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
     Ok(vec![PlanDraw { label: "points".into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
 
-pub(super) fn lines(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     if scene.lines.is_empty() {
         return Ok(Vec::new());
     }
-    let (vertices, instances) = rectangles::<LinePiece>(
+    let (vertices, instances) = rectangles::<LineSegment>(
         &scene.lines,
         &[
             (3, |p| p.ends[0].to_array().to_vec()),
@@ -142,7 +143,7 @@ pub(super) fn lines(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanD
             (3, |p| p.colour.to_array().to_vec()),
         ],
     );
-    let draw = of_module("line", scene, supplies, |w| {
+    let draw = of_module("line", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
@@ -150,9 +151,9 @@ pub(super) fn lines(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanD
     Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
 }
 
-pub(super) fn corona(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(corona) = &scene.corona else { return Ok(Vec::new()) };
-    let draw = of_module("corona", scene, supplies, |w| {
+    let draw = of_module("corona", scene, provider, |w| {
         w.vec3("middle", corona.middle)?;
         w.vec3("across", corona.across)?;
         w.vec3("up", corona.up)?;
@@ -166,9 +167,9 @@ pub(super) fn corona(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<Plan
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
 }
 
-pub(super) fn glow(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
+pub(super) fn glow(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(glow) = &scene.glow else { return Ok(Vec::new()) };
-    let draw = of_module("glow", scene, supplies, |w| {
+    let draw = of_module("glow", scene, provider, |w| {
         w.vec3("sun_direction", glow.sun_direction)?;
         w.f32("least_sq", glow.least_sq)?;
         w.vec3("strength", glow.strength)?;
@@ -182,10 +183,10 @@ pub(super) fn glow(scene: &Scene, supplies: &impl Supplies) -> Result<Vec<PlanDr
 pub(super) fn refracted_limb(
     scene: &Scene,
     limb: &RefractedLimb,
-    supplies: &impl Supplies,
+    provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
     let over = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
-        let draw = of_module("refracted_limb", scene, supplies, |w| {
+        let draw = of_module("refracted_limb", scene, provider, |w| {
             w.vec4("rect_in_clip", rays.rect_in_clip)?;
             w.vec3("anchor_origin", rays.anchor_origin)?;
             w.vec3("anchor_du", rays.anchor_du)?;
@@ -194,7 +195,7 @@ pub(super) fn refracted_limb(
             w.vec3("ray_du", rays.ray_du)?;
             w.vec3("ray_dv", rays.ray_dv)?;
             w.f32("anchor_is_camera", if rays.anchor_is_camera { 1.0 } else { 0.0 })?;
-            w.f32("anchor_excess", rays.anchor_excess)?;
+            w.f32("anchor_radius_sq_minus_1", rays.anchor_radius_sq_minus_1)?;
             w.vec3("camera_in_unit_sphere", rays.camera_in_unit_sphere)?;
             w.vec3("axis_ratios", limb.axis_ratios)?;
             w.f32("depth", limb.depth)?;
@@ -202,7 +203,7 @@ pub(super) fn refracted_limb(
             w.vec4_array("sun_across", &limb.sun_across)?;
             w.vec4_array("sun_limb", &limb.sun_limb)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
-            w.vec4_array("air_passes", &limb.air_passes)?;
+            w.vec4_array("air_transmittance", &limb.air_transmittance)?;
             w.f32("hides", hides)
         })?;
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
@@ -227,8 +228,8 @@ fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw:
     Step { name, reads, writes: Write::New(target), draws: vec![draw] }
 }
 
-fn blur(scene: &Scene, supplies: &impl Supplies, axis: Vec2, sigma_px: f32) -> Result<PlanDraw, PlanError> {
-    let draw = of_module("blur", scene, supplies, |w| {
+fn blur(scene: &Scene, provider: &impl ResourceProvider, axis: Vec2, sigma_px: f32) -> Result<PlanDraw, PlanError> {
+    let draw = of_module("blur", scene, provider, |w| {
         w.vec2("axis", axis)?;
         w.f32("sigma_px", sigma_px)
     })?;
@@ -236,12 +237,12 @@ fn blur(scene: &Scene, supplies: &impl Supplies, axis: Vec2, sigma_px: f32) -> R
 }
 
 /// Light beyond white, spread near and far.
-pub(super) fn bloom_steps(scene: &Scene, supplies: &impl Supplies, light: &'static str) -> Result<Vec<Step>, PlanError> {
+pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, light: &'static str) -> Result<Vec<Step>, PlanError> {
     let smaller = |size: [u32; 2]| size.map(|s| s.div_ceil(SHRINK));
     let quarter = smaller([scene.camera.width, scene.camera.height]);
     let sixteenth = smaller(quarter);
     let shrink = |exposure: f32, beyond: f32, most: f32| {
-        of_module("shrink", scene, supplies, |w| {
+        of_module("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
             w.f32("beyond", beyond)?;
             w.f32("most", most)
@@ -249,7 +250,7 @@ pub(super) fn bloom_steps(scene: &Scene, supplies: &impl Supplies, light: &'stat
     };
     let height = scene.camera.height as f32;
     let [near_px, far_px] = [BLOOM_NEAR.1 * height / SHRINK as f32, BLOOM_FAR.1 * height / (SHRINK * SHRINK) as f32];
-    let blur = |axis: Vec2, sigma_px: f32| blur(scene, supplies, axis, sigma_px);
+    let blur = |axis: Vec2, sigma_px: f32| blur(scene, provider, axis, sigma_px);
     Ok(vec![
         screen_step("bloom, beyond white", &[light], linear(BEYOND[0], quarter), shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MOST)?),
         screen_step("bloom, near, across", &[BEYOND[0]], linear(BEYOND[1], quarter), blur(Vec2::X, near_px)?),
@@ -263,14 +264,14 @@ pub(super) fn bloom_steps(scene: &Scene, supplies: &impl Supplies, light: &'stat
 /// From light to bytes, with the light that bloom spread where there is some.
 pub(super) fn tone_map_step(
     scene: &Scene,
-    supplies: &impl Supplies,
+    provider: &impl ResourceProvider,
     light: &'static str,
     picture: &'static str,
 ) -> Result<Step, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let film = scene.pixel_view == PixelView::Shaded && scene.tone_map == ToneMap::Film;
+    let film = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
     let (module, reads) = if scene.bloom { ("tone_map_bloom", &[light, BEYOND[2], HALO[2]][..]) } else { ("tone_map", &[light][..]) };
-    let draw = of_module(module, scene, supplies, |w| {
+    let draw = of_module(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
         w.f32("dither", 0.0)?;
         w.f32("true_to", if film { FILM_TRUE_TO } else { f32::MAX })?;
@@ -296,7 +297,7 @@ fn colour(bytes: [u8; 3]) -> Vec3 {
 pub(super) fn outline_steps(
     scene: &Scene,
     shape: PlanDraw,
-    supplies: &impl Supplies,
+    provider: &impl ResourceProvider,
     picture: &'static str,
 ) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
@@ -307,13 +308,13 @@ pub(super) fn outline_steps(
         [x0.saturating_sub(reach), y0.saturating_sub(reach), x1.saturating_add(reach).min(width), y1.saturating_add(reach).min(height)];
     let mask = |resource| Target { resource, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
     let blurred = |name, from, to, axis| -> Result<Step, PlanError> {
-        let mut step = screen_step(name, &[from], mask(to), blur(scene, supplies, axis, sigma_px)?);
+        let mut step = screen_step(name, &[from], mask(to), blur(scene, provider, axis, sigma_px)?);
         step.draws.iter_mut().for_each(|d| d.scissor = around);
         Ok(step)
     };
     // A planet's module writes depth.
     let shape_target = Target { depth: true, ..mask(SHAPE[0]) };
-    let line = of_module("outline", scene, supplies, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
+    let line = of_module("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
     let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: around, ..line };
     let reads = [SHAPE[0], SHAPE[2]];
     let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
@@ -333,15 +334,15 @@ struct Stamp {
 }
 
 /// A cell whose pen stands at a place: whole pixels, so that each texel falls on one.
-fn stamp(cell: &Cell, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> Stamp {
-    let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(cell.from_pen[k])) as f32);
+fn stamp(cell: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> Stamp {
+    let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(cell.bearing[k])) as f32);
     let [x, y, w, h] = [cell.at[0], cell.at[1], cell.size[0], cell.size[1]].map(|v| v as f32);
     Stamp { corner_px, cell: [x, y, w, h], colour: [r, g, b, opacity] }
 }
 
 /// Markers and names, the least important first, each name over its own shadow.
-fn stamps(labels: &Labels, letters: &Letters, height: u32) -> Vec<Stamp> {
-    let lettering = Lettering::of_size(labels.size_px);
+fn stamps(labels: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Stamp> {
+    let lettering = LabelMetrics::of_size(labels.size_px);
     let shade_px = (labels.size_px / 13.0).round().max(1.0);
     let mut all = Vec::new();
     for mark in labels.marks.iter().rev() {
@@ -350,17 +351,17 @@ fn stamps(labels: &Labels, letters: &Letters, height: u32) -> Vec<Stamp> {
         let at = mark.centre_px.to_array();
         if mark.radius_px < MARKER_RADIUS * labels.size_px {
             let at = [at[0] - 0.5, at[1] - 0.5];
-            all.push(stamp(&letters.marker, at, ink, if selected { 1.0 } else { MARKER_OPACITY }));
+            all.push(stamp(&glyphs.marker, at, ink, if selected { 1.0 } else { MARKER_OPACITY }));
         }
-        let side = mark.named.or_else(|| selected.then_some(Side::USUAL));
+        let side = mark.named.or_else(|| selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
-            && mark.radius_px < FILLS * f64::from(height)
+            && mark.radius_px < FILLS_PICTURE * f64::from(height)
         {
-            let [x, y] = side.way_px(lettering.beside_px(mark.radius_px)).to_array();
-            let width = letters.lay(&mark.name).last().map_or(0.0, |(along, cell)| f64::from(along + cell.advance));
-            let pen = [at[0] + x - if side.left { width } else { 0.0 }, at[1] + y + f64::from(letters.middle_to_base)];
+            let [x, y] = side.offset_px(lettering.gap_px(mark.radius_px)).to_array();
+            let width = glyphs.layout(&mark.name).last().map_or(0.0, |(along, cell)| f64::from(along + cell.advance));
+            let pen = [at[0] + x - if side.left { width } else { 0.0 }, at[1] + y + f64::from(glyphs.baseline_offset)];
             for (away_px, ink, opacity) in [(shade_px, [0.0; 3], NAME_SHADOW), (0.0, ink, 1.0)] {
-                let written = letters.lay(&mark.name).filter(|(_, cell)| cell.size[0] > 0);
+                let written = glyphs.layout(&mark.name).filter(|(_, cell)| cell.size[0] > 0);
                 all.extend(
                     written.map(|(along, cell)| stamp(&cell, [pen[0] + f64::from(along) + away_px, pen[1] + away_px], ink, opacity)),
                 );
@@ -371,15 +372,15 @@ fn stamps(labels: &Labels, letters: &Letters, height: u32) -> Vec<Stamp> {
 }
 
 /// Names and markers of bodies.
-pub(super) fn labels(scene: &Scene, labels: &Labels, supplies: &impl Supplies) -> Result<Vec<PlanDraw>, PlanError> {
-    let letters = supplies.letters(labels.size_px);
-    let all = stamps(labels, &letters, scene.camera.height);
+pub(super) fn labels(scene: &Scene, labels: &LabelLayer, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let glyphs = provider.glyphs(labels.size_px);
+    let all = stamps(labels, &glyphs, scene.camera.height);
     if all.is_empty() {
         return Ok(Vec::new());
     }
     let (vertices, instances) =
         rectangles::<Stamp>(&all, &[(2, |s| s.corner_px.to_vec()), (4, |s| s.cell.to_vec()), (4, |s| s.colour.to_vec())]);
-    let draw = of_module("label", scene, supplies, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
-    let textures = vec![TextureBinding { binding: READS_BINDING, source: TextureSource::Image(Arc::clone(&letters.texture)) }];
+    let draw = of_module("label", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+    let textures = vec![TextureBinding { binding: READS_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
     Ok(vec![PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw }])
 }

@@ -32,7 +32,7 @@ pub fn tape_costs(module: &ShaderModule) -> Result<Vec<TapeCost>, String> {
         .map(|p| TapeCost {
             stage: if p.stage == Stage::Vertex { "vertex" } else { "fragment" },
             operations: p.op_statistics().into_iter().map(|(op, n)| (format!("{op:?}").to_lowercase(), n)).collect(),
-            uniform_operations: p.uniform_tape.len(),
+            uniform_operations: p.draw_tape.len(),
             texture_reads: p.lane_tape.iter().filter(|i| matches!(i, Instr::Texture { .. })).count(),
             jumps: p.lane_tape.iter().filter(|i| i.target().is_some()).count(),
             slots: p.slots,

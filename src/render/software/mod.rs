@@ -35,4 +35,4 @@ pub use renderer::{Options, Precision, SoftwareRenderer};
 pub use timings::{PassTimings, Timings};
 
 /// Greatest width and height of a pass.
-pub const GREATEST_SIZE: u32 = 16384;
+pub const MAX_SIZE: u32 = 16384;

@@ -4,15 +4,15 @@
 //! pixel. Of a mesh the nearest triangle is run alone. The module is lowered anew with its names; the rasteriser, the kernels and the textures are those of every picture.
 
 use super::RenderError;
-use super::exec::{LaneMask, Work};
-use super::lower::lower_named;
+use super::exec::{ExecutionCounts, LaneMask};
+use super::lower::lower_for_inspection;
 use super::math::Real;
 use super::nearest::nearest_triangle;
 use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
 use super::renderer::{Entries, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
-use crate::render::plan::Modules;
+use crate::render::plan::ModuleProvider;
 use crate::render::plan::{Blend, ColourFormat, DepthState, Pass, PlanDraw};
 use std::sync::{Mutex, PoisonError};
 
@@ -39,7 +39,7 @@ impl SoftwareRenderer {
     pub fn pixel_values(
         &self,
         draw: &PlanDraw,
-        modules: &impl Modules,
+        modules: &impl ModuleProvider,
         size: [u32; 2],
         pixel: [u32; 2],
     ) -> Result<Option<PixelValues>, RenderError> {
@@ -52,13 +52,13 @@ impl SoftwareRenderer {
     fn values_at<R: Real>(
         &self,
         draw: &PlanDraw,
-        modules: &impl Modules,
+        modules: &impl ModuleProvider,
         [width, height]: [u32; 2],
         [x, y]: [u32; 2],
     ) -> Result<Option<PixelValues>, RenderError> {
         let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
         let module = modules.module(&draw.module).map_err(fault)?;
-        let lowered = |entry: &str| lower_named(&module.module, &module.info, entry).map_err(|e| fault(e.to_string()));
+        let lowered = |entry: &str| lower_for_inspection(&module.module, &module.info, entry).map_err(|e| fault(e.to_string()));
         let (vertex, fragment) = (lowered("vertex_main")?.program, lowered("fragment_main")?);
         let [x0, y0, x1, y1] = draw.scissor;
         if !(x0..x1).contains(&x) || !(y0..y1).contains(&y) {
@@ -152,7 +152,7 @@ impl<R: Real> LaneRun<R> for WatchedRun<'_, R> {
     fn output(&self, k: usize) -> &[R; LANES] {
         self.run.output(k)
     }
-    fn work(&self) -> Work {
+    fn work(&self) -> ExecutionCounts {
         self.run.work()
     }
 }

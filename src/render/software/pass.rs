@@ -11,7 +11,8 @@ use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{TileTarget, unorm8};
 use super::timings::PassTimings;
 use super::vertex::{Assembled, assemble};
-use crate::render::plan::{ColourFormat, ModuleName, Pass, PlanDraw};
+use crate::render::plan::{ColourFormat, Pass, PlanDraw};
+use crate::shader::ModuleId;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
@@ -107,7 +108,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
 }
 
 fn check(pass: &Pass) -> Result<(), RenderError> {
-    let most = super::GREATEST_SIZE;
+    let most = super::MAX_SIZE;
     if pass.width == 0 || pass.height == 0 || pass.width > most || pass.height > most {
         return Err(RenderError::Size { pass: pass.name.to_owned(), width: pass.width, height: pass.height });
     }
@@ -118,8 +119,8 @@ fn check(pass: &Pass) -> Result<(), RenderError> {
 }
 
 /// Whether a module's picture is its own cost.
-fn counts_work(module: &ModuleName) -> bool {
-    matches!(module, ModuleName::Planet(key) if key.counts_work())
+fn counts_operations(module: &ModuleId) -> bool {
+    matches!(module, ModuleId::Planet(key) if key.counts_operations())
 }
 
 fn prepare<'a, R: Real>(
@@ -139,7 +140,7 @@ fn prepare<'a, R: Real>(
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
-    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, counts_work: counts_work(&draw.module) })
+    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, counts_operations: counts_operations(&draw.module) })
 }
 
 /// The picture, each pixel written once, by the thread that draws its tile: to touch 16 MB for the first time is a cost of its own.

@@ -85,7 +85,7 @@ pub struct Program {
     pub uniform_size: u32,
     pub constants: Vec<Constant>,
     /// Straight-line tape that runs once per draw.
-    pub uniform_tape: Vec<Instr>,
+    pub draw_tape: Vec<Instr>,
     /// Tape that runs per batch of lanes.
     pub lane_tape: Vec<Instr>,
     pub registers: u32,
@@ -99,7 +99,7 @@ impl Program {
         for instr in &self.lane_tape {
             let (one, links) = match instr {
                 Instr::Lane { op, .. } => (Some(*op), &[][..]),
-                Instr::Chain { links, .. } => (None, &links[..]),
+                Instr::FusedKernel { links, .. } => (None, &links[..]),
                 _ => (None, &[][..]),
             };
             for op in one.into_iter().chain(links.iter().map(|l| l.op)) {
@@ -125,8 +125,8 @@ impl Program {
             && self.constants.len() <= self.registers as usize
             && self.outputs.len() == self.output_operands.len()
             && self.output_operands.iter().chain(&self.discarded).all(operand)
-            && self.uniform_tape.iter().all(|i| i.is_scalar())
-            && self.uniform_tape.iter().chain(&self.lane_tape).all(|i| {
+            && self.draw_tape.iter().all(|i| i.is_scalar())
+            && self.draw_tape.iter().chain(&self.lane_tape).all(|i| {
                 i.operands().iter().all(operand)
                     && i.written_slots().iter().all(|&s| u32::from(s) < self.slots && !i.operands().contains(&Operand::Slot(s)))
                     && i.written_register().is_none_or(|r| u32::from(r) < self.registers)

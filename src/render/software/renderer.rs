@@ -10,12 +10,13 @@ use super::math::Real;
 use super::pass::{DrawStages, PassImage, execute};
 use super::program::{Program, Stage};
 use super::sample::texels::Texels;
-use super::sample::{Bound, Textures};
+use super::sample::{BoundTexture, Textures};
 use super::stage::TapeStage;
 use super::timings::Timings;
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
-use crate::render::plan::{ModuleName, Modules, Pass, Plan, PlanDraw, TextureSource};
+use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
+use crate::shader::ModuleId;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -56,7 +57,7 @@ pub(super) struct Entries {
 pub struct SoftwareRenderer {
     pool: rayon::ThreadPool,
     options: Options,
-    entries: Mutex<HashMap<ModuleName, Arc<Entries>>>,
+    entries: Mutex<HashMap<ModuleId, Arc<Entries>>>,
 }
 
 /// Both stages of a draw.
@@ -103,14 +104,14 @@ impl SoftwareRenderer {
     ///
     /// # Errors
     /// What is missing or does not fit, by draw or pass; memory that is not there.
-    pub fn render(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
+    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
         match self.options.precision {
             Precision::F32 => self.pool.install(|| self.frame::<f32>(plan, modules, keep_hdr)),
             Precision::F64 => self.pool.install(|| self.frame::<f64>(plan, modules, keep_hdr)),
         }
     }
 
-    fn frame<R: Real>(&self, plan: &Plan, modules: &impl Modules, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
+    fn frame<R: Real>(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
         let start = Instant::now();
         let mut timings = Timings::default();
         let mut images: Vec<(PassImage, u32, u32)> = Vec::new();
@@ -143,7 +144,7 @@ impl SoftwareRenderer {
     fn pass<R: Real>(
         &self,
         pass: &Pass,
-        modules: &impl Modules,
+        modules: &impl ModuleProvider,
         earlier: &[(PassImage, u32, u32)],
     ) -> Result<(PassImage, super::timings::PassTimings, f64), RenderError> {
         let start = Instant::now();
@@ -162,7 +163,7 @@ impl SoftwareRenderer {
     }
 
     /// The programs of the draw's module.
-    fn entries(&self, draw: &PlanDraw, modules: &impl Modules) -> Result<Arc<Entries>, RenderError> {
+    fn entries(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<Entries>, RenderError> {
         if let Some(known) = self.entries.lock().unwrap_or_else(PoisonError::into_inner).get(&draw.module) {
             return Ok(Arc::clone(known));
         }
@@ -193,7 +194,7 @@ impl SoftwareRenderer {
         let mut images = HashMap::new();
         let mut stage = |program: &'a Program| {
             let textures = textures_of(draw, program, outputs, &mut images, self.options.kernels)?;
-            TapeStage::new(program, &draw.uniforms, Box::new(textures), self.options.kernels)
+            TapeStage::new(program, &draw.uniform_bytes, Box::new(textures), self.options.kernels)
                 .map_err(|what| RenderError::Module { draw: draw.label.clone(), what })
         };
         Ok(Bindings { vertex: stage(&entries.vertex)?, fragment: stage(&entries.fragment)? })
@@ -227,8 +228,8 @@ fn textures_of<'a>(
                 let output = outputs.get(*pass).ok_or_else(|| RenderError::PassOrder { draw: draw.label.clone(), binding, pass: *pass })?;
                 Arc::clone(output.as_ref().map_err(broken)?)
             }
-            TextureSource::OnDevice(_) => return Err(broken(&"it is on a device".to_owned())),
-            TextureSource::Image(texture) | TextureSource::Kept(texture) => match images.get(&binding) {
+            TextureSource::OnGpu(_) => return Err(broken(&"it is on a device".to_owned())),
+            TextureSource::Image(texture) | TextureSource::Persistent(texture) => match images.get(&binding) {
                 Some(known) => Arc::clone(known),
                 None => {
                     let texels = Arc::new(Texels::of_texture(texture).map_err(|what| broken(&what))?);
@@ -241,7 +242,7 @@ fn textures_of<'a>(
             Some(at) => Some(draw.samplers.iter().find(|s| s.binding == at).ok_or_else(|| missing(at))?.state),
             None => None,
         };
-        bound.push(Bound { texels, sampler });
+        bound.push(BoundTexture { texels, sampler });
     }
     Ok(Textures::new(bound, class))
 }

@@ -84,7 +84,7 @@ pub struct DrawJob<'a, R: Real> {
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
     /// The target takes what the pixel cost in place of what it shows.
-    pub counts_work: bool,
+    pub counts_operations: bool,
 }
 
 /// One tile under work on one thread.
@@ -220,7 +220,7 @@ impl TileShader<'_> {
             Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
             None => ABSENT[usize::from(k == 3)].as_slice(),
         });
-        if job.counts_work {
+        if job.counts_operations {
             let work = run.work();
             let reads = f64::from(work.texture_reads) * SHOWN_PER_READ;
             let work = [work.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);

@@ -4,7 +4,7 @@
 //! [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. [`TapeStage`] is the real one; tests bring hand-written
 //! ones, so that coverage, interpolation and blending are checked without any shader compiler.
 
-use super::exec::{Executor, LaneMask, Prepared, TextureUnit, Work};
+use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
@@ -30,8 +30,8 @@ pub trait LaneRun<R: Real> {
     /// The lanes of output `k` after a run; undefined in lanes that are not active.
     fn output(&self, k: usize) -> &[R; LANES];
     /// What the run executed, where it is counted.
-    fn work(&self) -> Work {
-        Work::default()
+    fn work(&self) -> ExecutionCounts {
+        ExecutionCounts::default()
     }
 }
 
@@ -48,12 +48,12 @@ impl<'a, R: Real> TapeStage<'a, R> {
     /// A program that is not whole, or kernels that this machine lacks.
     pub fn new(
         program: &'a Program,
-        uniforms: &[u8],
+        uniform_bytes: &[u8],
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
         class: KernelClass,
     ) -> Result<Self, String> {
         Executor::<R>::with_class(program, class)?;
-        Ok(Self { program, prepared: program.prepare_for(uniforms, class), textures, class })
+        Ok(Self { program, prepared: program.prepare_for(uniform_bytes, class), textures, class })
     }
 }
 
@@ -90,7 +90,7 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
     fn output(&self, k: usize) -> &[R; LANES] {
         self.executor.output(k)
     }
-    fn work(&self) -> Work {
+    fn work(&self) -> ExecutionCounts {
         self.executor.work()
     }
 }

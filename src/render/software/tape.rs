@@ -50,7 +50,7 @@ with_ops!(ops);
 
 /// One operation of a chain: its operand `at` is the result of the one before, which nothing else reads. The first's `at` is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Link {
+pub struct FusedOp {
     pub op: Op,
     pub at: u8,
 }
@@ -67,7 +67,7 @@ pub enum WordKind {
 pub enum TextureOp {
     /// u, v, du/dx, dv/dx, du/dy, dv/dy.
     Gradients,
-    /// The same, and the most taps along the footprint: `filtered_map` of shaders/lib/filtered.wesl as one operation.
+    /// The same, and the most taps along the footprint: `filtered_map` of shaders/lib/filtered_map.wesl as one operation.
     Filtered,
     /// u, v, level.
     Level,
@@ -86,8 +86,8 @@ pub enum Instr {
     },
     /// dst slot = the last of several operations, lane by lane; the first's operands, then the rest of each further one's. Only chains that
     /// have a kernel.
-    Chain {
-        links: Vec<Link>,
+    FusedKernel {
+        links: Vec<FusedOp>,
         dst: u16,
         args: Vec<Operand>,
     },
@@ -154,7 +154,7 @@ impl Instr {
     /// Everything read.
     pub(crate) fn operands(&self) -> Vec<Operand> {
         match self {
-            Self::Lane { args, .. } | Self::Chain { args, .. } | Self::Scalar { args, .. } => args.clone(),
+            Self::Lane { args, .. } | Self::FusedKernel { args, .. } | Self::Scalar { args, .. } => args.clone(),
             Self::LoadUniform { index, .. } => index.iter().copied().collect(),
             Self::GatherUniform { index, .. } => vec![*index],
             Self::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
@@ -167,7 +167,7 @@ impl Instr {
 
     pub(crate) fn written_slots(&self) -> Vec<u16> {
         match self {
-            Self::Lane { dst, .. } | Self::Chain { dst, .. } | Self::GatherUniform { dst, .. } => vec![*dst],
+            Self::Lane { dst, .. } | Self::FusedKernel { dst, .. } | Self::GatherUniform { dst, .. } => vec![*dst],
             Self::Texture { dst, .. } => dst.to_vec(),
             _ => vec![],
         }

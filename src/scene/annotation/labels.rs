@@ -12,7 +12,7 @@ use glam::DVec2;
 
 /// One body on the picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
+pub struct Label {
     pub body: NaifId,
     pub name: String,
     /// Pixels from the picture's top left corner.
@@ -20,25 +20,25 @@ pub struct Mark {
     /// Of its disc.
     pub radius_px: f64,
     /// Where there is room for its name.
-    pub named: Option<Side>,
+    pub named: Option<LabelSide>,
 }
 
 /// The side of its body on which a name stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Side {
+pub struct LabelSide {
     pub left: bool,
     pub below: bool,
 }
 
-impl Side {
-    pub const USUAL: Self = Self { left: false, below: false };
+impl LabelSide {
+    pub const DEFAULT: Self = Self { left: false, below: false };
     /// In the order in which they are tried.
     pub const ALL: [Self; 4] =
-        [Self::USUAL, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
+        [Self::DEFAULT, Self { left: true, below: false }, Self { left: false, below: true }, Self { left: true, below: true }];
 
     /// From the body to the near end of the middle line of its name, pixels.
-    pub fn way_px(self, beside_px: f64) -> DVec2 {
-        let along = |back: bool| if back { -beside_px } else { beside_px };
+    pub fn offset_px(self, gap_px: f64) -> DVec2 {
+        let along = |back: bool| if back { -gap_px } else { gap_px };
         DVec2::new(along(self.left), along(!self.below))
     }
 }
@@ -58,9 +58,9 @@ fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option
 
 /// Room that a name takes: a letter's mean width and a line's height, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lettering {
-    pub letter_px: f64,
-    pub line_px: f64,
+pub struct LabelMetrics {
+    pub glyph_width_px: f64,
+    pub line_height_px: f64,
 }
 
 /// sRGB of a name and of the selected body's name, marker and outline.
@@ -75,29 +75,29 @@ pub const LETTER_WIDTH: f64 = 6.6 / 13.0;
 /// A line's height in parts of the size of its letters.
 pub const LINE_HEIGHT: f64 = 15.0 / 13.0;
 /// Part of the picture's height beyond which a body needs no name: it fills the picture.
-pub const FILLS: f64 = 0.45;
+pub const FILLS_PICTURE: f64 = 0.45;
 
 /// The names of a picture, for letters of `size_px`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Labels {
+pub struct LabelLayer {
     pub size_px: f64,
     pub selected: NaifId,
-    pub marks: Vec<Mark>,
+    pub marks: Vec<Label>,
 }
 
 /// Letters of a picture: readable in a small one, in proportion in a large one, pixels.
-pub fn letter_size_px(height: u32) -> f64 {
+pub fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
-impl Lettering {
+impl LabelMetrics {
     pub fn of_size(size_px: f64) -> Self {
-        Self { letter_px: LETTER_WIDTH * size_px, line_px: LINE_HEIGHT * size_px }
+        Self { glyph_width_px: LETTER_WIDTH * size_px, line_height_px: LINE_HEIGHT * size_px }
     }
 
     /// Pixels from a body's centre to its name, right and up.
-    pub fn beside_px(&self, radius_px: f64) -> f64 {
-        let size_px = self.line_px / LINE_HEIGHT;
+    pub fn gap_px(&self, radius_px: f64) -> f64 {
+        let size_px = self.line_height_px / LINE_HEIGHT;
         (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
     }
 }
@@ -111,8 +111,8 @@ pub fn marks(
     bodies: &[BodyInView],
     selected: NaifId,
     parent: impl Fn(NaifId) -> Option<NaifId>,
-    lettering: &Lettering,
-) -> Vec<Mark> {
+    lettering: &LabelMetrics,
+) -> Vec<Label> {
     let size = camera.half_size() * 2.0;
     let mut seen: Vec<(&BodyInView, DVec2, f64)> = bodies
         .iter()
@@ -137,28 +137,28 @@ pub fn marks(
         let (x, y) = (rank(a.0, selected, &parent), rank(b.0, selected, &parent));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
     });
-    let mut kept: Vec<Mark> = Vec::new();
+    let mut kept: Vec<Label> = Vec::new();
     let mut names: Vec<(DVec2, DVec2)> = Vec::new();
     for (b, centre_px, radius_px) in seen {
         if kept.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
             continue;
         }
-        let of_side = |side: Side| (side, name_box(centre_px, radius_px, &b.name, lettering, side));
+        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &b.name, lettering, side));
         let apart = |a: &(DVec2, DVec2), b: &(DVec2, DVec2)| a.1.cmplt(b.0).any() || a.0.cmpgt(b.1).any();
-        let fits = |(_, place): &(Side, (DVec2, DVec2))| {
+        let fits = |(_, place): &(LabelSide, (DVec2, DVec2))| {
             names.iter().all(|n| apart(place, n)) && place.0.cmpge(DVec2::ZERO).all() && place.1.cmple(size).all()
         };
-        let named = Side::ALL.map(of_side).into_iter().find(fits);
+        let named = LabelSide::ALL.map(of_side).into_iter().find(fits);
         names.extend(named.map(|(_, place)| place));
-        kept.push(Mark { body: b.id, name: b.name.clone(), centre_px, radius_px, named: named.map(|(side, _)| side) });
+        kept.push(Label { body: b.id, name: b.name.clone(), centre_px, radius_px, named: named.map(|(side, _)| side) });
     }
     kept
 }
 
 /// Least and greatest corner of a body's name beside its disc or marker.
-pub fn name_box(centre_px: DVec2, radius_px: f64, name: &str, lettering: &Lettering, side: Side) -> (DVec2, DVec2) {
-    let width_px = name.chars().count() as f64 * lettering.letter_px;
-    let near_end = centre_px + side.way_px(lettering.beside_px(radius_px));
-    let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * lettering.line_px);
-    (corner, corner + DVec2::new(width_px, lettering.line_px))
+pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, lettering: &LabelMetrics, side: LabelSide) -> (DVec2, DVec2) {
+    let width_px = name.chars().count() as f64 * lettering.glyph_width_px;
+    let near_end = centre_px + side.offset_px(lettering.gap_px(radius_px));
+    let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * lettering.line_height_px);
+    (corner, corner + DVec2::new(width_px, lettering.line_height_px))
 }

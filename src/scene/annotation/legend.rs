@@ -27,7 +27,7 @@ pub fn legend(view: PixelView, exposure: &Exposure) -> String {
     let range = |unit: &str| format!("linear; black 0, white {white:.6} {unit}");
     let grey = "grey";
     match view {
-        PixelView::Shaded => format!(
+        PixelView::Final => format!(
             "final: radiance in red, green, blue; {}; filmic shoulder above 0.8 of white; 1 is a white plane facing the Sun at 1 au",
             range("")
         ),

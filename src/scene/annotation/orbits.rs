@@ -1,6 +1,6 @@
 //! Orbit lines: the ellipse on which a body would go on if only its parent pulled, as short straight pieces on the screen.
 //!
-//! In: a state relative to the parent and where the body is seen. Out: [`LinePiece`]s in clip space, clipped to the frame, whose ends meet exactly.
+//! In: a state relative to the parent and where the body is seen. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet exactly.
 //! The ellipse is counted from the body's own place, so that the line passes through the disc at any distance, and pieces are halved until a chord
 //! leaves its arc by less than [`MOST_BEND_PX`], or lies outside the frame: from a metre to a hundred au the work is some hundred pieces. All in f64;
 //! only clip coordinates are narrowed. Open orbits have no line.
@@ -9,12 +9,12 @@ use crate::ephemeris::{Ephemeris, State};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::numeric::smoothstep;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// A chord leaves its arc by less than this many pixels.
-pub const MOST_BEND_PX: f64 = 0.1;
+pub const MAX_BEND_PX: f64 = 0.1;
 /// Half the width of a line, pixels.
 pub const HALF_WIDTH_PX: f32 = 0.6;
 /// Radiance of a white line, of the radiance that is shown as white.
@@ -24,13 +24,13 @@ const MARGIN_PX: f64 = 4.0;
 /// An ellipse whose half length is less than this many pixels is not drawn, and is drawn in full from the second on.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
 /// Halvings of the whole turn at most: at 100 au the arc is then 30 metres long.
-const MOST_HALVINGS: u32 = 40;
+const MAX_HALVINGS: u32 = 40;
 /// Strength a whole turn away from the body, of the strength beside it: the line fades the way the body has come.
 const FAINTEST: f64 = 0.25;
 
 /// A straight piece of a line on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinePiece {
+pub struct LineSegment {
     /// Clip x and y, reversed depth.
     pub ends: [Vec3; 2],
     /// From each end to the line's edge, per pixel of half width: pixels, x right, y up. Neighbouring pieces share theirs.
@@ -131,8 +131,8 @@ impl Walk<'_> {
         }
         let bend_km = axis_km * span * span / 8.0;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let allowed_km = MOST_BEND_PX * self.camera.pixel_tangent() * nearest;
-        if halvings >= MOST_HALVINGS || (span < 0.2 && bend_km < allowed_km) {
+        let allowed_km = MAX_BEND_PX * self.camera.pixel_tangent() * nearest;
+        if halvings >= MAX_HALVINGS || (span < 0.2 && bend_km < allowed_km) {
             return self.chord(from, to);
         }
         self.arc(from, (middle, middle_at), halvings + 1);
@@ -177,7 +177,7 @@ impl Walk<'_> {
 }
 
 /// The pieces of one orbit. `body_km`: the body's apparent place from the camera, ICRF; `strength`: opacity beside the body.
-pub fn pieces(camera: &Camera, ellipse: &Ellipse, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<LinePiece> {
+pub fn pieces(camera: &Camera, ellipse: &Ellipse, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<LineSegment> {
     let strength = strength * by_size(half_length_px(camera, ellipse, body_km));
     let mut walk = Walk { camera, ellipse, body_km, runs: Vec::new() };
     if strength <= 0.0 || !ellipse.major_km.is_finite() || !body_km.is_finite() {
@@ -210,7 +210,7 @@ pub fn pieces(camera: &Camera, ellipse: &Ellipse, body_km: DVec3, strength: f64,
             let turn = if ahead { run[k].1 / TAU } else { 1.0 + run[k].1 / TAU };
             narrow_scalar(strength * (FAINTEST + (1.0 - FAINTEST) * turn))
         };
-        all.extend((0..screen.len() - 1).map(|k| LinePiece {
+        all.extend((0..screen.len() - 1).map(|k| LineSegment {
             ends: [end(k), end(k + 1)],
             across: [across(k), across(k + 1)],
             strength: [strength_at(k), strength_at(k + 1)],
@@ -224,7 +224,7 @@ pub fn pieces(camera: &Camera, ellipse: &Ellipse, body_km: DVec3, strength: f64,
 const STRENGTH: f64 = 0.9;
 
 /// The line of one body and why it is there or not. `None`: it has no parent.
-pub(crate) fn line(camera: &Camera, ephemeris: &Ephemeris, p: &Placed<'_>) -> Option<(Vec<LinePiece>, Decision)> {
+pub(crate) fn line(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>) -> Option<(Vec<LineSegment>, Decision)> {
     let parent = p.catalog.body(p.body.parent?)?;
     let feature = "orbit";
     let without = |reason: String| Some((Vec::new(), Decision { feature, on: false, reason, tier: None }));
@@ -250,11 +250,11 @@ pub(crate) fn line(camera: &Camera, ephemeris: &Ephemeris, p: &Placed<'_>) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ephemeris::kepler;
+    use crate::ephemeris::two_body;
 
     /// A camera 100 au over the plane of a planet's orbit, and that orbit.
     fn system() -> (Camera, Ellipse, DVec3) {
-        let state = kepler::state_in_frame(1.5e9, 0.2, 0.4, 1.0, 2.0, 0.7, 6.8e-9);
+        let state = two_body::state_in_frame(1.5e9, 0.2, 0.4, 1.0, 2.0, 0.7, 6.8e-9);
         let ellipse = Ellipse::of(&state, 1.327e11).expect("closed");
         (Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600), ellipse, state.pos_km)
     }
@@ -263,10 +263,10 @@ mod tests {
     fn the_ellipse_is_keplers() {
         let (a, e, n) = (4.2e5, 0.3, 4.1e-5_f64);
         let gm = n * n * a * a * a;
-        let at = |mean: f64| kepler::state_in_frame(a, e, 0.3, 1.1, 2.2, mean, n);
+        let at = |mean: f64| two_body::state_in_frame(a, e, 0.3, 1.1, 2.2, mean, n);
         for (from, to) in [(0.4, 2.9), (3.3, 3.3 + 1e-9), (6.0, 0.1), (0.0, 1.0)] {
             let ellipse = Ellipse::of(&at(from), gm).expect("closed");
-            let anomaly = |mean: f64| kepler::eccentric_anomaly(mean, e);
+            let anomaly = |mean: f64| two_body::eccentric_anomaly(mean, e);
             let moved = ellipse.from_body_km(anomaly(to) - anomaly(from));
             let expected = at(to).pos_km - at(from).pos_km;
             assert!((moved - expected).length() < 1e-12 * a, "from {from} to {to}: {moved} for {expected}");
@@ -277,10 +277,10 @@ mod tests {
     }
 
     /// Distance in pixels from a place on the screen to the nearest piece.
-    fn to_nearest(camera: &Camera, all: &[LinePiece], clip: DVec2) -> f64 {
+    fn to_nearest(camera: &Camera, all: &[LineSegment], clip: DVec2) -> f64 {
         let px = |v: Vec3| v.truncate().as_dvec2() * camera.half_size();
         let at = clip * camera.half_size();
-        let of = |p: &LinePiece| {
+        let of = |p: &LineSegment| {
             let (a, b) = (px(p.ends[0]), px(p.ends[1]));
             let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
             (at - a.lerp(b, t)).length()
@@ -327,7 +327,7 @@ mod tests {
                 let Some(clip) = camera.clip(p).filter(|c| c.abs().max_element() < 1.0) else { continue };
                 seen += 1;
                 let off = to_nearest(camera, &all, clip);
-                assert!(off < 2.0 * MOST_BEND_PX, "camera {k}: the ellipse leaves the line by {off} px");
+                assert!(off < 2.0 * MAX_BEND_PX, "camera {k}: the ellipse leaves the line by {off} px");
             }
             assert!(seen > 10, "camera {k} sees the line");
         }

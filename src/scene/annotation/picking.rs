@@ -1,7 +1,7 @@
 //! The body that a click means.
 
 use crate::catalog::NaifId;
-use crate::scene::annotation::labels::Mark;
+use crate::scene::annotation::labels::Label;
 use crate::scene::finished::Scene;
 use crate::scene::in_view::Appearance;
 use glam::DVec2;
@@ -10,7 +10,7 @@ use glam::DVec2;
 pub const REACH_PX: f64 = 14.0;
 
 /// The body that a click at `at_px` means: the nearest small one within reach, else the disc under it, the nearest to the viewer first.
-pub fn hit(marks: &[Mark], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
+pub fn hit(marks: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
     let near = marks
         .iter()
         .filter(|m| m.radius_px < REACH_PX)

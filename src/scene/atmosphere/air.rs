@@ -7,7 +7,7 @@ use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
 use crate::scene::atmosphere::species::{gas, haze, layer, vertical_depth};
 use crate::scene::camera::{self, Placement};
-use crate::scene::draw::{AirAmounts, AirTier, Amounts};
+use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
 use crate::scene::purpose::Bound;
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_CHANGE;
@@ -38,26 +38,26 @@ const STEPS: usize = 64;
 const SKY_LEVELS: [(f64, f64); 7] = [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
 /// Every tier that a draw of the body can have.
-pub(crate) fn possible_tiers(body: &Body) -> BTreeSet<AirTier> {
-    let drawn = AirTier::CHOICES.into_iter().filter(|_| body.atmosphere.is_some());
-    drawn.chain([AirTier::None]).collect()
+pub(crate) fn possible_tiers(body: &Body) -> BTreeSet<AtmosphereModel> {
+    let drawn = AtmosphereModel::CHOICES.into_iter().filter(|_| body.atmosphere.is_some());
+    drawn.chain([AtmosphereModel::None]).collect()
 }
 
 /// How finely the air is summed, and why. The fewer samples are those of rays that only rise or fall, by day. `None`: the viewer chose none.
-pub(crate) fn tier(chosen: Option<AirTier>, quality: Quality) -> (AirTier, &'static str) {
+pub(crate) fn tier(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, &'static str) {
     let tier = chosen.unwrap_or(match quality {
-        Quality::Draft => AirTier::Pixel8,
-        Quality::Standard | Quality::Reference => AirTier::Table,
+        Quality::Draft => AtmosphereModel::Pixel8,
+        Quality::Standard | Quality::Reference => AtmosphereModel::Table,
     });
     let reason = match (tier, chosen) {
-        (AirTier::None, _) => "no air is drawn",
-        (AirTier::Vertex, _) => "4 or 5 samples along each ray: set by you",
-        (AirTier::Pixel8, Some(_)) => "6 or 8 samples along each ray: set by you",
-        (AirTier::Pixel8, None) => "6 or 8 samples along each ray: draft quality",
-        (AirTier::Pixel16, _) => "8 or 16 samples along each ray: set by you",
-        (AirTier::Pixel32, _) => "16 or 32 samples along each ray: set by you",
-        (AirTier::Table, Some(_)) => "8 or 16 samples along each ray, and a table of further scattering: set by you",
-        (AirTier::Table, None) => "8 or 16 samples along each ray, and a table of further scattering",
+        (AtmosphereModel::None, _) => "no air is drawn",
+        (AtmosphereModel::Vertex, _) => "4 or 5 samples along each ray: set by you",
+        (AtmosphereModel::Pixel8, Some(_)) => "6 or 8 samples along each ray: set by you",
+        (AtmosphereModel::Pixel8, None) => "6 or 8 samples along each ray: draft quality",
+        (AtmosphereModel::Pixel16, _) => "8 or 16 samples along each ray: set by you",
+        (AtmosphereModel::Pixel32, _) => "16 or 32 samples along each ray: set by you",
+        (AtmosphereModel::Table, Some(_)) => "8 or 16 samples along each ray, and a table of further scattering: set by you",
+        (AtmosphereModel::Table, None) => "8 or 16 samples along each ray, and a table of further scattering",
     };
     (tier, reason)
 }
@@ -68,11 +68,11 @@ pub(crate) fn ground_is_bare(body: &Body) -> bool {
 }
 
 /// Optical depth straight up, of the clearest channel, from which on air shows over the disc: Mars' dust of 0.5 does, the giants' clear gas does not.
-const LEAST_VEIL: f64 = 0.3;
+const MIN_VEIL: f64 = 0.3;
 
 /// Whether its own light goes on where the disc's ends, past the terminator: then it is drawn over a map that holds it, too.
 pub(crate) fn is_opaque(air: &Atmosphere) -> bool {
-    vertical_depth(air).min_element() > LEAST_VEIL
+    vertical_depth(air).min_element() > MIN_VEIL
 }
 
 /// The shell that holds the air: the ground's ellipsoid made larger by one factor.
@@ -104,13 +104,13 @@ pub(crate) fn rim_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
     rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
 }
 
-fn excess_of(height_radii: f64) -> f64 {
+fn radius_sq_minus_1(height_radii: f64) -> f64 {
     height_radii * (2.0 + height_radii)
 }
 
 /// The air above a floor: the body's ellipsoid made larger by one factor, 1 for the ground itself. Lengths are the floor's equatorial radii.
-pub(crate) fn amounts(body: &Body, floor: f64) -> AirAmounts {
-    let Some(air) = &body.atmosphere else { return AirAmounts::default() };
+pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
+    let Some(air) = &body.atmosphere else { return AtmosphereUniforms::default() };
     let radius_km = body.radii_km.x * floor;
     let floor_km = radius_km - body.radii_km.x;
     // A species that the air lacks is given the other's height, so that the quadrature fits what there is.
@@ -123,32 +123,32 @@ pub(crate) fn amounts(body: &Body, floor: f64) -> AirAmounts {
     let tent = layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
     let knots = tent.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
     let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
-    AirAmounts {
-        top: camera::narrow_scalar(excess_of(((air.top_km - floor_km) / radius_km).max(0.0))),
+    AtmosphereUniforms {
+        top: camera::narrow_scalar(radius_sq_minus_1(((air.top_km - floor_km) / radius_km).max(0.0))),
         ends: Vec2::new(camera::narrow_scalar(((air.top_km - floor_km) / radius_km).max(0.0)), 0.0),
-        gas_height: height(gas(air).or(haze(air))),
-        gas_scattering: of(gas(air), scattering),
-        gas_extinction: of(gas(air), extinction),
+        rayleigh_scale_height: height(gas(air).or(haze(air))),
+        rayleigh_scattering: of(gas(air), scattering),
+        rayleigh_extinction: of(gas(air), extinction),
         skylight: camera::narrow(DOWNWARDS * scattered / vertical_depth(air).max(DVec3::splat(1e-30))),
-        haze_height: height(haze(air).or(gas(air))),
-        haze_asymmetry: camera::narrow_scalar(haze(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
-        haze_scattering: of(haze(air), scattering),
-        haze_extinction: of(haze(air), extinction),
-        layer: camera::narrow(knots.map(excess_of)),
-        layer_extinction: of(layer(air), extinction),
-        veil: 0.0,
+        mie_scale_height: height(haze(air).or(gas(air))),
+        mie_asymmetry: camera::narrow_scalar(haze(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
+        mie_scattering: of(haze(air), scattering),
+        mie_extinction: of(haze(air), extinction),
+        layer: camera::narrow(knots.map(radius_sq_minus_1)),
+        absorption_extinction: of(layer(air), extinction),
+        blend_mode: 0.0,
         night: camera::narrow_scalar(night_radiance(air)),
-        many_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
-        many: std::sync::Arc::default(),
+        multi_scatter_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
+        multi_scatter: std::sync::Arc::default(),
     }
 }
 
 /// Where rays of a draw begin and end that only rise or only fall: from the camera, or the top above it, to the ground or, a sky's, to the top.
-pub(crate) fn set_ends(amounts: &mut Amounts, sky: bool) {
+pub(crate) fn set_ends(uniforms: &mut DrawUniforms, sky: bool) {
     let height = |excess: f32| excess / (1.0 + (1.0 + excess).sqrt());
-    let top = height(amounts.air.top);
-    let camera = if amounts.anchor_is_camera > 0.5 { height(amounts.anchor_excess.max(0.0)).min(top) } else { top };
-    amounts.air.ends = Vec2::new(camera, if sky { top } else { 0.0 });
+    let top = height(uniforms.air.top);
+    let camera = if uniforms.anchor_is_camera > 0.5 { height(uniforms.anchor_radius_sq_minus_1.max(0.0)).min(top) } else { top };
+    uniforms.air.ends = Vec2::new(camera, if sky { top } else { 0.0 });
 }
 
 /// The air that the camera stands in.
@@ -203,7 +203,7 @@ impl<'a> Around<'a> {
         let from = self.placement.camera_in_unit_sphere();
         let start = from.dot(along);
         let low = from.length_squared() - 1.0 - start * start;
-        let edge = (excess_of(self.air.top_km / radius_km) - low).max(0.0).sqrt();
+        let edge = (radius_sq_minus_1(self.air.top_km / radius_km) - low).max(0.0).sqrt();
         // Along the ray from the camera, where the air is densest on the way out.
         let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
             let s = start + s_km / scale;
@@ -243,14 +243,18 @@ mod tests {
     fn every_air_of_the_catalog_has_amounts_that_can_be_drawn() {
         let catalog = Catalog::embedded();
         for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
-            let a = amounts(body, 1.0);
+            let a = uniforms(body, 1.0);
             // Above a floor there is less of it, and its top is nearer.
-            let above = amounts(body, 1.002);
-            assert!(above.top < a.top && above.gas_scattering.max_element() <= a.gas_scattering.max_element(), "{}", body.name);
-            assert!(a.top > 0.0 && a.gas_height > 0.0 && a.haze_height > 0.0, "{}", body.name);
+            let above = uniforms(body, 1.002);
+            assert!(above.top < a.top && above.rayleigh_scattering.max_element() <= a.rayleigh_scattering.max_element(), "{}", body.name);
+            assert!(a.top > 0.0 && a.rayleigh_scale_height > 0.0 && a.mie_scale_height > 0.0, "{}", body.name);
             assert!(a.layer.x < a.layer.y && a.layer.y < a.layer.z, "{}", body.name);
             for c in 0..3 {
-                assert!(a.gas_extinction[c] >= a.gas_scattering[c] && a.haze_extinction[c] >= a.haze_scattering[c], "{}", body.name);
+                assert!(
+                    a.rayleigh_extinction[c] >= a.rayleigh_scattering[c] && a.mie_extinction[c] >= a.mie_scattering[c],
+                    "{}",
+                    body.name
+                );
                 assert!((0.0..=0.5 + 1e-6).contains(&a.skylight[c]), "{}", body.name);
             }
         }

@@ -1,12 +1,12 @@
 //! Heights at which light is summed along rays that only rise or only fall, and what depends on the height alone.
 //!
-//! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/columns.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
+//! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
 //! from the lower end up, where the density of the air that reaches highest is 1 - w². Always holds: an end outside the air stands at its top.
 
 use crate::scene::atmosphere::air_table;
 use crate::scene::camera;
 use crate::scene::constants::ERFCX_SLOPE;
-use crate::scene::draw::AirAmounts;
+use crate::scene::draw::AtmosphereUniforms;
 use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
@@ -16,14 +16,14 @@ pub const ROWS: usize = 3;
 /// After the samples: the camera's end and the far end.
 pub const ENDS: usize = 2;
 
-/// Rows of lib/air/scatter.wesl's samples: place, weight, the place between this and the next.
+/// Rows of lib/air/scatter_marched.wesl's samples: place, weight, the place between this and the next.
 pub fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
     let next = |k: usize| all.get(k + 1).map_or(1.0, |n| n.0);
     all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, 0.5 * (x + next(k)))).extend(0.0)).collect()
 }
 
-fn excess_of(height: f64) -> f64 {
+fn radius_sq_minus_1(height: f64) -> f64 {
     height * (2.0 + height)
 }
 
@@ -43,13 +43,13 @@ impl Shells {
         let (gas, haze) = ((-height / self.gas).exp(), (-height / self.haze).exp());
         let slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
         let factor = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
-        let knots = self.layer - excess_of(height);
+        let knots = self.layer - radius_sq_minus_1(height);
         let per_gas = ((1.0 / self.gas - 1.0 / self.haze) * height).exp();
         let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
         [
-            row(excess_of(height), weight * radius * gas, per_gas, 1.0 / radius),
+            row(radius_sq_minus_1(height), weight * radius * gas, per_gas, 1.0 / radius),
             row(slope(self.gas), factor(gas, self.gas), slope(self.haze), factor(haze, self.haze)),
-            row(knots.x, knots.y, knots.z, excess_of(between)),
+            row(knots.x, knots.y, knots.z, radius_sq_minus_1(between)),
         ]
     }
 }
@@ -67,9 +67,9 @@ struct Grid {
 }
 
 impl Grid {
-    fn of(air: &AirAmounts, samples: usize) -> Self {
-        let (gas, haze) = (f64::from(air.gas_height), f64::from(air.haze_height));
-        let hazy = air.haze_extinction.max_element() > 0.0;
+    fn of(air: &AtmosphereUniforms, samples: usize) -> Self {
+        let (gas, haze) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
+        let hazy = air.mie_extinction.max_element() > 0.0;
         let highest = if hazy { gas.max(haze) } else { gas };
         let (camera, far) = (f64::from(air.ends.x), f64::from(air.ends.y));
         let low = camera.min(far);
@@ -84,7 +84,7 @@ impl Grid {
 }
 
 /// The rows of that many samples and of the two ends.
-pub fn nodes(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
+pub fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     let grid = Grid::of(air, samples);
     let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (samples + ENDS));
     for (k, (x, weight)) in grid.at.iter().enumerate() {
@@ -106,17 +106,17 @@ pub const POWERS: usize = 5;
 const FITTED: usize = 48;
 
 /// The polynomials of that many samples, least squares over the Sun's heights from the horizon to the zenith.
-pub fn many(air: &AirAmounts, samples: usize) -> Vec<Vec4> {
+pub fn many(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     let place = |k: usize| (k as f64 + 0.5) / FITTED as f64 * air_table::place(1.0);
     let mut all = Vec::with_capacity(POWERS * samples);
     let grid = Grid::of(air, samples);
     for (x, _) in &grid.at {
-        let row = (grid.height(*x) + f64::from(air.many_heights.x)) * f64::from(air.many_heights.y);
+        let row = (grid.height(*x) + f64::from(air.multi_scatter_heights.x)) * f64::from(air.multi_scatter_heights.y);
         let mut normal = [[0.0; POWERS]; POWERS];
         let mut sides = [DVec3::ZERO; POWERS];
         for k in 0..FITTED {
             let at = place(k);
-            let root = air_table::root_between(&air.many, row.clamp(0.0, 1.0), at);
+            let root = air_table::root_between(&air.multi_scatter, row.clamp(0.0, 1.0), at);
             for i in 0..POWERS {
                 sides[i] += root * at.powi(i as i32);
                 for (j, n) in normal[i].iter_mut().enumerate() {
@@ -158,12 +158,15 @@ mod tests {
         for name in ["Earth", "Mars", "Titan", "Venus"] {
             let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
             let table = air_table::table(body).expect("air");
-            let air = AirAmounts { many: std::sync::Arc::new(table.clone()), ..crate::scene::atmosphere::air::amounts(body, 1.0) };
+            let air = AtmosphereUniforms {
+                multi_scatter: std::sync::Arc::new(table.clone()),
+                ..crate::scene::atmosphere::air::uniforms(body, 1.0)
+            };
             let fits = many(&air, 8);
             assert_eq!(fits.len(), 8 * POWERS);
             let brightest = table.iter().map(|v| v.truncate().max_element()).fold(0.0, f32::max).powi(2);
             for (k, (x, _)) in Grid::of(&air, 8).at.iter().enumerate() {
-                let row = (Grid::of(&air, 8).height(*x) * f64::from(air.many_heights.y)).clamp(0.0, 1.0);
+                let row = (Grid::of(&air, 8).height(*x) * f64::from(air.multi_scatter_heights.y)).clamp(0.0, 1.0);
                 for step in 0..=20 {
                     let at = f64::from(step) / 20.0 * air_table::place(1.0);
                     let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * at.powi(p as i32)).sum();
@@ -179,17 +182,17 @@ mod tests {
         excess / (1.0 + (1.0 + excess).sqrt())
     }
 
-    fn air(camera: f32, far: f32) -> AirAmounts {
-        AirAmounts {
+    fn air(camera: f32, far: f32) -> AtmosphereUniforms {
+        AtmosphereUniforms {
             top: 0.032,
             ends: Vec2::new(camera, far),
-            gas_height: 0.00125,
-            gas_extinction: Vec3::ONE,
-            haze_height: 0.0002,
-            haze_extinction: Vec3::ONE,
+            rayleigh_scale_height: 0.00125,
+            rayleigh_extinction: Vec3::ONE,
+            mie_scale_height: 0.0002,
+            mie_extinction: Vec3::ONE,
             layer: Vec3::new(0.003, 0.008, 0.0125),
-            layer_extinction: Vec3::ONE,
-            ..AirAmounts::default()
+            absorption_extinction: Vec3::ONE,
+            ..AtmosphereUniforms::default()
         }
     }
 

@@ -1,18 +1,18 @@
 //! What eclipses leave of the light that air scatters many times: more than nothing in an umbra, for it comes from the lit air and ground around.
 //!
-//! In: a body with its air, and the casters' outlines of an eclipse's amounts. Out: for each caster [`NODES`] factors on the table of [`crate::scene::atmosphere::air_table`] over the
-//! distance from the caster's limb, in solar radii, at [`HEIGHTS`] heights, and one row for the light of the whole sky on level ground. Method: light of the
+//! In: a body with its air, and the occluders' outlines of an eclipse's amounts. Out: for each occluder [`NODES`] factors on the table of [`crate::scene::atmosphere::air_table`] over the
+//! distance from the occluder's limb, in solar radii, at [`HEIGHTS`] heights, and one row for the light of the whole sky on level ground. Method: light of the
 //! second order comes from where a straight way through the air met sunlit air or ground; how far away that is, and how much comes from there, is summed over
-//! directions as the table does, and each distance sees the mean over all sides of what the caster leaves of the Sun's disc. Further orders spread
+//! directions as the table does, and each distance sees the mean over all sides of what the occluder leaves of the Sun's disc. Further orders spread
 //! once more each. Always holds: 1 outside of the penumbra's blurred edge, in 0 to 1 everywhere. Left out: that sides differ (the umbra counts as a circle across the
 //! light, drawn out along the ground by the Sun's height), the change of the Sun's height within the shadow, how much of the curved Earth lies under the way's far
-//! end, and that what two casters' shadows share is spread twice.
+//! end, and that what two occluders' shadows share is spread twice.
 //! Error: against photons followed one by one through the same eclipse within 40 % where a thousandth of the light is left (tests/eclipse/totality.rs).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, extinction, scattering};
 use crate::scene::camera;
-use crate::scene::draw::{CASTERS_AT_MOST, EclipseAmounts};
+use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
 use std::f64::consts::{PI, TAU};
 
@@ -20,12 +20,12 @@ use std::f64::consts::{PI, TAU};
 pub use crate::scene::constants::SPREAD_HEIGHTS as HEIGHTS;
 /// The heights' rows, then one of the light on level ground.
 pub const ROWS: usize = HEIGHTS + 1;
-/// Distances from the caster's limb, close together in the middle of the shadow.
+/// Distances from the occluder's limb, close together in the middle of the shadow.
 pub use crate::scene::constants::SPREAD_COLUMNS as COLUMNS;
 pub const NODES: usize = ROWS * COLUMNS;
-/// Where the rows begin that say how far each caster's columns reach, and of how many rows all is.
-pub const REACHES: usize = NODES * CASTERS_AT_MOST as usize;
-pub const TABLES: usize = REACHES + CASTERS_AT_MOST as usize;
+/// Where the rows begin that say how far each occluder's columns reach, and of how many rows all is.
+pub const REACHES: usize = NODES * MAX_OCCLUDERS as usize;
+pub const TABLES: usize = REACHES + MAX_OCCLUDERS as usize;
 
 /// What it is, for a reader.
 pub(crate) const SAID: &str = "scattered from the lit air and ground around, within 40 % where a thousandth is left";
@@ -39,30 +39,30 @@ const FIRST_KM: f64 = 2.0;
 const SIDES: usize = 12;
 /// Rounds of further scattering; each adds less than half of the one before.
 const ORDERS: usize = 4;
-const MOST_AGAIN: f64 = 0.98;
+const MAX_AGAIN: f64 = 0.98;
 /// Beyond so many kilometres nothing is spread into a shadow: eight free paths of red light.
 const REACH_KM: f64 = 600.0;
 /// The lowest Sun: below it the shadow leaves the planet.
-const LEAST_SUN: f64 = 0.05;
+const MIN_SUN: f64 = 0.05;
 const EDGE_NODES: usize = 96;
 const RINGS: usize = 40;
 
-/// For one caster: where the columns lie and the factors' roots.
+/// For one occluder: where the columns lie and the factors' roots.
 struct Shadow {
-    /// Radius of the caster in solar radii.
-    caster: f64,
+    /// Radius of the occluder in solar radii.
+    occluder: f64,
     /// Kilometres across the light to a solar radius.
     km: f64,
     sun_cosine: f64,
     from: f64,
     to: f64,
-    /// What is left of the Sun over the distance from the caster's limb, -1 to 1.
+    /// What is left of the Sun over the distance from the occluder's limb, -1 to 1.
     left: Vec<DVec3>,
     sides: [(DVec2, DVec2); SIDES],
 }
 
 impl Shadow {
-    fn of(body: &Body, eclipse: &EclipseAmounts, index: usize) -> Option<Self> {
+    fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (place, shape) = (eclipse.places.get(index)?.as_dvec4(), eclipse.shapes.get(index)?.as_dvec4());
         let across = place.truncate().truncate();
         // Where the axis meets the ground, or passes it.
@@ -72,18 +72,18 @@ impl Shadow {
         if !(depth > 0.0 && per_radius > 0.0 && per_radius.is_finite()) {
             return None;
         }
-        let caster = (shape.z * shape.w).sqrt() * per_radius;
+        let occluder = (shape.z * shape.w).sqrt() * per_radius;
         let km = body.radii_km.x / per_radius;
         let margin = REACH_KM / km;
         let laws = eclipse.limb.map(|l| l.truncate().as_dvec3());
-        let left = (0..EDGE_NODES).map(|k| left_of_sun(caster, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &laws)).collect();
-        let sun_cosine = along.max(LEAST_SUN);
-        Some(Self { caster, km, sun_cosine, from: (-1.0 - margin).max(-caster), to: 1.0 + margin, left, sides: sides(sun_cosine) })
+        let left = (0..EDGE_NODES).map(|k| left_of_sun(occluder, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &laws)).collect();
+        let sun_cosine = along.max(MIN_SUN);
+        Some(Self { occluder, km, sun_cosine, from: (-1.0 - margin).max(-occluder), to: 1.0 + margin, left, sides: sides(sun_cosine) })
     }
 
-    /// What is left of the Sun at a distance from the caster's centre.
+    /// What is left of the Sun at a distance from the occluder's centre.
     fn left(&self, distance: f64) -> DVec3 {
-        let edge = distance - self.caster;
+        let edge = distance - self.occluder;
         if edge >= 1.0 {
             return DVec3::ONE;
         }
@@ -92,14 +92,14 @@ impl Shadow {
         self.left[k].lerp(self.left[k + 1], at - k as f64)
     }
 
-    /// Distance from the caster's centre at a column.
+    /// Distance from the occluder's centre at a column.
     fn distance(&self, column: usize) -> f64 {
-        self.caster + self.from + (self.to - self.from) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
+        self.occluder + self.from + (self.to - self.from) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
     }
 
     /// A row of roots between its columns.
     fn between(&self, row: &[DVec3], distance: f64) -> DVec3 {
-        let x = ((distance - self.caster - self.from) / (self.to - self.from)).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f64;
+        let x = ((distance - self.occluder - self.from) / (self.to - self.from)).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f64;
         let k = (x as usize).min(COLUMNS - 2);
         let root = row[k].lerp(row[k + 1], x - k as f64);
         root * root
@@ -122,14 +122,14 @@ fn sides(sun_cosine: f64) -> [(DVec2, DVec2); SIDES] {
     })
 }
 
-/// Part of the Sun's light past a circle of radius `caster` whose limb is `edge` beyond the Sun's centre (below 0: it covers the centre).
-fn left_of_sun(caster: f64, edge: f64, laws: &[DVec3; 3]) -> DVec3 {
-    let apart = (caster + edge).max(0.0);
+/// Part of the Sun's light past a circle of radius `occluder` whose limb is `edge` beyond the Sun's centre (below 0: it covers the centre).
+fn left_of_sun(occluder: f64, edge: f64, laws: &[DVec3; 3]) -> DVec3 {
+    let apart = (occluder + edge).max(0.0);
     let ring = |k: usize| {
         let r = (k as f64 + 0.5) / RINGS as f64;
         let mu = (1.0 - r * r).sqrt();
         let law = laws[0] + laws[1] * mu + laws[2] * (mu * mu);
-        let cosine = (r * r + apart * apart - caster * caster) / (2.0 * r * apart).max(1e-12);
+        let cosine = (r * r + apart * apart - occluder * occluder) / (2.0 * r * apart).max(1e-12);
         law * (TAU * r * (1.0 - cosine.clamp(-1.0, 1.0).acos() / PI) / RINGS as f64)
     };
     let whole: DVec3 = (0..RINGS)
@@ -167,10 +167,10 @@ impl Sources {
         self.parts.iter().copied().sum()
     }
 
-    /// What arrives of it where each source has the strength `what` of its distance from the caster's centre.
+    /// What arrives of it where each source has the strength `what` of its distance from the occluder's centre.
     fn seen(&self, shadow: &Shadow, distance: f64, what: impl Fn(f64) -> DVec3) -> DVec3 {
         let bins = self.parts.iter().zip(&self.ways_km).filter(|(part, _)| part.max_element() > 0.0);
-        bins.map(|(part, ways)| *part * shadow.around(distance, ways / part.y.max(1e-300), &what)).sum()
+        bins.map(|(part, variants)| *part * shadow.around(distance, variants / part.y.max(1e-300), &what)).sum()
     }
 }
 
@@ -251,14 +251,14 @@ fn slopes() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// The tables of all casters that a draw may count, each [`NODES`] roots, then for each caster where its columns begin and one over how far they reach. Without
-/// air, and for casters that are not there, all is 1.
-pub fn tables(body: &Body, eclipse: &EclipseAmounts) -> Vec<Vec4> {
+/// The tables of all occluders that a draw may count, each [`NODES`] roots, then for each occluder where its columns begin and one over how far they reach. Without
+/// air, and for occluders that are not there, all is 1.
+pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     let mut all = vec![Vec4::ONE; TABLES];
-    for index in 0..eclipse.places.len().min(usize::from(CASTERS_AT_MOST)) {
+    for index in 0..eclipse.places.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
-        let air = Air { radius_km: body.radii_km.x, air, ground: DVec3::from_array(body.map_target()) };
+        let air = Air { radius_km: body.radii_km.x, air, ground: DVec3::from_array(body.target_mean_colour()) };
         for (to, root) in all[index * NODES..].iter_mut().zip(roots(&air, &shadow)) {
             *to = camera::narrow(root).extend(0.0);
         }
@@ -273,7 +273,7 @@ fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();
     let mut rows = Vec::new();
     for (second, again) in &heights {
-        let most = each(again.whole(), |a| a.min(MOST_AGAIN));
+        let most = each(again.whole(), |a| a.min(MAX_AGAIN));
         let once: Vec<DVec3> = (0..COLUMNS)
             .map(|c| second.seen(shadow, shadow.distance(c), |d| shadow.left(d)) / second.whole().max(DVec3::splat(1e-300)))
             .collect();
@@ -299,7 +299,7 @@ fn roots(air: &Air<'_>, shadow: &Shadow) -> Vec<DVec3> {
 fn on_ground(air: &Air<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
     // What shines at a height per unit of scattering: sunlight scattered once, and all further orders.
     let many: Vec<DVec3> =
-        heights.iter().map(|(second, again)| second.whole() / (DVec3::ONE - each(again.whole(), |a| a.min(MOST_AGAIN)))).collect();
+        heights.iter().map(|(second, again)| second.whole() / (DVec3::ONE - each(again.whole(), |a| a.min(MAX_AGAIN)))).collect();
     let mut once = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (slope, weight) in slopes().filter(|(slope, _)| *slope > 0.0) {

@@ -21,20 +21,20 @@ pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 pub const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str!("extinction.rs"), include_str!("../constants.rs")];
 
 /// Directions over the sphere and steps along each, by day.
-const BY_DAY: Fineness = Fineness { directions: 64, steps: 24 };
+const BY_DAY: SamplingQuality = SamplingQuality { directions: 64, steps: 24 };
 /// Under the horizon the Sun lights little of the sky: with the day's fineness the light of the ground at 12 degrees was a thirtieth of what the sky sends.
-const BY_DUSK: Fineness = Fineness { directions: 192, steps: 32 };
+const BY_DUSK: SamplingQuality = SamplingQuality { directions: 192, steps: 32 };
 /// For the one row of the ground.
-const ON_GROUND: Fineness = Fineness { directions: 1024, steps: 48 };
+const ON_GROUND: SamplingQuality = SamplingQuality { directions: 1024, steps: 48 };
 /// On the way to the Sun.
 const STEPS: usize = 24;
 /// The part that scatters again stays under this, so that the series ends.
-const MOST_AGAIN: f64 = 0.98;
+const MAX_AGAIN: f64 = 0.98;
 /// Columns lie evenly in x = mu / (|mu| + BEND), from FIRST to 1 / (1 + BEND).
 use crate::scene::constants::{MULTIPLE_BEND as BEND, MULTIPLE_FIRST as FIRST};
 
 #[derive(Clone, Copy)]
-struct Fineness {
+struct SamplingQuality {
     directions: usize,
     steps: usize,
 }
@@ -148,7 +148,7 @@ impl Shells<'_> {
             again += ray.again;
         }
         let again = again / fine.directions as f64;
-        second / fine.directions as f64 / each(again, |a| 1.0 - a.min(MOST_AGAIN))
+        second / fine.directions as f64 / each(again, |a| 1.0 - a.min(MAX_AGAIN))
     }
 
     /// Radiance of the ground in direct sunlight.
@@ -222,7 +222,8 @@ fn root(v: DVec3) -> DVec3 {
 /// The table of a body's air, rows of heights from the ground up, then the row of the ground. Of each value the square root, in the shader's
 /// unit: 1 is the radiance of a white plane that faces the Sun. All cores work on it; `None` without air.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
-    let shells = Shells { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground: DVec3::from_array(body.map_target()) };
+    let shells =
+        Shells { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground: DVec3::from_array(body.target_mean_colour()) };
     let rows: Vec<DVec3> = (0..HEIGHTS * SUNS).into_par_iter().map(|k| shells.node(k / SUNS, k % SUNS)).collect();
     let ground: Vec<DVec3> = (0..SUNS).into_par_iter().map(|c| shells.on_ground(&rows, c)).collect();
     let rows = rows.iter().map(|v| *v * PI);

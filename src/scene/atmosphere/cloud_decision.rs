@@ -3,7 +3,7 @@
 use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera;
 use crate::scene::camera::silhouette::Outline;
-use crate::scene::draw::needs::MapSet;
+use crate::scene::draw::features::MapSet;
 use crate::scene::draw::{Draw, MapFiles, Part};
 use crate::scene::features::case::{Case, Decided};
 use crate::scene::features::globe;
@@ -20,7 +20,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
 fn shell(case: &Case<'_, '_>, so_far: &mut Decided<'_>) -> Option<Draw> {
     let (body, p) = (case.body(), case.placed);
     let clouds = body.clouds.as_ref()?;
-    let needs = so_far.chosen.cloud_needs(body, case.pixel_view())?;
+    let features = so_far.chosen.cloud_needs(body, case.pixel_view())?;
     let scale = clouds::shell_scale(body, clouds);
     let shell = clouds::shell(&p.placement, scale);
     if shell.camera_is_inside() {
@@ -29,16 +29,16 @@ fn shell(case: &Case<'_, '_>, so_far: &mut Decided<'_>) -> Option<Draw> {
         return None;
     }
     let deck = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
-    let bound = || (case.bound().counts(deck), format!("a closed deck is {}", case.bound().said(deck)));
+    let bound = || (case.bound().counts(deck), format!("a closed deck is {}", case.bound().description(deck)));
     if !so_far.log.map(Effect::Clouds, Some(&clouds.map), bound) {
         return None;
     }
     let rect = Outline::of(case.frame.camera, &shell).rect(case.frame.camera)?;
-    let mut amounts = globe::amounts(case, &shell, rect, MapSet::default(), &so_far.shine);
+    let mut uniforms = globe::uniforms(case, &shell, rect, MapSet::default(), &so_far.shine);
     let brightness = photometry::phase_correction(body, p.alpha, p.distance_km / body.radii_km.x);
-    amounts.air = air::amounts(body, scale);
-    air::set_ends(&mut amounts, false);
-    amounts.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * case.share));
+    uniforms.air = air::uniforms(body, scale);
+    air::set_ends(&mut uniforms, false);
+    uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * case.share));
     let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
-    Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), needs, amounts, map_files })
+    Some(Draw { body: body.id, part: Part::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })
 }

@@ -4,7 +4,7 @@
 
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
-use crate::scene::draw::CloudAmounts;
+use crate::scene::draw::CloudUniforms;
 use crate::scene::purpose::Bound;
 
 /// The lowest Sun whose cloud shadows are told from the clouds above them, degrees from the zenith.
@@ -20,8 +20,8 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
     Placement { radii_km: placement.radii_km * scale, ..*placement }
 }
 
-pub(crate) fn amounts(body: &Body) -> CloudAmounts {
-    body.clouds.as_ref().map_or_else(CloudAmounts::default, |clouds| CloudAmounts {
+pub(crate) fn uniforms(body: &Body) -> CloudUniforms {
+    body.clouds.as_ref().map_or_else(CloudUniforms::default, |clouds| CloudUniforms {
         clear: camera::narrow_scalar(clouds.clear_texel),
         full: camera::narrow_scalar(clouds.closed_texel),
         radius: camera::narrow_scalar(shell_scale(body, clouds)),

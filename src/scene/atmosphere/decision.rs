@@ -4,10 +4,10 @@ use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::{air, air_spread};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{ClipRect, Placement};
-use crate::scene::draw::needs::{AirTier, MapSet, PixelView, RingShadow};
+use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
 use crate::scene::draw::{Draw, MapFiles, Part};
 use crate::scene::features::case::{Case, Decided};
-use crate::scene::features::choice::Available;
+use crate::scene::features::choice::Capabilities;
 use crate::scene::features::globe;
 use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
@@ -28,10 +28,10 @@ pub(crate) fn wants_table(case: &Case<'_, '_>) -> bool {
     let body = case.body();
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &case.placed.placement)) else { return false };
     let request = case.frame.context.request;
-    let drawn = case.effects().asked(Effect::Atmosphere).unwrap_or_else(|| bound(case, body, air, shell.camera_is_inside()).0);
+    let drawn = case.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| bound(case, body, air, shell.camera_is_inside()).0);
     // Air alone is drawn however small its body is.
     let decides = case.share > 0.0 || case.rect.is_none() && case.ring_view.is_none();
-    drawn && decides && may_be_seen(case, &shell) && air::tier(request.effects.air_tier(), request.quality).0 == AirTier::Table
+    drawn && decides && may_be_seen(case, &shell) && air::tier(request.effects.air_tier(), request.quality).0 == AtmosphereModel::Table
 }
 
 /// Decides on the air: sets the tier of the globe, and makes the draw of the air beside the ground.
@@ -46,15 +46,15 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     }
     let (mut tier, mut reason) = air::tier(context.request.effects.air_tier(), context.request.quality);
     let at_hand = context.resources.scattering_tables.contains_key(&body.id);
-    if tier == AirTier::Table && !at_hand && may_be_seen(case, &shell) {
-        (tier, reason) = (AirTier::Pixel16, "8 or 16 samples along each ray: the table of further scattering is not at hand");
+    if tier == AtmosphereModel::Table && !at_hand && may_be_seen(case, &shell) {
+        (tier, reason) = (AtmosphereModel::Pixel16, "8 or 16 samples along each ray: the table of further scattering is not at hand");
     }
     log.note("air-samples", true, reason.into());
     let chosen = &mut so_far.chosen;
     chosen.air = tier;
-    log.tier(Effect::Atmosphere.name(), tiers::of_air(tier));
-    if chosen.eclipse.casters > 0 {
-        let spread = tier == AirTier::Table;
+    log.tier(Effect::Atmosphere.name(), tiers::of_atmosphere(tier));
+    if chosen.eclipse.occluders > 0 {
+        let spread = tier == AtmosphereModel::Table;
         let reason = if spread {
             air_spread::SAID
         } else {
@@ -62,33 +62,33 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         };
         log.note("light-into-shadow", spread, reason.into());
     }
-    if !chosen.ellipsoid && Available::of(body).ellipsoid {
+    if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
         log.note(Effect::Ellipsoid.name(), true, "required by the atmosphere".into());
     }
-    let needs = chosen.sky_needs(body, case.pixel_view());
+    let features = chosen.sky_needs(body, case.pixel_view());
     let no_rim = !inside && air::rim_px(body, air, case.diameter_px) < air::RIM_PX;
     // Only a bare ground's colour lacks what the air does to it from afar.
     let held = !inside && !air::ground_is_bare(body) && case.pixel_view() != PixelView::OpticalDepth;
-    if held && (no_rim || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.casters > 0) {
+    if held && (no_rim || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
         log.note("air-over-ground", false, "the colours of its disc have the air in them".into());
-        chosen.air = AirTier::None;
+        chosen.air = AtmosphereModel::None;
     } else if held {
         log.note("air-over-ground", true, "where it is brighter than the disc, whose colours have the air in them".into());
     }
-    so_far.veil = match (held, air::is_opaque(air)) {
+    so_far.blend_mode = match (held, air::is_opaque(air)) {
         (false, _) => 0.0,
         (true, true) => 1.0,
         (true, false) => 2.0,
     };
     let camera = case.frame.camera;
     let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
-    let (Some(rect), Some(needs), false) = (rect, needs, no_rim) else { return so_far };
-    let mut amounts = globe::amounts_at(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
-    air::set_ends(&mut amounts, true);
+    let (Some(rect), Some(features), false) = (rect, features, no_rim) else { return so_far };
+    let mut uniforms = globe::amounts_at(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
+    air::set_ends(&mut uniforms, true);
     if !inside {
-        amounts.air.night = 0.0;
+        uniforms.air.night = 0.0;
     }
     let name = format!("{} air", body.name);
-    so_far.sky = Some(Draw { body: body.id, part: Part::Sky, name, needs, amounts, map_files: MapFiles::default() });
+    so_far.sky = Some(Draw { body: body.id, part: Part::Sky, name, features, uniforms, map_files: MapFiles::default() });
     so_far
 }

@@ -2,7 +2,7 @@
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::extinction;
-use crate::scene::draw::needs::{Air, AirTier};
+use crate::scene::draw::features::{Air, AtmosphereModel};
 use glam::DVec3;
 
 /// The species whose molecules scatter by Rayleigh's law and thin out upward.
@@ -22,6 +22,6 @@ pub(crate) fn vertical_depth(air: &Atmosphere) -> DVec3 {
 }
 
 /// What of the air a body's draws have at this tier; none without an atmosphere.
-pub(crate) fn structure(body: &Body, tier: AirTier) -> Air {
+pub(crate) fn structure(body: &Body, tier: AtmosphereModel) -> Air {
     body.atmosphere.as_ref().map_or_else(Air::default, |air| Air { tier, mie: haze(air).is_some(), absorption: layer(air).is_some() })
 }

@@ -77,7 +77,7 @@ impl ClipRect {
     }
 }
 
-/// The f32 forms of one draw's view rays; see [`crate::scene::draw::Amounts`], which they fill.
+/// The f32 forms of one draw's view rays; see [`crate::scene::draw::DrawUniforms`], which they fill.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewRays {
     pub rect_in_clip: Vec4,
@@ -87,7 +87,7 @@ pub struct ViewRays {
     pub ray_origin: Vec3,
     pub ray_du: Vec3,
     pub ray_dv: Vec3,
-    pub anchor_excess: f32,
+    pub anchor_radius_sq_minus_1: f32,
     pub anchor_is_camera: bool,
     pub depth_row: Vec4,
     pub camera_in_unit_sphere: Vec3,
@@ -228,7 +228,7 @@ impl Camera {
             ray_origin: narrow(origin),
             ray_du: narrow(du),
             ray_dv: narrow(dv),
-            anchor_excess: narrow_scalar(excess),
+            anchor_radius_sq_minus_1: narrow_scalar(excess),
             anchor_is_camera,
             depth_row: narrow(depth_axis).extend(narrow_scalar(centre_depth_km / NEAR_DEPTH_KM)),
             camera_in_unit_sphere: narrow(camera),

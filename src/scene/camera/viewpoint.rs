@@ -6,7 +6,7 @@
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::ephemeris::horizon::ground_point_km;
+use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
 use crate::scene::request::view_request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};

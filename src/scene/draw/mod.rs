@@ -1,19 +1,23 @@
-//! One draw: its structure ([`needs::Needs`]), its uniforms ([`uniforms::Amounts`]) and its maps; and the points beside the draws.
+//! One draw: its structure ([`features::DrawFeatures`]), its uniforms ([`uniforms::DrawUniforms`]) and its maps; and the points beside the draws.
 //!
 //! Plain values: `features` makes them, `shader` derives keys from the structure, `render::plan` fills uniform blocks from the rest.
 
-pub mod needs;
+pub mod features;
 pub mod tables;
 pub mod uniforms;
 
 use crate::catalog::NaifId;
 pub use crate::scene::constants;
-use glam::Vec3;
-pub use needs::{
-    Air, AirTier, BodyShadow, CASTERS_AT_MOST, Eclipse, EclipseModel, Flags, MapSet, Needs, PixelView, RingShadow, Shape, Surface,
+pub use features::{
+    Air, AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, Flags, MAX_OCCLUDERS, MapSet, PixelView, RingShadow, Shape,
+    Surface,
 };
+use glam::Vec3;
 pub use tables::{RingShine, RingTable};
-pub use uniforms::{AirAmounts, Amounts, CloudAmounts, EclipseAmounts, HiderAmounts, Light, MeshAmounts, OverlayAmounts, RingAmounts};
+pub use uniforms::{
+    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, MeshInstance, OverlayUniforms,
+    RingUniforms,
+};
 
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -47,18 +51,18 @@ pub struct Draw {
     pub part: Part,
     /// The body's name, for labels.
     pub name: String,
-    pub needs: Needs,
-    pub amounts: Amounts,
-    /// The map files that `needs.maps` asks for.
+    pub features: DrawFeatures,
+    pub uniforms: DrawUniforms,
+    /// The map files that `features.maps` asks for.
     pub map_files: MapFiles,
 }
 
 impl Draw {
     /// The same shape, black and without anything on it: what it covers.
     pub fn shape_alone(&self) -> Self {
-        let two_sided = self.needs.flags.two_sided;
-        let needs = Needs { shape: self.needs.shape, flags: Flags { two_sided, ..Flags::default() }, ..Needs::LEAST };
-        Self { needs, map_files: MapFiles::default(), ..self.clone() }
+        let two_sided = self.features.flags.two_sided;
+        let features = DrawFeatures { shape: self.features.shape, flags: Flags { two_sided, ..Flags::default() }, ..DrawFeatures::MINIMAL };
+        Self { features, map_files: MapFiles::default(), ..self.clone() }
     }
 }
 

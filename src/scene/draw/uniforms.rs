@@ -93,7 +93,7 @@ uniforms! {
     /// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in 0 to 1 each (v down the screen), the view ray is
     /// `anchor(u,v) + s * ray(u,v)`, both affine in u and v: value = origin + u * du + v * dv.
     #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct Amounts {
+    pub struct DrawUniforms {
         /// Bounding rectangle in clip space: x of the left edge, y of the top edge, x of the right, y of the bottom (y up, -1..1).
         pub rect_in_clip: Vec4 = "rect_in_clip",
         /// A point on each view ray. Far camera: the crossing with the plane through the body's centre facing it, so magnitudes
@@ -106,7 +106,7 @@ uniforms! {
         pub ray_du: Vec3 = "ray_du",
         pub ray_dv: Vec3 = "ray_dv",
         /// Near camera: |camera|² - 1, computed in f64. Ignored when `anchor_is_camera` is 0.
-        pub anchor_excess: f32 = "anchor_excess",
+        pub anchor_radius_sq_minus_1: f32 = "anchor_radius_sq_minus_1",
         /// 1: the anchor is the camera (near form); 0: the anchor plane (far form).
         pub anchor_is_camera: f32 = "anchor_is_camera",
         /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
@@ -130,11 +130,11 @@ uniforms! {
         /// Normal map strength.
         pub normal_strength: f32 = "normal_strength",
         /// Images over the ground, the lowest first.
-        pub overlays: Vec<OverlayAmounts>,
-        pub clouds: CloudAmounts,
-        pub eclipse: EclipseAmounts,
-        pub ring: RingAmounts,
-        pub air: AirAmounts,
+        pub overlays: Vec<OverlayUniforms>,
+        pub clouds: CloudUniforms,
+        pub eclipse: EclipseUniforms,
+        pub ring: RingUniforms,
+        pub air: AtmosphereUniforms,
         /// Unit camera position for distant views or camera in unit-sphere frame, f32.
         pub camera_in_unit_sphere: Vec3 = "camera_in_unit_sphere",
         pub pixel_size: Vec2 = "pixel_size",
@@ -142,15 +142,15 @@ uniforms! {
         pub clip_from_unit_sphere: Mat4 = "clip_from_unit_sphere",
         /// Near the ground the camera, farther out 0; unit-sphere frame.
         pub mesh_anchor: Vec3 = "mesh_anchor",
-        pub mesh: Option<MeshAmounts>,
+        pub mesh: Option<MeshInstance>,
         /// Of a body that glows.
-        pub hiders: HiderAmounts,
+        pub foreground_limbs: ForegroundLimbUniforms,
     }
 }
 
 /// The triangles of a draw whose shape is a mesh.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeshAmounts {
+pub struct MeshInstance {
     pub model: Arc<Model>,
     /// Height of the Sun over the shape's own horizon at each vertex, in its radii.
     pub sun_heights: Arc<Vec<f32>>,
@@ -159,7 +159,7 @@ pub struct MeshAmounts {
 uniforms! {
     /// The cloud shell, for its own draw and for its shadow on the ground.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
-    pub struct CloudAmounts {
+    pub struct CloudUniforms {
         /// Texels at which the sky is clear, and closed.
         pub clear: f32 = "cloud_clear",
         pub full: f32 = "cloud_full",
@@ -173,40 +173,40 @@ uniforms! {
 uniforms! {
     /// The air, lengths in equatorial radii. An excess is |p|² - 1 in the unit-sphere frame.
     #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct AirAmounts {
+    pub struct AtmosphereUniforms {
         /// Excess above which there is nothing.
         pub top: f32 = "air_top",
         /// Heights of the camera's end and the far end of a ray that only rises or only falls; outside the air, that of its top.
         pub ends: Vec2,
-        pub gas_height: f32 = "air_gas_height",
+        pub rayleigh_scale_height: f32 = "air_rayleigh_scale_height",
         /// Per radius at the ground, linear RGB.
-        pub gas_scattering: Vec3 = "air_gas_scattering",
-        pub gas_extinction: Vec3 = "air_gas_extinction",
+        pub rayleigh_scattering: Vec3 = "air_rayleigh_scattering",
+        pub rayleigh_extinction: Vec3 = "air_rayleigh_extinction",
         /// Part of the light taken out of the sunlight that reaches the ground from the sky.
         pub skylight: Vec3 = "air_skylight",
-        pub haze_height: f32 = "air_haze_height",
-        pub haze_asymmetry: f32 = "air_haze_asymmetry",
-        pub haze_scattering: Vec3 = "air_haze_scattering",
-        pub haze_extinction: Vec3 = "air_haze_extinction",
+        pub mie_scale_height: f32 = "air_mie_scale_height",
+        pub mie_asymmetry: f32 = "air_mie_asymmetry",
+        pub mie_scattering: Vec3 = "air_mie_scattering",
+        pub mie_extinction: Vec3 = "air_mie_extinction",
         /// Excess at the foot, the middle and the top of an absorbing layer.
-        pub layer: Vec3 = "air_layer",
-        pub layer_extinction: Vec3 = "air_layer_extinction",
+        pub layer: Vec3 = "air_absorption_layer",
+        pub absorption_extinction: Vec3 = "air_absorption_extinction",
         /// 0: the air lies over the ground. 1: the ground's colours hold the air already, so that of both the brighter is seen. 2: they hold air that hides
         /// nothing straight down, so that the disc is seen, and beside it the air goes on with the disc's light.
-        pub veil: f32 = "air_veil",
+        pub blend_mode: f32 = "air_blend_mode",
         /// Radiance of the night sky: none for a sky that is seen from outside.
-        pub night: f32 = "air_night",
+        pub night: f32 = "air_night_radiance",
         /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
-        pub many_heights: Vec2 = "air_many_heights",
+        pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
         /// [`crate::scene::air_table`]; empty where the draw does not read it.
-        pub many: Arc<Vec<Vec4>> = "air_many",
+        pub multi_scatter: Arc<Vec<Vec4>> = "air_multi_scatter",
     }
 }
 
 uniforms! {
     /// Uniforms of shaders/lib/eclipse, all f32, the receiver subtracted before; lengths in its equatorial radii.
     #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct EclipseAmounts {
+    pub struct EclipseUniforms {
         /// Unit vector to the Sun, body axes; 1 / distance.
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors across it; cotangent of the Sun's angular radius, and that over the distance.
@@ -214,23 +214,23 @@ uniforms! {
         /// Radiance of the Sun's disc per its light: factors of 1, mu, mu² per channel.
         pub limb: [Vec4; 3] = "eclipse_limb",
         /// Centre across the axis (xy) and along it (z).
-        pub places: Vec<Vec4> = "caster_place",
+        pub places: Vec<Vec4> = "occluder_position",
         /// Unit vector of the outline's long axis (xy), semi-axes (zw).
-        pub shapes: Vec<Vec4> = "caster_shape",
-        /// The first caster's air: radius and bending at the lower and the upper edge of each layer, and what it lets through.
-        pub air_edges: Vec<Vec4> = "caster_air_edges",
-        pub air_passes: Vec<Vec4> = "caster_air_passes",
+        pub shapes: Vec<Vec4> = "occluder_outline",
+        /// The first occluder's air: radius and bending at the lower and the upper edge of each layer, and what it lets through.
+        pub air_edges: Vec<Vec4> = "occluder_air_edges",
+        pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
         /// [`crate::scene::air_spread`]; empty where the draw does not read it.
-        pub spread: Vec<Vec4> = "caster_spread",
+        pub spread: Vec<Vec4> = "occluder_multi_scatter",
     }
 }
 
 uniforms! {
-    /// Uniforms of shaders/lib/uncovered.wesl.
+    /// Uniforms of shaders/lib/foreground_limb.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
-    pub struct HiderAmounts {
+    pub struct ForegroundLimbUniforms {
         /// Three rows for each of two bodies; the last of each has x, then y of the pixel from which places count.
-        pub rows: [Vec4; 6] = "hider",
+        pub rows: [Vec4; 6] = "foreground_limb",
     }
 }
 
@@ -239,7 +239,7 @@ pub use crate::scene::constants::OVERLAY_ROWS;
 
 /// What the shader knows of one overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OverlayAmounts {
+pub struct OverlayUniforms {
     pub rows: [Vec4; OVERLAY_ROWS],
     /// It goes round the body: its left edge joins its right one.
     pub around: bool,
@@ -248,20 +248,20 @@ pub struct OverlayAmounts {
 uniforms! {
     /// Uniforms of shaders/lib/ring.
     #[derive(Clone, Debug, Default, PartialEq)]
-    pub struct RingAmounts {
+    pub struct RingUniforms {
         pub table: Option<Arc<RingTable>>,
         /// Innermost and outermost radius, equatorial radii.
-        pub reach: Vec2 = "ring_reach",
+        pub reach: Vec2 = "ring_radius_range",
         /// Half a pixel at the body, equatorial radii.
-        pub blur: f32 = "ring_blur",
+        pub blur: f32 = "ring_half_pixel",
         /// Factor and exponent of the bodies' phase function; 1 where any ring has dust.
         pub phase: Vec3 = "ring_phase",
         /// Asymmetry of the lobes of the dust's phase function, and the part of its light in each.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
-        pub dust_share: Vec3 = "ring_dust_share",
+        pub dust_weight: Vec3 = "ring_dust_weight",
         pub opposition: Vec2 = "ring_opposition",
         /// 1: the half before the body's centre, -1: behind it, 0: both.
-        pub half: f32 = "ring_half",
+        pub half: f32 = "ring_side",
         /// Tangent of the Sun's angular radius.
         pub sun_tangent: f32 = "sun_tangent",
         /// The globe's semi-axes over its equatorial radius.
@@ -271,24 +271,25 @@ uniforms! {
         /// What the ring sends onto the globe.
         pub shine: Option<Arc<RingShine>>,
         /// Unit vector of the Sun in the ring's plane (xy), one over the height that sees no ring (z), factor on the light (w).
-        pub shine_frame: Vec4 = "ring_shine",
+        pub shine_axes: Vec4 = "ring_shine",
     }
 }
 
-impl RingAmounts {
+impl RingUniforms {
     pub fn nodes(&self) -> f32 {
         self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.width)))
     }
 }
 
-impl Amounts {
+impl DrawUniforms {
     /// Uniforms that several fields make together.
-    const DERIVED: [&'static str; 4] = ["light_direction", "light_irradiance", "overlay", "ring_nodes"];
+    const DERIVED: [&'static str; 4] = ["light_direction", "light_irradiance", "overlay", "ring_profile_nodes"];
 
     /// Names of all uniforms that a draw's values fill.
-    pub fn uniforms() -> impl Iterator<Item = &'static str> {
-        let own = [Self::UNIFORMS, CloudAmounts::UNIFORMS, EclipseAmounts::UNIFORMS, RingAmounts::UNIFORMS, AirAmounts::UNIFORMS];
-        own.into_iter().chain([HiderAmounts::UNIFORMS]).flatten().copied().chain(Self::DERIVED)
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let own =
+            [Self::UNIFORMS, CloudUniforms::UNIFORMS, EclipseUniforms::UNIFORMS, RingUniforms::UNIFORMS, AtmosphereUniforms::UNIFORMS];
+        own.into_iter().chain([ForegroundLimbUniforms::UNIFORMS]).flatten().copied().chain(Self::DERIVED)
     }
 
     /// The value of a uniform by its name in the fragments.
@@ -298,14 +299,14 @@ impl Amounts {
             "light_direction" => Some(of_lights(|l| l.direction_in_body)),
             "light_irradiance" => Some(of_lights(|l| l.irradiance)),
             "overlay" => Some(UniformValue::Rows(self.overlays.iter().flat_map(|o| o.rows).collect())),
-            "ring_nodes" => Some(UniformValue::F32(self.ring.nodes())),
+            "ring_profile_nodes" => Some(UniformValue::F32(self.ring.nodes())),
             _ => self
                 .own_uniform(name)
                 .or_else(|| self.clouds.own_uniform(name))
                 .or_else(|| self.eclipse.own_uniform(name))
                 .or_else(|| self.ring.own_uniform(name))
                 .or_else(|| self.air.own_uniform(name))
-                .or_else(|| self.hiders.own_uniform(name)),
+                .or_else(|| self.foreground_limbs.own_uniform(name)),
         }
     }
 
@@ -319,7 +320,7 @@ impl Amounts {
             ray_origin: rays.ray_origin,
             ray_du: rays.ray_du,
             ray_dv: rays.ray_dv,
-            anchor_excess: rays.anchor_excess,
+            anchor_radius_sq_minus_1: rays.anchor_radius_sq_minus_1,
             anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
             depth_row: rays.depth_row,
             ..Self::default()

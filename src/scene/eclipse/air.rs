@@ -1,4 +1,4 @@
-//! A caster's air as layers that bend light and let a part of it through.
+//! An occluder's air as layers that bend light and let a part of it through.
 //!
 //! Bending of a ray that grazes an exponential atmosphere: refractivity there times sqrt(2 pi r / H) (Baum and Code 1953, Astron. J.
 //! 58, 108); the air keeps one temperature, its scale height is that of its gas. What a layer lets through: extinction by the catalog's species
@@ -24,7 +24,7 @@ const HAZE_HEIGHT_KM: f64 = 5.0;
 /// Length over which cloud is of one piece: that of a weather front.
 const CLOUD_FIELD_KM: f64 = 300.0;
 
-pub(crate) struct Layers {
+pub(crate) struct RefractingLayers {
     /// Thickness of the air.
     pub top: f64,
     /// Radius and bending (radians) at the lower edge, then at the upper.
@@ -32,7 +32,7 @@ pub(crate) struct Layers {
     pub passes: Vec<DVec3>,
 }
 
-impl Layers {
+impl RefractingLayers {
     /// About the green light that they bend to a point: `distance` from the axis in solar radii of `scale` a unit, `depth` units behind.
     pub fn light(&self, distance: f64, depth: f64, scale: f64) -> f64 {
         let layer = |(edge, passes): (&DVec4, &DVec3)| {
@@ -58,7 +58,7 @@ pub(crate) fn shown(depth: f64, sun: f64) -> f64 {
 }
 
 /// Layers of a body's air in units of `unit_km`; `radius` is that of its outline, `shown` [`shown`] from where it is looked at.
-pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Option<Layers> {
+pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, gas) = (air.refractivity?, gas(air)?);
     let radius_km = radius * unit_km;
@@ -85,7 +85,7 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Opti
         };
         (0..HEIGHTS).map(part).sum::<DVec3>() / HEIGHTS as f64
     });
-    Some(Layers { top: at(LAYERS).0 - radius, edges: edges.collect(), passes: passes.collect() })
+    Some(RefractingLayers { top: at(LAYERS).0 - radius, edges: edges.collect(), passes: passes.collect() })
 }
 
 /// Steps from the grazing point outwards.

@@ -1,46 +1,46 @@
 //! Whether eclipses darken a body and its rings, and by which model.
 
-use crate::scene::draw::needs::Eclipse;
-use crate::scene::draw::uniforms::EclipseAmounts;
+use crate::scene::draw::features::Eclipse;
+use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::before_sun::{before_sun, wanted};
 use crate::scene::eclipse::{occluders, uniforms};
 use crate::scene::features::case::{Case, Decided};
-use crate::scene::features::choice::Available;
+use crate::scene::features::choice::Capabilities;
 use crate::scene::request::effects::Effect;
 use crate::scene::tiers;
 
 /// Decides who stands before the Sun of the globe, its air and its clouds.
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
-    if Available::of(case.body()).emissive {
+    if Capabilities::of(case.body()).emissive {
         return so_far;
     }
     let context = case.frame.context;
     let Some(mut found) = before_sun(context, case.placed, case.diameter_px, None) else { return so_far };
-    if !so_far.log.effect(Effect::Eclipse, !found.casters.is_empty(), std::mem::take(&mut found.reason)) {
-        found.casters.clear();
+    if !so_far.log.effect(Effect::Eclipse, !found.occluders.is_empty(), std::mem::take(&mut found.reason)) {
+        found.occluders.clear();
     }
-    so_far.chosen.eclipse = occluders::model(&mut found.casters, wanted(context.request));
+    so_far.chosen.eclipse = occluders::model(&mut found.occluders, wanted(context.request));
     so_far.log.tier(Effect::Eclipse.name(), tiers::of_eclipse(so_far.chosen.eclipse.model));
-    so_far.eclipse = uniforms::amounts_of(&found.casters, so_far.chosen.eclipse.model, &found.receiver, found.sun);
+    so_far.eclipse = uniforms::uniforms_of_casters(&found.occluders, so_far.chosen.eclipse.model, &found.receiver, found.sun);
     so_far
 }
 
 /// Decides which moons' shadows fall on the rings: switched together with those on the globe.
-pub(crate) fn on_rings(case: &Case<'_, '_>, so_far: &mut Decided<'_>, outer_km: f64) -> EclipseAmounts {
+pub(crate) fn on_rings(case: &Case<'_, '_>, so_far: &mut Decided<'_>, outer_km: f64) -> EclipseUniforms {
     let (p, context) = (case.placed, case.frame.context);
     let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * case.frame.camera.pixel_tangent());
     let reach = outer_km / p.body.radii_km.x;
     let Some(mut found) = before_sun(context, p, diameter_px, Some(reach)) else {
         so_far.chosen.ring_eclipse = Eclipse::default();
-        return EclipseAmounts::default();
+        return EclipseUniforms::default();
     };
-    if case.effects().asked(Effect::Eclipse) == Some(false) {
-        found.casters.clear();
+    if case.effects().override_of(Effect::Eclipse) == Some(false) {
+        found.occluders.clear();
         found.reason = "switched off with the eclipse".into();
     }
-    so_far.log.note("eclipse-on-rings", !found.casters.is_empty(), found.reason);
-    let model = occluders::model(&mut found.casters, wanted(context.request));
+    so_far.log.note("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
+    let model = occluders::model(&mut found.occluders, wanted(context.request));
     so_far.chosen.ring_eclipse = model;
     so_far.log.tier("eclipse-on-rings", tiers::of_eclipse(model.model));
-    uniforms::amounts_of(&found.casters, model.model, &found.receiver, found.sun)
+    uniforms::uniforms_of_casters(&found.occluders, model.model, &found.receiver, found.sun)
 }

@@ -1,4 +1,4 @@
-//! Eclipses: who stands before the Sun, by which model, with what uniforms, and the air of a caster that bends light.
+//! Eclipses: who stands before the Sun, by which model, with what uniforms, and the air of an occluder that bends light.
 
 pub(crate) mod air;
 pub(crate) mod before_sun;
@@ -8,7 +8,9 @@ pub mod refracted_limb;
 pub mod shade;
 pub mod uniforms;
 
-pub use air::LAYERS as AIR_LAYERS;
-pub use occluders::{Caster, Extent, Found, Receiver, Wanted, candidates, find, find_among, limb_law, model, possible};
+pub use air::LAYERS as REFRACTING_LAYERS;
+pub use occluders::{
+    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_law, model, possible, select_occluders,
+};
 pub use shade::Shade;
-pub use uniforms::amounts_of;
+pub use uniforms::uniforms_of_casters;

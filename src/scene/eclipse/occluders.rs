@@ -1,15 +1,15 @@
 //! Which bodies stand before the Sun as a body's ground sees it, and by which model their shadows are computed.
 //!
-//! In: the receiver as the viewer sees it, and the catalog's other bodies. Out: at most [`CASTERS_AT_MOST`] casters that a bound lets
-//! through. Light takes time: a caster stands where it was when the light that meets the receiver passed it,
+//! In: the receiver as the viewer sees it, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that a bound lets
+//! through. Light takes time: an occluder stands where it was when the light that meets the receiver passed it,
 //! and the Sun where that light left it. Both directions carry the aberration of the receiver's motion: it leaves their separation at the
 //! centre, but tilts the axis along which the shadow meets the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). Not here: how much light
 //! is left (shaders/lib/eclipse).
 
-use crate::catalog::{Body, Kind, NaifId, Photometry};
+use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::viewpoint::aberrated;
-use crate::scene::draw::needs::{CASTERS_AT_MOST, Eclipse, EclipseModel};
+use crate::scene::draw::features::{Eclipse, EclipseModel, MAX_OCCLUDERS};
 use crate::scene::eclipse::air as refraction;
 use crate::scene::thresholds::VISIBLE_CHANGE;
 use crate::time::Instant;
@@ -88,7 +88,7 @@ const STRAIGHT_S: f64 = 10.0;
 
 /// A body that may stand before the Sun: its outline in parallel light along the axis, receiver's equatorial radii.
 #[derive(Clone, Debug)]
-pub struct Caster<'a> {
+pub struct Occluder<'a> {
     pub body: &'a Body,
     pub(crate) across: DVec2,
     pub(crate) along: f64,
@@ -96,7 +96,7 @@ pub struct Caster<'a> {
     pub(crate) long_axis: DVec2,
     pub(crate) semi: DVec2,
     /// Most of the Sun's light that it takes at any point of the receiver, 1 for all.
-    pub(crate) takes: f64,
+    pub(crate) max_obscuration: f64,
     /// Whether some point of the receiver sees nothing of the Sun past it.
     pub(crate) umbra: bool,
 }
@@ -117,7 +117,7 @@ fn centre_over_mean(sun: &Body) -> f64 {
 
 /// What a receiver's ground may look like to the viewer and how far light for it is taken from the centre.
 #[derive(Clone, Copy, Debug)]
-pub struct Extent {
+pub struct ReceiverExtent {
     /// Farthest lit point from the centre, equatorial radii: 1 for the ground, more with air, clouds or rings.
     pub reach: f64,
     /// Camera from the centre, body axes, equatorial radii; `None`: every side is seen.
@@ -126,22 +126,22 @@ pub struct Extent {
     pub pixel: f64,
 }
 
-/// The casters that count on a receiver, those that take most light first; and the strongest of all with what it takes.
-pub struct Found<'a> {
-    pub casters: Vec<Caster<'a>>,
+/// The occluders that count on a receiver, those that take most light first; and the strongest of all with what it takes.
+pub struct OccluderSearch<'a> {
+    pub occluders: Vec<Occluder<'a>>,
     pub reason: String,
 }
 
-/// Looks for the casters of `receiver` among `bodies`. `everything`: those below the bound count too, if their penumbra touches.
+/// Looks for the occluders of `receiver` among `bodies`. `everything`: those below the bound count too, if their penumbra touches.
 pub fn find<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
     sun: &Body,
     receiver: &Receiver<'_>,
-    extent: Extent,
+    extent: ReceiverExtent,
     everything: bool,
-) -> Found<'a> {
-    find_among(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, everything)
+) -> OccluderSearch<'a> {
+    select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, everything)
 }
 
 /// The bodies between the receiver and the Sun that are not far too small, wherever they pass: what takes the ephemeris' time.
@@ -150,55 +150,61 @@ pub fn candidates<'a>(
     bodies: impl Iterator<Item = &'a Body>,
     sun: &Body,
     receiver: &Receiver<'_>,
-) -> Vec<Caster<'a>> {
+) -> Vec<Occluder<'a>> {
     let Some(axis) = Axis::of(receiver, sun) else { return Vec::new() };
-    let others = bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && may_meet(b, receiver.body));
-    others.filter_map(|body| Caster::of(ephemeris, body, receiver, &axis, sun)).collect()
+    let others = bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && can_occlude(b, receiver.body));
+    others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun)).collect()
 }
 
-/// The casters among the candidates of the same receiver.
-pub fn find_among<'a>(candidates: &[Caster<'a>], sun: &Body, receiver: &Receiver<'_>, extent: Extent, everything: bool) -> Found<'a> {
+/// The occluders among the candidates of the same receiver.
+pub fn select_occluders<'a>(
+    candidates: &[Occluder<'a>],
+    sun: &Body,
+    receiver: &Receiver<'_>,
+    extent: ReceiverExtent,
+    everything: bool,
+) -> OccluderSearch<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
-        return Found { casters: Vec::new(), reason: "it is inside the Sun".into() };
+        return OccluderSearch { occluders: Vec::new(), reason: "it is inside the Sun".into() };
     };
-    let mut casters = Vec::new();
+    let mut occluders = Vec::new();
     let mut nearest: Option<(f64, &'a str)> = None;
-    for caster in candidates {
-        let caster = caster.within(&axis, sun, extent.reach, receiver.radius_km());
-        let body = caster.body;
-        let miss = caster.miss(&axis, extent.reach);
+    for occluder in candidates {
+        let occluder = occluder.within(&axis, sun, extent.reach, receiver.radius_km());
+        let body = occluder.body;
+        let miss = occluder.miss(&axis, extent.reach);
         if miss > 0.0 {
-            let share = miss / caster.penumbra(&axis, extent.reach);
-            if caster.takes > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| share < least) {
+            let share = miss / occluder.penumbra(&axis, extent.reach);
+            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(least, _)| share < least) {
                 nearest = Some((share, &body.name));
             }
             continue;
         }
         // A shadow smaller than a pixel darkens it by its area.
-        let of_pixel = if extent.pixel > 0.0 { caster.shadow_area() / (extent.pixel * extent.pixel) } else { 1.0 };
-        let counts = caster.takes * of_pixel.min(1.0) > VISIBLE_CHANGE && caster.in_sight(&axis, extent);
+        let of_pixel = if extent.pixel > 0.0 { occluder.shadow_area() / (extent.pixel * extent.pixel) } else { 1.0 };
+        let counts = occluder.max_obscuration * of_pixel.min(1.0) > VISIBLE_CHANGE && occluder.shadow_is_visible(&axis, extent);
         if counts || everything {
-            casters.push(caster);
+            occluders.push(occluder);
         }
     }
-    casters.sort_by(|a, b| (b.takes * b.shadow_area()).total_cmp(&(a.takes * a.shadow_area())));
-    let left_out = casters.len().saturating_sub(usize::from(CASTERS_AT_MOST));
-    casters.truncate(usize::from(CASTERS_AT_MOST));
-    let reason = match (casters.first(), nearest) {
+    occluders.sort_by(|a, b| (b.max_obscuration * b.shadow_area()).total_cmp(&(a.max_obscuration * a.shadow_area())));
+    let left_out = occluders.len().saturating_sub(usize::from(MAX_OCCLUDERS));
+    occluders.truncate(usize::from(MAX_OCCLUDERS));
+    let reason = match (occluders.first(), nearest) {
         (Some(first), _) => {
-            let names: Vec<_> = casters.iter().map(|c| c.body.name.as_str()).collect();
+            let names: Vec<_> = occluders.iter().map(|c| c.body.name.as_str()).collect();
             let more = if left_out > 0 { format!("; {left_out} weaker ones omitted") } else { String::new() };
             format!(
                 "penumbra of {} on its lit side; {} takes up to {:.3} of the light{more}",
                 names.join(", "),
                 first.body.name,
-                first.takes
+                first.max_obscuration
             )
         }
         (None, Some((share, name))) => format!("nearest penumbra: {name}'s, {share:.2} of its radius outside"),
         (None, None) => format!("no occluder blocks more than {VISIBLE_CHANGE:.2e} of the sunlight in view"),
     };
-    Found { casters, reason }
+    OccluderSearch { occluders, reason }
 }
 
 /// The planet that a body belongs to, itself for a planet.
@@ -207,24 +213,24 @@ fn system(body: &Body) -> NaifId {
 }
 
 /// Bodies of other systems are far away: only planets can take as much as the bound (Jupiter a twentieth of Saturn's Sun; Ganymede 7e-5).
-fn may_meet(caster: &Body, receiver: &Body) -> bool {
-    system(caster) == system(receiver) || caster.kind == Kind::Planet
+fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
+    system(occluder) == system(receiver) || occluder.kind == BodyKind::Planet
 }
 
 /// What a body of this radius takes at most of the Sun's light when it passes this far before it.
-fn takes(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
+fn max_obscuration(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
     let solar_radii = radius * axis.cot / depth.max(1e-9);
     if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * centre_over_mean(sun)).min(1.0) }
 }
 
-impl<'a> Caster<'a> {
+impl<'a> Occluder<'a> {
     fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
         let unit_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / unit_km;
         // Where it is now serves to leave out what is far too small or on the wrong side, with twice the room.
         let now = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
         let away_km = (now.pos_km - receiver.position_km).length();
-        if takes(radius, axis, sun, 0.5 * away_km / unit_km) < 0.1 * VISIBLE_CHANGE {
+        if max_obscuration(radius, axis, sun, 0.5 * away_km / unit_km) < 0.1 * VISIBLE_CHANGE {
             return None;
         }
         let light_s = away_km / SPEED_OF_LIGHT_KM_S;
@@ -240,17 +246,17 @@ impl<'a> Caster<'a> {
         if along <= 0.0 || along >= axis.sun_distance {
             return None;
         }
-        let caster_from_icrf = ephemeris.body_from_icrf(body.id, passed_at).ok()?;
-        let (long_axis, semi) = outline(axis, receiver.body_from_icrf * caster_from_icrf.transpose(), body.radii_km / unit_km);
-        Some(Self { body, across, along, long_axis, semi, takes: 0.0, umbra: false })
+        let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passed_at).ok()?;
+        let (long_axis, semi) = outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / unit_km);
+        Some(Self { body, across, along, long_axis, semi, max_obscuration: 0.0, umbra: false })
     }
 
     /// What it can do to points of the receiver no farther than `reach` from its centre.
     fn within(&self, axis: &Axis, sun: &Body, reach: f64, unit_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / unit_km;
-        let takes = takes(radius, axis, sun, (self.along - reach).max(radius));
+        let max_obscuration = max_obscuration(radius, axis, sun, (self.along - reach).max(radius));
         let umbra = self.across.length() < reach + self.semi.x - self.along / axis.cot;
-        Self { takes, umbra, ..self.clone() }
+        Self { max_obscuration, umbra, ..self.clone() }
     }
 
     /// Radius of the penumbra where it meets the receiver.
@@ -270,7 +276,7 @@ impl<'a> Caster<'a> {
 
     /// Whether some point that it may darken can be seen. Points around the penumbra and inside are asked, and the point of the lit
     /// side that faces the camera most; a margin of 0.03 radii covers what lies between them.
-    fn in_sight(&self, axis: &Axis, extent: Extent) -> bool {
+    fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
         let Some(camera) = extent.camera.filter(|_| extent.reach < 1.2) else { return true };
         let distance = camera.length();
         let radius = self.penumbra(axis, extent.reach) + 0.03;
@@ -290,12 +296,12 @@ impl<'a> Caster<'a> {
     }
 }
 
-/// Long axis and semi-axes of an ellipsoid's outline in light along the axis. `receiver_from_caster` turns its axes, `radii` are its
+/// Long axis and semi-axes of an ellipsoid's outline in light along the axis. `receiver_from_occluder` turns its axes, `radii` are its
 /// semi-axes.
-fn outline(axis: &Axis, receiver_from_caster: DMat3, radii: DVec3) -> (DVec2, DVec2) {
+fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) -> (DVec2, DVec2) {
     // The outline's squared half width along a unit vector n is n M n, M the sum of the semi-axes' squares across the light.
     let m = [0, 1, 2].map(|k| {
-        let a = axis.across(receiver_from_caster.col(k)) * radii[k];
+        let a = axis.across(receiver_from_occluder.col(k)) * radii[k];
         DMat2::from_cols(a * a.x, a * a.y)
     });
     let m = m[0] + m[1] + m[2];
@@ -307,39 +313,39 @@ fn outline(axis: &Axis, receiver_from_caster: DMat3, radii: DVec3) -> (DVec2, DV
 
 /// The model that was asked for, or the tier's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum EclipseModelChoice {
     Asked(EclipseModel),
     /// Even discs where the picture is a draft; the darkened limb and refracted light otherwise.
     Draft,
     Best,
 }
 
-/// Picks the model and puts a caster with air first where its air counts.
-pub fn model(casters: &mut [Caster<'_>], wanted: Wanted) -> Eclipse {
-    let count = u8::try_from(casters.len()).unwrap_or(CASTERS_AT_MOST);
-    let asked_refracted = wanted == Wanted::Asked(EclipseModel::Refracted);
+/// Picks the model and puts an occluder with air first where its air counts.
+pub fn model(occluders: &mut [Occluder<'_>], wanted: EclipseModelChoice) -> Eclipse {
+    let count = u8::try_from(occluders.len()).unwrap_or(MAX_OCCLUDERS);
+    let asked_refracted = wanted == EclipseModelChoice::Asked(EclipseModel::Refracted);
     let model = match wanted {
         _ if count == 0 => EclipseModel::None,
-        Wanted::Asked(EclipseModel::Refracted) | Wanted::Best => {
-            match casters.iter().position(|c| refraction::bends(c.body) && (c.umbra || asked_refracted)) {
+        EclipseModelChoice::Asked(EclipseModel::Refracted) | EclipseModelChoice::Best => {
+            match occluders.iter().position(|c| refraction::bends(c.body) && (c.umbra || asked_refracted)) {
                 Some(k) => {
-                    casters[..=k].rotate_right(1);
+                    occluders[..=k].rotate_right(1);
                     EclipseModel::Refracted
                 }
                 None => EclipseModel::LimbDarkened,
             }
         }
-        Wanted::Asked(model) => model,
-        Wanted::Draft => EclipseModel::UniformDisc,
+        EclipseModelChoice::Asked(model) => model,
+        EclipseModelChoice::Draft => EclipseModel::UniformDisc,
     };
-    Eclipse { casters: count, model }
+    Eclipse { occluders: count, model }
 }
 
-/// The most casters that a body of the catalog can meet, and whether one of them has air that bends light: the others of its system, and one
+/// The most occluders that a body of the catalog can meet, and whether one of them has air that bends light: the others of its system, and one
 /// planet more for those outside of Jupiter's orbit (from inside every planet stays below the bound).
 pub fn possible<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system(b) == system(receiver));
     let one_more = usize::from(!(100..600).contains(&receiver.id.0));
-    let count = (others.clone().count() + one_more).min(usize::from(CASTERS_AT_MOST)) as u8;
+    let count = (others.clone().count() + one_more).min(usize::from(MAX_OCCLUDERS)) as u8;
     (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::bends))
 }

@@ -11,12 +11,12 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, NEAR_DEPTH_KM, Placement, ViewRays, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
-use crate::scene::eclipse::air::{self, Layers};
+use crate::scene::eclipse::air::{self, RefractingLayers};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::photometry;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::point::BLEND_TO_PX;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
@@ -41,7 +41,7 @@ pub struct RefractedLimb {
     /// Height over the limb; solar radii by which the place on the Sun moves.
     pub air_edges: Vec<Vec4>,
     /// What a layer lets through: its mean, then its change from the lower edge to the upper.
-    pub air_passes: Vec<Vec4>,
+    pub air_transmittance: Vec<Vec4>,
 }
 
 /// Changes of the transmission across each layer: the slope between its neighbours, so small that it goes over from one to the next without
@@ -79,7 +79,7 @@ struct Sky {
 }
 
 impl Sky {
-    fn of(p: &Placed<'_>, sun: &Placed<'_>) -> Self {
+    fn of(p: &PlacedBody<'_>, sun: &PlacedBody<'_>) -> Self {
         let camera = p.placement.camera_in_unit_sphere().length();
         let limb = (1.0 / camera).min(1.0).asin();
         Self {
@@ -93,7 +93,7 @@ impl Sky {
 
     /// The most that the layers can shine with, per channel, in pixels that span this many radii at the limb: all that show the Sun somewhere, at its
     /// centre's radiance.
-    fn most(&self, layers: &Layers, centre: DVec3, pixel: f64) -> DVec3 {
+    fn most(&self, layers: &RefractingLayers, centre: DVec3, pixel: f64) -> DVec3 {
         let shows = |edge: &glam::DVec4| {
             let at = |height: f64, bending: f64| self.limb + height / self.distance - bending;
             let (low, high) = (at(edge.x - 1.0, edge.y), at(edge.z - 1.0, edge.w));
@@ -109,7 +109,7 @@ impl Sky {
     }
 }
 
-fn limb(camera: &Camera, p: &Placed<'_>, sun: &Placed<'_>, layers: &Layers, tint: DVec3) -> Option<RefractedLimb> {
+fn limb(camera: &Camera, p: &PlacedBody<'_>, sun: &PlacedBody<'_>, layers: &RefractingLayers, tint: DVec3) -> Option<RefractedLimb> {
     let place = &p.placement;
     let top = layers.edges.last()?.z;
     let shell = Placement { radii_km: place.radii_km * top, ..*place };
@@ -135,7 +135,7 @@ fn limb(camera: &Camera, p: &Placed<'_>, sun: &Placed<'_>, layers: &Layers, tint
         sun_across: [x, y].map(|v| narrow(v).extend(0.0)),
         sun_limb: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
         air_edges,
-        air_passes: passes.map(|v| narrow(v).extend(0.0)).collect(),
+        air_transmittance: passes.map(|v| narrow(v).extend(0.0)).collect(),
     })
 }
 
@@ -144,14 +144,14 @@ fn limb(camera: &Camera, p: &Placed<'_>, sun: &Placed<'_>, layers: &Layers, tint
 pub(crate) fn limbs(
     request: &ViewRequest,
     camera: &Camera,
-    placed: &[Placed<'_>],
+    placed: &[PlacedBody<'_>],
     bound: Bound,
     tint: impl Fn(DVec3) -> DVec3,
     bodies: &mut [BodyInView],
 ) -> Vec<RefractedLimb> {
     let Some(sun) = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0) else { return Vec::new() };
     let mut all = Vec::new();
-    for p in placed.iter().filter(|p| air::bends(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Shaded) {
+    for p in placed.iter().filter(|p| air::bends(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
         let drawn = |b: &&mut BodyInView| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
         let Some(body) = bodies.iter_mut().find(drawn) else { continue };
         let own = request.effects.for_body(&p.body.name);
@@ -163,7 +163,7 @@ pub(crate) fn limbs(
         let shown = air::shown(p.distance_km, sun.distance_km);
         let layers = air::layers(p.body, p.body.radii_km.x, 1.0, shown);
         let inside = crate::scene::atmosphere::air::shell(p.body, &p.placement).is_some_and(|shell| shell.camera_is_inside());
-        let why_not = match (&layers, effects.asked(Effect::Atmosphere)) {
+        let why_not = match (&layers, effects.override_of(Effect::Atmosphere)) {
             (None, _) => Some("nothing is known of how its air bends light".into()),
             (_, Some(false)) => Some("its air is switched off".into()),
             _ if inside => Some("the camera is in its air".into()),
@@ -182,8 +182,8 @@ pub(crate) fn limbs(
         let tint = tint(p.placement.centre_km);
         let centre: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let part = sky.most(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
-        let reason = if part > 0.0 { format!("at most {}", bound.said(part)) } else { "no layer of its air shows the Sun".into() };
-        let on = match effects.asked(Effect::RefractedLimb) {
+        let reason = if part > 0.0 { format!("at most {}", bound.description(part)) } else { "no layer of its air shows the Sun".into() };
+        let on = match effects.override_of(Effect::RefractedLimb) {
             Some(on) => note(on, "set by you".into()),
             None => note(bound.counts(part), reason),
         };

@@ -1,34 +1,34 @@
-//! About how much sunlight casters leave on a body: for the exposure, for magnitudes and for bodies that are points.
+//! About how much sunlight occluders leave on a body: for the exposure, for magnitudes and for bodies that are points.
 
 use crate::catalog::Body;
-use crate::scene::draw::needs::EclipseModel;
+use crate::scene::draw::features::EclipseModel;
 use crate::scene::eclipse::air;
-use crate::scene::eclipse::occluders::{Axis, Caster, Receiver};
+use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver};
 use glam::DVec3;
 
-/// About what part of the Sun's light casters leave at points of a receiver: discs without limb darkening. For the exposure and for bodies that are
+/// About what part of the Sun's light occluders leave at points of a receiver: discs without limb darkening. For the exposure and for bodies that are
 /// points; no picture is shaded by it.
 pub struct Shade<'a> {
-    casters: &'a [Caster<'a>],
+    occluders: &'a [Occluder<'a>],
     axis: Axis,
-    /// Of the first caster's air, where it bends light.
-    layers: Option<air::Layers>,
+    /// Of the first occluder's air, where it bends light.
+    layers: Option<air::RefractingLayers>,
 }
 
 impl<'a> Shade<'a> {
     /// `None` where nothing stands before the Sun.
-    pub fn of(casters: &'a [Caster<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
-        let axis = Axis::of(receiver, sun).filter(|_| !casters.is_empty())?;
-        let first = casters.first().filter(|_| model == EclipseModel::Refracted);
-        let shown = |c: &Caster<'_>| air::shown(c.along, axis.sun_distance);
-        Some(Self { casters, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, shown(c))) })
+    pub fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
+        let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
+        let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
+        let shown = |c: &Occluder<'_>| air::shown(c.along, axis.sun_distance);
+        Some(Self { occluders, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, shown(c))) })
     }
 
     /// At a point: body axes, equatorial radii.
     pub fn left(&self, point: DVec3) -> f64 {
         let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
         let mut left = 1.0_f64;
-        for (index, c) in self.casters.iter().enumerate() {
+        for (index, c) in self.occluders.iter().enumerate() {
             let depth = c.along - along;
             if depth <= 0.0 {
                 continue;

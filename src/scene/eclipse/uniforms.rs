@@ -1,18 +1,18 @@
-//! Uniforms of shaders/lib/eclipse: casters about the axis through receiver and Sun.
+//! Uniforms of shaders/lib/eclipse: occluders about the axis through receiver and Sun.
 
 use crate::catalog::Body;
 use crate::scene::camera;
-use crate::scene::draw::needs::EclipseModel;
-use crate::scene::draw::uniforms::EclipseAmounts;
+use crate::scene::draw::features::EclipseModel;
+use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::air;
-use crate::scene::eclipse::occluders::{Axis, Caster, Receiver, limb_law};
+use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_law};
 use glam::{DVec2, DVec3};
 
-/// Amounts of the casters for a model; the Sun as it lights the receiver.
-pub fn amounts_of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseAmounts {
+/// Amounts of the occluders for a model; the Sun as it lights the receiver.
+pub fn uniforms_of_casters(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     match Axis::of(receiver, sun) {
-        Some(axis) => of(casters, model, receiver, sun, &axis),
-        None => EclipseAmounts::default(),
+        Some(axis) => of(occluders, model, receiver, sun, &axis),
+        None => EclipseUniforms::default(),
     }
 }
 
@@ -22,13 +22,13 @@ fn limb_factors(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
     [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
 }
 
-fn of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body, axis: &Axis) -> EclipseAmounts {
+fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body, axis: &Axis) -> EclipseUniforms {
     let narrow4 = |v: DVec3, w: f64| camera::narrow(v).extend(camera::narrow_scalar(w));
     let (u1, u2) = match model {
         EclipseModel::LimbDarkened | EclipseModel::Refracted => limb_law(sun),
         _ => (DVec3::ZERO, DVec3::ZERO),
     };
-    let layers = match casters.first() {
+    let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
             let shown = air::shown(first.along, axis.sun_distance);
             air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt(), shown)
@@ -37,20 +37,20 @@ fn of(casters: &[Caster<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun:
     };
     // Where the air is counted by its layers, the opaque outline ends at their top.
     let raised = layers.as_ref().map_or(0.0, |l| l.top);
-    let shape = |k: usize, c: &Caster<'_>| {
+    let shape = |k: usize, c: &Occluder<'_>| {
         let semi = c.semi + DVec2::splat(if k == 0 { raised } else { 0.0 });
         narrow4(c.long_axis.extend(semi.x), semi.y)
     };
     let edges = layers.as_ref().map_or(&[][..], |l| &l.edges);
     let passes = layers.as_ref().map_or(&[][..], |l| &l.passes);
-    EclipseAmounts {
+    EclipseUniforms {
         axis: narrow4(axis.along, 1.0 / axis.sun_distance),
         across: [narrow4(axis.across[0], axis.cot), narrow4(axis.across[1], axis.cot / axis.sun_distance)],
         limb: limb_factors(u1, u2).map(|f| narrow4(f, 0.0)),
-        places: casters.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
-        shapes: casters.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
+        places: occluders.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
+        shapes: occluders.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
-        air_passes: passes.iter().map(|p| narrow4(*p, 0.0)).collect(),
+        air_transmittance: passes.iter().map(|p| narrow4(*p, 0.0)).collect(),
         spread: Vec::new(),
     }
 }

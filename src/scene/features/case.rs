@@ -8,11 +8,11 @@ use crate::scene::atmosphere::air::Around;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, ClipRect};
 use crate::scene::decision::DecisionLog;
-use crate::scene::draw::uniforms::{EclipseAmounts, RingAmounts};
+use crate::scene::draw::uniforms::{EclipseUniforms, RingUniforms};
 use crate::scene::draw::{Draw, PixelView};
-use crate::scene::features::choice::Chosen;
+use crate::scene::features::choice::FeatureSelection;
 use crate::scene::light::lights::{self, LightOn, Reflector};
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::point;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::{Effect, EffectOverrides};
@@ -38,7 +38,7 @@ pub(crate) struct Frame<'a> {
 /// One body of a frame.
 pub(crate) struct Case<'c, 'a> {
     pub frame: &'c Frame<'c>,
-    pub placed: &'c Placed<'a>,
+    pub placed: &'c PlacedBody<'a>,
     /// Diameter of the disc of the same area.
     pub diameter_px: f64,
     /// The pixels that its globe or mesh may touch.
@@ -52,7 +52,7 @@ pub(crate) struct Case<'c, 'a> {
 }
 
 impl<'c, 'a> Case<'c, 'a> {
-    pub fn of(frame: &'c Frame<'c>, placed: &'c Placed<'a>) -> Self {
+    pub fn of(frame: &'c Frame<'c>, placed: &'c PlacedBody<'a>) -> Self {
         let camera = frame.camera;
         let diameter_px = match placed.outline {
             Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
@@ -62,7 +62,7 @@ impl<'c, 'a> Case<'c, 'a> {
         let model = meshes::model(frame.context, placed.body);
         let rect = model.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
         let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());
-        let share = match frame.context.request.effects.asked(Effect::Points) {
+        let share = match frame.context.request.effects.override_of(Effect::Points) {
             Some(false) => 1.0,
             _ => point::disc_share(diameter_px),
         };
@@ -101,7 +101,7 @@ impl<'c, 'a> Case<'c, 'a> {
 }
 
 /// What is to be known of a body's rings before anything is decided.
-fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c Placed<'_>) -> Option<View<'c>> {
+fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c PlacedBody<'_>) -> Option<View<'c>> {
     let lit = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
     lit.then(|| View {
         body: placed.body,
@@ -119,15 +119,15 @@ fn ring_view<'c>(frame: &'c Frame<'c>, placed: &'c Placed<'_>) -> Option<View<'c
 /// What features have decided so far about one body: structure, uniforms, draws of their own, and reasons.
 pub(crate) struct Decided<'c> {
     pub log: DecisionLog<'c>,
-    pub chosen: Chosen,
+    pub chosen: FeatureSelection,
     /// Lights besides the Sun, strongest first.
     pub shine: Vec<LightOn>,
-    pub eclipse: EclipseAmounts,
+    pub eclipse: EclipseUniforms,
     /// For the globe that the rings shade.
-    pub ring: RingAmounts,
+    pub ring: RingUniforms,
     pub overlays: Vec<&'c Overlay>,
-    /// [`crate::scene::draw::AirAmounts::veil`].
-    pub veil: f32,
+    /// [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
+    pub blend_mode: f32,
     /// Direction of the Sun, body axes, and its angular radius, where a mesh shades itself.
     pub self_shadow: Option<(DVec3, f64)>,
     pub sky: Option<Draw>,
@@ -140,12 +140,12 @@ impl<'c> Decided<'c> {
     pub fn nothing(log: DecisionLog<'c>) -> Self {
         Self {
             log,
-            chosen: Chosen::default(),
+            chosen: FeatureSelection::default(),
             shine: Vec::new(),
-            eclipse: EclipseAmounts::default(),
-            ring: RingAmounts::default(),
+            eclipse: EclipseUniforms::default(),
+            ring: RingUniforms::default(),
             overlays: Vec::new(),
-            veil: 0.0,
+            blend_mode: 0.0,
             self_shadow: None,
             sky: None,
             clouds: None,

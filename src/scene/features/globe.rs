@@ -3,8 +3,8 @@
 use crate::catalog::{Map, NaifId, Photometry};
 use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera::{self, AnchorForm, ClipRect};
-use crate::scene::draw::needs::MapSet;
-use crate::scene::draw::uniforms::{Amounts, EclipseAmounts, Light};
+use crate::scene::draw::features::MapSet;
+use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::features::case::Case;
 use crate::scene::light::lights::{self, LightOn};
@@ -16,7 +16,13 @@ use glam::DVec3;
 const WAVE_SLOPE_SQ: f64 = 0.0286;
 
 /// The amounts of a draw of the globe, or of a shell around it by its own placement.
-pub(crate) fn amounts(case: &Case<'_, '_>, placement: &camera::Placement, rect: ClipRect, maps: MapSet, shine: &[LightOn]) -> Amounts {
+pub(crate) fn uniforms(
+    case: &Case<'_, '_>,
+    placement: &camera::Placement,
+    rect: ClipRect,
+    maps: MapSet,
+    shine: &[LightOn],
+) -> DrawUniforms {
     amounts_at(case, placement, rect, maps, shine, case.share)
 }
 
@@ -28,7 +34,7 @@ pub(crate) fn amounts_at(
     maps: MapSet,
     shine: &[LightOn],
     share: f64,
-) -> Amounts {
+) -> DrawUniforms {
     let (camera, p, body) = (case.frame.camera, case.placed, case.body());
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
@@ -56,7 +62,7 @@ pub(crate) fn amounts_at(
     };
     let lights =
         if emissive { Vec::new() } else { std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(shine).map(in_body).collect() };
-    let mut amounts = Amounts {
+    let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
         albedo: camera::narrow(reflectance * p.tone() * share),
         lights,
@@ -68,13 +74,13 @@ pub(crate) fn amounts_at(
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
-        clouds: clouds::amounts(body),
-        eclipse: EclipseAmounts::default(),
-        air: air::amounts(body, 1.0),
+        clouds: clouds::uniforms(body),
+        eclipse: EclipseUniforms::default(),
+        air: air::uniforms(body, 1.0),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
-        ..Amounts::of_rays(&rays)
+        ..DrawUniforms::of_rays(&rays)
     };
-    air::set_ends(&mut amounts, false);
-    amounts
+    air::set_ends(&mut uniforms, false);
+    uniforms
 }

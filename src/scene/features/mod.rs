@@ -13,11 +13,11 @@ use crate::scene::atmosphere::air_spread;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
-use crate::scene::draw::needs::{AirTier, Needs, PixelView, RingShadow, Shape};
-use crate::scene::draw::uniforms::{Amounts, Light};
+use crate::scene::draw::features::{AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
+use crate::scene::draw::uniforms::{DrawUniforms, Light};
 use crate::scene::draw::{Draw, MapFiles, Part, Point};
 use crate::scene::in_view::Appearance;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
@@ -58,8 +58,8 @@ const FEATURES_WITH_MAPS: [Feature; 3] = [ground::decide, overlays::decide, atmo
 /// Leaves out pairs of features that would multiply the number of keys for a rare sight.
 fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
     let chosen = &mut so_far.chosen;
-    if chosen.air != AirTier::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.casters > 0 {
-        // Each ring's shadow under each tier, number of casters and model would triple those keys.
+    if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
+        // Each ring's shadow under each tier, number of occluders and model would triple those keys.
         so_far.log.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
         chosen.ring_shadow = RingShadow::None;
     }
@@ -71,7 +71,7 @@ fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
 }
 
 /// Decides on all features of one body. `hidden_inside`: the camera is at its centre.
-pub(crate) fn decide(frame: &Frame<'_>, placed: &Placed<'_>, hidden_inside: bool) -> Seen {
+pub(crate) fn decide(frame: &Frame<'_>, placed: &PlacedBody<'_>, hidden_inside: bool) -> Seen {
     let case = Case::of(frame, placed);
     let mut log = case.log();
     if hidden_inside {
@@ -96,18 +96,18 @@ pub(crate) fn decide(frame: &Frame<'_>, placed: &Placed<'_>, hidden_inside: bool
 }
 
 /// The map files that the body's draws read where all of them can be read.
-pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &Placed<'_>) -> Option<(MapFiles, Shape)> {
+pub(crate) fn maps_wanted(frame: &Frame<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
     let case = Case::of(frame, placed);
     let has_mesh = meshes::is_wanted(frame.context, frame.camera, placed);
     if case.share <= 0.0 || case.rect.is_none() && case.ring_view.is_none() && !has_mesh {
         return None;
     }
     let decided = decided(&FEATURES_WITH_MAPS, &case, Decided::nothing(case.log()));
-    let needs = decided.chosen.needs(case.body(), case.pixel_view());
-    let mut files = map_files(&case, &needs, &decided);
+    let features = decided.chosen.features(case.body(), case.pixel_view());
+    let mut files = map_files(&case, &features, &decided);
     let over_ground = decided.clouds.and_then(|c| c.map_files.cloud);
     files.cloud = files.cloud.or(over_ground);
-    Some((files, if has_mesh { Shape::Mesh } else { needs.shape }))
+    Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
 fn not_shown(case: &Case<'_, '_>, mut decided: Decided<'_>, reason: &str) -> Seen {
@@ -138,28 +138,28 @@ fn point_of(case: &Case<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let shows = share < 1.0 && frame.bound.counts(flux.max_element());
     let flux = if shows { flux * eclipse::before_sun::dimming(frame.context, p, case.diameter_px) } else { flux };
     let reason = format!("{:.3} px across against {BLEND_FROM_PX} to {BLEND_TO_PX} px", case.diameter_px);
-    let flux = if case.pixel_view() == PixelView::Shaded { flux } else { DVec3::ZERO };
+    let flux = if case.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     if !log.effect(Effect::Points, share < 1.0, reason) || share >= 1.0 {
         return None;
     }
     let most = flux.max_element();
     if !frame.bound.counts(most) {
-        log.note("point-visible", false, frame.bound.said(most));
+        log.note("point-visible", false, frame.bound.description(most));
         return None;
     }
     frame.camera.clip(p.placement.centre_km).map(|clip| point::sprite(p.body.id, clip, flux))
 }
 
 /// The files of the maps that a structure reads.
-fn map_files(case: &Case<'_, '_>, needs: &Needs, decided: &Decided<'_>) -> MapFiles {
+fn map_files(case: &Case<'_, '_>, features: &DrawFeatures, decided: &Decided<'_>) -> MapFiles {
     let body = case.body();
     let file = |on: bool, map: &Option<Map>| map.as_ref().filter(|_| on).map(|m| m.file.clone());
     MapFiles {
-        albedo: file(needs.maps.albedo, &body.maps.albedo),
-        normal: file(needs.maps.normal, &body.maps.normal),
-        specular: file(needs.maps.specular, &body.maps.specular),
-        night: file(needs.maps.night, &body.maps.night),
-        cloud: body.clouds.as_ref().filter(|_| needs.maps.cloud_shadow).map(|c| c.map.file.clone()),
+        albedo: file(features.maps.albedo, &body.maps.albedo),
+        normal: file(features.maps.normal, &body.maps.normal),
+        specular: file(features.maps.specular, &body.maps.specular),
+        night: file(features.maps.night, &body.maps.night),
+        cloud: body.clouds.as_ref().filter(|_| features.maps.cloud_shadow).map(|c| c.map.file.clone()),
         overlays: decided.overlays.iter().map(|o| o.file.clone()).collect(),
     }
 }
@@ -169,39 +169,39 @@ fn globe(case: &Case<'_, '_>, decided: &Decided<'_>, rect: ClipRect) -> Draw {
     let (frame, p, body) = (case.frame, case.placed, case.body());
     // Light from beyond the camera's air comes reddened.
     let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
-    let needs = decided.chosen.needs(body, case.pixel_view());
-    let amounts = globe::amounts(case, &p.placement, rect, decided.chosen.maps, &decided.shine);
+    let features = decided.chosen.features(body, case.pixel_view());
+    let uniforms = globe::uniforms(case, &p.placement, rect, decided.chosen.maps, &decided.shine);
     let factor = p.tone() * case.share * tint;
-    let overlays = decided.overlays.iter().map(|o| overlays::amounts(body, o, factor)).collect();
-    let mut amounts = Amounts { ring: decided.ring.clone(), albedo: amounts.albedo * camera::narrow(tint), overlays, ..amounts };
-    if let Some(model) = case.model.filter(|_| needs.shape == Shape::Mesh) {
-        mesh_decision::set(&mut amounts, case, model, decided.self_shadow);
+    let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
+    let mut uniforms = DrawUniforms { ring: decided.ring.clone(), albedo: uniforms.albedo * camera::narrow(tint), overlays, ..uniforms };
+    if let Some(model) = case.model.filter(|_| features.shape == Shape::Mesh) {
+        mesh_decision::set(&mut uniforms, case, model, decided.self_shadow);
     }
-    Draw { body: body.id, part: Part::Globe, name: body.name.clone(), needs, amounts, map_files: map_files(case, &needs, decided) }
+    Draw { body: body.id, part: Part::Globe, name: body.name.clone(), features, uniforms, map_files: map_files(case, &features, decided) }
 }
 
 /// All draws of a body, the globe first, and its decisions.
 fn assembled(case: &Case<'_, '_>, globe: Option<Draw>, mut decided: Decided<'_>) -> (Vec<Draw>, Vec<Decision>) {
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
-    if draws.iter().any(|d| d.needs.air.tier == AirTier::Table) && !decided.eclipse.places.is_empty() {
+    if draws.iter().any(|d| d.features.air.tier == AtmosphereModel::Table) && !decided.eclipse.places.is_empty() {
         decided.eclipse.spread = air_spread::tables(case.body(), &decided.eclipse);
     }
     for draw in &mut draws {
         // Needs round the number of lights up.
         let dark =
-            Light { direction_in_body: draw.amounts.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
-        while draw.amounts.lights.len() < usize::from(draw.needs.lights) {
-            draw.amounts.lights.push(dark);
+            Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
+        while draw.uniforms.lights.len() < usize::from(draw.features.lights) {
+            draw.uniforms.lights.push(dark);
         }
-        draw.amounts.eclipse.clone_from(&decided.eclipse);
-        if draw.part == Part::Sky && draw.needs.ring_shadow != RingShadow::None {
-            draw.amounts.ring.clone_from(&decided.ring);
+        draw.uniforms.eclipse.clone_from(&decided.eclipse);
+        if draw.part == Part::Sky && draw.features.ring_shadow != RingShadow::None {
+            draw.uniforms.ring.clone_from(&decided.ring);
         }
-        draw.amounts.air.veil = decided.veil;
+        draw.uniforms.air.blend_mode = decided.blend_mode;
         if let Some(table) =
-            case.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.needs.air.tier == AirTier::Table)
+            case.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.tier == AtmosphereModel::Table)
         {
-            draw.amounts.air.many = Arc::clone(table);
+            draw.uniforms.air.multi_scatter = Arc::clone(table);
         }
     }
     draws.extend(decided.rings);

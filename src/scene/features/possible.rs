@@ -1,31 +1,33 @@
 //! Every structure that a frame can ask for.
 //!
-//! [`possible_needs`] lists what [`Chosen::needs`] can return for any choice that the catalog's bodies allow, so the keys that are
+//! [`possible_features`] lists what [`FeatureSelection::features`] can return for any choice that the catalog's bodies allow, so the keys that are
 //! validated ahead of time and the keys that frames use come from the same two functions.
 
-use crate::catalog::{Body, Catalog, OVERLAYS_AT_MOST, ShapeModel};
+use crate::catalog::{Body, Catalog, MAX_OVERLAYS, ShapeModel};
 use crate::scene::atmosphere::air;
-use crate::scene::draw::needs::{AirTier, BodyShadow, Eclipse, EclipseModel, Flags, MapSet, Needs, PixelView, RingShadow};
+use crate::scene::draw::features::{
+    AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, Flags, MapSet, PixelView, RingShadow,
+};
 use crate::scene::eclipse::occluders;
-use crate::scene::features::choice::{Available, Chosen};
-use crate::scene::thresholds::LIGHTS_AT_MOST;
+use crate::scene::features::choice::{Capabilities, FeatureSelection};
+use crate::scene::thresholds::MAX_LIGHTS;
 use std::collections::BTreeSet;
 
-/// No caster, and every number of casters under every model that the body's system allows.
+/// No occluder, and every number of occluders under every model that the body's system allows.
 fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
     let (most, refracted) = occluders::possible(catalog.bodies(), body);
     let mut all = vec![Eclipse::default()];
-    for casters in 1..=most {
+    for occluders in 1..=most {
         let models = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
-        all.extend(models.map(|model| Eclipse { casters, model }));
-        all.extend(refracted.then_some(Eclipse { casters, model: EclipseModel::Refracted }));
+        all.extend(models.map(|model| Eclipse { occluders, model }));
+        all.extend(refracted.then_some(Eclipse { occluders, model: EclipseModel::Refracted }));
     }
     all
 }
 
 /// Every set of the maps that a body has.
 fn possible_maps(body: &Body) -> Vec<MapSet> {
-    let of = Available::of(body).maps;
+    let of = Capabilities::of(body).maps;
     let has = |bits: u8, bit: u8| bits & (1 << bit) != 0;
     let set = |bits| MapSet {
         albedo: of.albedo && has(bits, 0),
@@ -45,31 +47,32 @@ fn possible_meshes(body: &Body) -> Vec<Option<Flags>> {
 }
 
 /// A choice's globe with and without the ring's light, under each number of overlays, by each shape.
-fn ground_needs(chosen: Chosen, body: &Body, view: PixelView) -> impl Iterator<Item = Needs> {
-    let overlays = 0..=body.overlays.len().min(usize::from(OVERLAYS_AT_MOST)) as u8;
+fn ground_needs(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
+    let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
-        let of = move |overlays| [false, true].map(|ring_shine| Chosen { overlays, ring_shine, mesh, ..chosen }.needs(body, view));
+        let of =
+            move |overlays| [false, true].map(|ring_shine| FeatureSelection { overlays, ring_shine, mesh, ..chosen }.features(body, view));
         overlays.clone().flat_map(of)
     })
 }
 
 /// Every structure that a frame can ask for any body of the catalog under any effects and pixel view, in order, each once.
-pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
+pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
     let both = [false, true];
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
         let eclipses = possible_eclipses(catalog, body);
-        let has_rings = Available::of(body).rings;
+        let has_rings = Capabilities::of(body).rings;
         for view in PixelView::ALL {
             for ellipsoid in both {
                 for maps in possible_maps(body) {
-                    for shine in 0..LIGHTS_AT_MOST {
+                    for shine in 0..MAX_LIGHTS {
                         for &eclipse in &eclipses {
                             // The two shadows are parts of different draws, so that their values need not be crossed.
                             let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
                             for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
-                                let air = AirTier::None;
-                                let chosen = Chosen {
+                                let air = AtmosphereModel::None;
+                                let chosen = FeatureSelection {
                                     ellipsoid,
                                     maps,
                                     shine,
@@ -78,7 +81,7 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
                                     ring_shadow,
                                     body_shadow,
                                     air,
-                                    ..Chosen::default()
+                                    ..FeatureSelection::default()
                                 };
                                 all.extend(ground_needs(chosen, body, view));
                                 all.extend(chosen.cloud_needs(body, view));
@@ -86,7 +89,15 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
                             }
                             for air in air::possible_tiers(body) {
                                 for ring_shadow in RingShadow::ALL {
-                                    let chosen = Chosen { ellipsoid, maps, shine, eclipse, air, ring_shadow, ..Chosen::default() };
+                                    let chosen = FeatureSelection {
+                                        ellipsoid,
+                                        maps,
+                                        shine,
+                                        eclipse,
+                                        air,
+                                        ring_shadow,
+                                        ..FeatureSelection::default()
+                                    };
                                     all.extend(ground_needs(chosen, body, view));
                                     all.extend(chosen.cloud_needs(body, view));
                                     all.extend(chosen.sky_needs(body, view));
@@ -104,24 +115,24 @@ pub fn possible_needs(catalog: &Catalog) -> Vec<Needs> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::draw::needs::{Shape, Surface};
+    use crate::scene::draw::features::{Shape, Surface};
 
     /// What an eclipse changes in the structure of a draw: itself, and under air the ring's shadow and the number of lights, upward.
     #[test]
     fn an_eclipse_takes_no_light_but_the_suns() {
         let catalog = Catalog::embedded();
-        let eclipse = Eclipse { casters: 1, model: EclipseModel::LimbDarkened };
+        let eclipse = Eclipse { occluders: 1, model: EclipseModel::LimbDarkened };
         let (mut under_air, mut by_rings) = (0, 0);
         for body in catalog.bodies() {
             for air in air::possible_tiers(body) {
                 for (shine, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
-                    let chosen = Chosen { shine, ring_shine, air, ..Chosen::default() };
-                    let plain = chosen.needs(body, PixelView::Shaded);
-                    let dim = Chosen { eclipse, ..chosen }.needs(body, PixelView::Shaded);
-                    assert_eq!(Needs { eclipse: plain.eclipse, lights: plain.lights, ..dim }, plain, "{}", body.name);
-                    assert!(dim.lights == plain.lights || air != AirTier::None && plain.lights > 1 && dim.lights > plain.lights);
-                    under_air += usize::from(air != AirTier::None && shine > 0 && dim.lights > 1 && dim.eclipse == eclipse);
-                    by_rings += usize::from(air != AirTier::None && dim.ring_shine && dim.eclipse == eclipse);
+                    let chosen = FeatureSelection { shine, ring_shine, air, ..FeatureSelection::default() };
+                    let plain = chosen.features(body, PixelView::Final);
+                    let dim = FeatureSelection { eclipse, ..chosen }.features(body, PixelView::Final);
+                    assert_eq!(DrawFeatures { eclipse: plain.eclipse, lights: plain.lights, ..dim }, plain, "{}", body.name);
+                    assert!(dim.lights == plain.lights || air != AtmosphereModel::None && plain.lights > 1 && dim.lights > plain.lights);
+                    under_air += usize::from(air != AtmosphereModel::None && shine > 0 && dim.lights > 1 && dim.eclipse == eclipse);
+                    by_rings += usize::from(air != AtmosphereModel::None && dim.ring_shine && dim.eclipse == eclipse);
                 }
             }
         }
@@ -131,15 +142,16 @@ mod tests {
     #[test]
     fn nothing_is_possible_that_the_body_does_not_have() {
         let catalog = Catalog::embedded();
-        let all = possible_needs(&catalog);
+        let all = possible_features(&catalog);
         let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
         let everything = MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true };
-        let needs = Chosen { ellipsoid: true, maps: everything, shine: 200, ..Chosen::default() }.needs(sun, PixelView::Shaded);
-        assert_eq!((needs.surface, needs.lights, needs.maps.night), (Surface::Emissive, 0, false));
-        assert!(all.contains(&needs));
-        assert!(all.iter().all(|n| n.lights <= LIGHTS_AT_MOST && (n.surface == Surface::Emissive) == (n.lights == 0)));
+        let features = FeatureSelection { ellipsoid: true, maps: everything, shine: 200, ..FeatureSelection::default() }
+            .features(sun, PixelView::Final);
+        assert_eq!((features.surface, features.lights, features.maps.night), (Surface::Emissive, 0, false));
+        assert!(all.contains(&features));
+        assert!(all.iter().all(|n| n.lights <= MAX_LIGHTS && (n.surface == Surface::Emissive) == (n.lights == 0)));
         assert!(!all.iter().any(|n| n.shape == Shape::Mesh));
-        let foreign = Needs { flags: Flags { two_sided: true, ..Flags::default() }, ..needs };
+        let foreign = DrawFeatures { flags: Flags { two_sided: true, ..Flags::default() }, ..features };
         assert!(!all.contains(&foreign));
     }
 
@@ -150,7 +162,7 @@ mod tests {
             Catalog::with_files(&[("mine.toml".into(), text)]).expect("reads")
         };
         let flags = |catalog: &Catalog| -> BTreeSet<Flags> {
-            possible_needs(catalog).into_iter().filter(|n| n.shape == Shape::Mesh).map(|n| n.flags).collect()
+            possible_features(catalog).into_iter().filter(|n| n.shape == Shape::Mesh).map(|n| n.flags).collect()
         };
         let plain = Flags::default();
         assert_eq!(flags(&file("")), [plain, Flags { vertex_colour: true, ..plain }].into());

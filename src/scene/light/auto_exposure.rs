@@ -13,7 +13,7 @@ use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CANDELAS_PER_RADIANCE, CO
 use crate::scene::light::lamps;
 use crate::scene::light::lights::{self, Reflector};
 use crate::scene::light::meter::{Meter, Metered, Reading};
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ExposureRequest;
 use crate::scene::resources::Context;
@@ -31,7 +31,7 @@ const LAMPS_OVER_STOPS: f64 = 2.0;
 pub(crate) fn exposure(
     context: Context<'_>,
     camera: &Camera,
-    placed: &[Placed<'_>],
+    placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
     air: Option<&air::Around<'_>>,
 ) -> Exposure {
@@ -45,13 +45,13 @@ pub(crate) fn exposure(
 fn metered(
     context: Context<'_>,
     camera: &Camera,
-    placed: &[Placed<'_>],
+    placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
     air: Option<&air::Around<'_>>,
 ) -> Exposure {
     let (request, resources) = (context.request, context.resources);
     match request.pixel_view {
-        PixelView::Shaded => {}
+        PixelView::Final => {}
         // White: a plane that faces the Sun at the target.
         PixelView::Sunlight => {
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
@@ -64,13 +64,13 @@ fn metered(
         }
         _ => return Exposure::of(0.0, "the picture shows a number: 1 is white"),
     }
-    let drawn = request.effects.asked(Effect::Atmosphere) != Some(false);
+    let drawn = request.effects.override_of(Effect::Atmosphere) != Some(false);
     let air = air.filter(|a| drawn && a.is_bright());
-    let by = |lamps: f64| chosen(Meter { context, camera, placed, reflectors, air, lamps }.read(darkest_white()));
+    let by = |night_lights: f64| chosen(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
     let without = by(0.0);
     // Lamps count as far as the exposure would overexpose them.
     let brightest =
-        placed.iter().filter(|p| resources.lamps.contains_key(&p.body.id)).map(|p| lamps::brightest(p.body)).fold(0.0, f64::max);
+        placed.iter().filter(|p| resources.night_lights.contains_key(&p.body.id)).map(|p| lamps::brightest(p.body)).fold(0.0, f64::max);
     let beyond = (brightest / without.white()).max(1e-30).log2() / LAMPS_OVER_STOPS;
     if beyond > 0.0 { by(beyond.min(1.0)) } else { without }
 }
@@ -92,11 +92,11 @@ fn chosen(reading: Reading) -> Exposure {
 }
 
 /// Bodies in the frame whose lamps the exposure would overexpose.
-pub(crate) fn lamps_wanted(context: Context<'_>, camera: &Camera, placed: &[Placed<'_>], exposure: &Exposure) -> Vec<NaifId> {
+pub(crate) fn lamps_wanted(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
-    let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Shaded;
-    let drawn = request.effects.asked(Effect::Night) != Some(false);
-    let wanted = |p: &&Placed<'_>| {
+    let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
+    let drawn = request.effects.override_of(Effect::Night) != Some(false);
+    let wanted = |p: &&PlacedBody<'_>| {
         let map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
         map && lamps::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };

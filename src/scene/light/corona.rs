@@ -8,9 +8,9 @@
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
-use crate::scene::light::glow::{self, LEAST_SHOWN, VEIL};
+use crate::scene::light::glow::{self, MIN_SHOWN, VEILING_GLARE};
 use crate::scene::light::photometry::sun_disc_radiance;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
@@ -27,7 +27,7 @@ const CENTRE_OVER_MEAN: f64 = 1.2;
 const TERMS: [(f64, f64); 3] = [(0.0532, 2.5), (1.425, 7.0), (2.565, 17.0)];
 
 /// A Sun narrower than this many pixels has no corona that could be told from it.
-const LEAST_SUN_PX: f64 = 1.0;
+const MIN_SUN_PX: f64 = 1.0;
 
 /// Minima of the smoothed sunspot number, years (SILSO's dates of the beginnings of the cycles 11 to 25, to a month).
 const MINIMA: [f64; 15] =
@@ -109,7 +109,7 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
 pub(crate) fn corona(
     request: &ViewRequest,
     camera: &Camera,
-    placed: &[Placed<'_>],
+    placed: &[PlacedBody<'_>],
     bound: Bound,
     tint: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Corona, bool, String)> {
@@ -124,22 +124,23 @@ pub(crate) fn corona(
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
     // Its contours run from a half to twice the mean.
-    let rect = rect(camera, towards, reach(bound.least_shown(0.5 * LEAST_SHOWN)) * sine);
+    let rect = rect(camera, towards, reach(bound.least_shown(0.5 * MIN_SHOWN)) * sine);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
     let sun_px = 2.0 * sine / camera.pixel_tangent();
-    let veiled = request.effects.asked(Effect::Glow) != Some(false);
+    let veiled = request.effects.override_of(Effect::Glow) != Some(false);
     let irradiance = (KM_PER_AU / sun.distance_km).powi(2);
-    let veil = if veiled { VEIL * irradiance * glow::part_seen(placed, sun) / sine.max(camera.pixel_tangent()).powi(2) } else { 0.0 };
+    let veil =
+        if veiled { VEILING_GLARE * irradiance * glow::part_seen(placed, sun) / sine.max(camera.pixel_tangent()).powi(2) } else { 0.0 };
     // Under a veil it is told from it by the same part as from white.
-    let on = sun_px >= LEAST_SUN_PX && bound.counts(limb - VISIBLE_CHANGE * veil);
-    let reason = if sun_px < LEAST_SUN_PX {
-        format!("the Sun is {sun_px:.2} px across against {LEAST_SUN_PX}")
+    let on = sun_px >= MIN_SUN_PX && bound.counts(limb - VISIBLE_CHANGE * veil);
+    let reason = if sun_px < MIN_SUN_PX {
+        format!("the Sun is {sun_px:.2} px across against {MIN_SUN_PX}")
     } else {
         let index = flattening(request.time);
         let drowned = if veil > 0.0 { format!(", under glare {:.1e} times as bright", veil / limb) } else { String::new() };
-        format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", bound.said(limb))
+        format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", bound.description(limb))
     };
     let narrowed = |v: DVec3| narrow(axes(v));
     let corona = Corona {

@@ -9,20 +9,20 @@
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Bound;
 use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// L theta^2 / E with theta in radians, where a white plane facing E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
-pub const VEIL: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
+pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
 /// The power with which the veil grows while the Sun comes into the frame.
 const ENTERS: i32 = 6;
 
 /// Light, as a part of white, of half a level of 255 on black, where the sRGB curve is steepest (12.92): what is less rounds away.
-pub const LEAST_SHOWN: f64 = 0.5 / 255.0 / 12.92;
+pub const MIN_SHOWN: f64 = 0.5 / 255.0 / 12.92;
 
 /// Uniforms of the glow, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,7 @@ pub struct Glow {
 }
 
 /// The part of the Sun's disc that no body hides from the camera.
-pub(crate) fn part_seen(placed: &[Placed<'_>], sun: &Placed<'_>) -> f64 {
+pub(crate) fn part_seen(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> f64 {
     let left = crate::scene::visibility::hidden::part_left(placed, sun);
     // Exact ends: the weights' sum is rounded.
     if left == DVec3::ONE { 1.0 } else { luminance(left.to_array()) }
@@ -58,7 +58,7 @@ fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
 }
 
 /// The veil around the Sun: its radiance at an angle theta is `strength` / theta squared, flat within `least_sq`.
-pub(crate) struct Veil {
+pub(crate) struct VeilingGlare {
     /// Unit vector, ICRF.
     pub towards: DVec3,
     pub strength: f64,
@@ -67,9 +67,9 @@ pub(crate) struct Veil {
     pub seen: f64,
 }
 
-impl Veil {
+impl VeilingGlare {
     /// Of a Sun that is in the frame, if partly: as much of its light goes astray as enters there.
-    pub fn of(camera: &Camera, placed: &[Placed<'_>]) -> Option<Self> {
+    pub fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let towards = sun.placement.centre_km / sun.distance_km;
         let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
@@ -80,7 +80,7 @@ impl Veil {
         let seen = entering * part_seen(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
         let least = radius.max(camera.pixel_tangent());
-        Some(Self { towards, strength: VEIL * irradiance * seen, least_sq: least * least, seen })
+        Some(Self { towards, strength: VEILING_GLARE * irradiance * seen, least_sq: least * least, seen })
     }
 
     /// Radiance in a direction (a unit vector).
@@ -107,14 +107,19 @@ pub(crate) fn reach(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
 }
 
 /// The glow of a frame with its reason, where the catalog has a Sun in front of the camera. `through`: what the air leaves of its light.
-pub(crate) fn glow(camera: &Camera, placed: &[Placed<'_>], bound: Bound, through: impl Fn(DVec3) -> DVec3) -> Option<(Glow, bool, String)> {
-    let Veil { towards, strength, least_sq, seen } = Veil::of(camera, placed)?;
+pub(crate) fn glow(
+    camera: &Camera,
+    placed: &[PlacedBody<'_>],
+    bound: Bound,
+    through: impl Fn(DVec3) -> DVec3,
+) -> Option<(Glow, bool, String)> {
+    let VeilingGlare { towards, strength, least_sq, seen } = VeilingGlare::of(camera, placed)?;
     let strength = through(towards) * strength;
     let beside = strength.max_element() / least_sq;
     let on = bound.counts(beside);
-    let reason = if seen > 0.0 { format!("glare at the limb: {}", bound.said(beside)) } else { "other bodies hide it".into() };
+    let reason = if seen > 0.0 { format!("glare at the limb: {}", bound.description(beside)) } else { "other bodies hide it".into() };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    let rect = reach(camera, in_camera, (strength.max_element() / bound.least_shown(LEAST_SHOWN).max(f64::MIN_POSITIVE)).sqrt());
+    let rect = reach(camera, in_camera, (strength.max_element() / bound.least_shown(MIN_SHOWN).max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
         sun_direction: narrow(in_camera),
@@ -133,7 +138,7 @@ mod tests {
     fn a_tenth_of_the_light_goes_astray() {
         // Radiance over pi (no factor pi in the unit) over the solid angle from the limb to 30 degrees.
         let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
-        let part = VEIL / PI * 2.0 * PI * (to / from).ln();
+        let part = VEILING_GLARE / PI * 2.0 * PI * (to / from).ln();
         assert!((0.05..0.15).contains(&part), "{part}");
     }
 

@@ -1,6 +1,6 @@
 //! Lamps of a body's night as the light meter sees them: how bright its ground is where the Sun is down.
 //!
-//! In: a night map's linear texels and its gain. Out: [`Lamps`], radiance by place. Always: not negative, smooth between places. No picture is drawn by it.
+//! In: a night map's linear texels and its gain. Out: [`NightLights`], radiance by place. Always: not negative, smooth between places. No picture is drawn by it.
 
 use crate::catalog::Body;
 use crate::scene::camera::narrow_scalar;
@@ -10,7 +10,7 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lamps {
+pub struct NightLights {
     width: usize,
     height: usize,
     radiance: Vec<f32>,
@@ -29,7 +29,7 @@ pub(crate) fn lit(cos_incidence: f64) -> f64 {
     1.0 - x * x * (3.0 - 2.0 * x)
 }
 
-impl Lamps {
+impl NightLights {
     /// Of an equirectangular map: rows from north, each texel's brightest channel, linear, 0 to 1. `None` for texels that do not fill the rows.
     pub fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
         let white = brightest(body);
@@ -65,11 +65,11 @@ mod tests {
         let catalog = Catalog::embedded();
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let texels = || (0..8 * 4).map(|k| f64::from(u8::from(k % 8 >= 4)));
-        let lamps = Lamps::new(earth, 8, 4, texels()).expect("whole");
+        let night_lights = NightLights::new(earth, 8, 4, texels()).expect("whole");
         let white = brightest(earth);
-        let at = |lon: f64| lamps.at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
+        let at = |lon: f64| night_lights.at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
         assert!(white > 0.0 && (at(90.0) - 1.0).abs() < 1e-6 && at(-90.0).abs() < 1e-9 && (at(0.0) - 0.5).abs() < 1e-6, "{}", at(0.0));
-        assert!(Lamps::new(earth, 8, 5, texels()).is_none());
+        assert!(NightLights::new(earth, 8, 5, texels()).is_none());
         assert_eq!((lit(0.0), lit(-0.2)), (0.0, 1.0));
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::light::photometry;
-use crate::scene::thresholds::LIGHTS_AT_MOST;
+use crate::scene::thresholds::MAX_LIGHTS;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
@@ -65,6 +65,6 @@ pub fn planet_shine(
         .collect();
     all.sort_by(|a, b| b.irradiance.y.total_cmp(&a.irradiance.y));
     let strongest = all.first().map(|l| (l.from, strength(l)));
-    let counted = all.into_iter().filter(|l| counts(strength(l))).take(usize::from(LIGHTS_AT_MOST) - 1).collect();
+    let counted = all.into_iter().filter(|l| counts(strength(l))).take(usize::from(MAX_LIGHTS) - 1).collect();
     (counted, strongest)
 }

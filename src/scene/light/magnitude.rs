@@ -6,23 +6,23 @@
 use crate::catalog::NaifId;
 use crate::scene::eclipse::before_sun;
 use crate::scene::light::photometry;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
 
-/// A disc this wide leaves no caster out for its size, pixels.
+/// A disc this wide leaves no occluder out for its size, pixels.
 const LARGE_DISC_PX: f64 = 1e4;
 /// Bodies move by this between the instants at which they are placed: light crosses a system in seconds, at tens of kilometres a second.
 const PLACED_WITHIN_KM: f64 = 2e3;
 
 /// Visual magnitude in the sunlight that is left; `None` in the dark.
-pub(crate) fn magnitude(context: Context<'_>, p: &Placed<'_>, placed: &[Placed<'_>]) -> Option<f64> {
+pub(crate) fn magnitude(context: Context<'_>, p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> Option<f64> {
     let lit = if may_be_eclipsed(p, placed) { before_sun::left_by_eclipses(context, p, LARGE_DISC_PX) } else { 1.0 };
     let irradiance = p.irradiance * lit;
     (irradiance > 0.0).then(|| photometry::magnitude(irradiance))
 }
 
 /// Whether another body may stand before the Sun: asked of places alone, before the ephemeris is asked for shadows.
-fn may_be_eclipsed(p: &Placed<'_>, placed: &[Placed<'_>]) -> bool {
+fn may_be_eclipsed(p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> bool {
     let sun_away_km = p.sun_from_body_km.length();
     if p.body.id == NaifId::SUN || sun_away_km == 0.0 {
         return false;

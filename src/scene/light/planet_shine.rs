@@ -2,23 +2,23 @@
 
 use crate::catalog::NaifId;
 use crate::scene::features::case::{Case, Decided};
-use crate::scene::features::choice::Available;
+use crate::scene::features::choice::Capabilities;
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 
 /// Decides which bodies' reflected light counts.
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
     let (body, p, least, reflectors) = (case.body(), case.placed, case.bound(), case.frame.reflectors);
-    if Available::of(body).emissive {
+    if Capabilities::of(body).emissive {
         return so_far;
     }
     let log = &mut so_far.log;
     log.note("sunlight", true, format!("irradiance {:.3e} of that at 1 au", lights::sunlight(p.sun_from_body_km).irradiance.x));
-    let everything = case.effects().asked(Effect::PlanetShine) == Some(true);
+    let everything = case.effects().override_of(Effect::PlanetShine) == Some(true);
     let (shine, strongest) = lights::planet_shine(body, p.position_km, reflectors, |radiance| everything || least.counts(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
     let reason = match strongest {
-        Some((from, radiance)) => format!("the strongest, from {}, gives {}", name_of(from), least.said(radiance)),
+        Some((from, radiance)) => format!("the strongest, from {}, gives {}", name_of(from), least.description(radiance)),
         None => "no other body reflects light on it".into(),
     };
     if log.effect(Effect::PlanetShine, !shine.is_empty(), reason) {

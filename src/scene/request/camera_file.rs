@@ -5,7 +5,7 @@
 use crate::catalog::Catalog;
 use crate::scene::error::SceneError;
 use crate::scene::request::view_request::{Axes, EYE_HEIGHT_KM, Look, Position, Up, ViewRequest};
-use crate::wording::{echo, of_json, or_one_of};
+use crate::wording::{echo, json_error_text, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -118,7 +118,7 @@ pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
         "celestial" => Ok(Up::Celestial),
         "ecliptic" => Ok(Up::Ecliptic),
         _ => {
-            let meant = or_one_of(name, &["north", "zenith", "celestial", "ecliptic"]);
+            let meant = suggestion_or_list(name, &["north", "zenith", "celestial", "ecliptic"]);
             Err(SceneError::Request(format!("up `{}`: {meant}", echo(name))))
         }
     }
@@ -129,7 +129,7 @@ impl CameraFile {
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
         let whole: Object<Self> = serde_json::from_str(text).map_err(|e| {
             let (line, column) = (e.line().max(1), e.column().max(1));
-            SceneError::Request(format!("{file}:{line}:{column}: {}", echo(&of_json(&e))))
+            SceneError::Request(format!("{file}:{line}:{column}: {}", echo(&json_error_text(&e))))
         })?;
         Ok(whole.0)
     }

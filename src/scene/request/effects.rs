@@ -3,9 +3,9 @@
 //! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown text is an error here, so that later stages match on
 //! enums alone.
 
-use crate::scene::draw::needs::{AirTier, EclipseModel};
+use crate::scene::draw::features::{AtmosphereModel, EclipseModel};
 use crate::scene::error::SceneError;
-use crate::wording::{echo, echo_of, or_one_of};
+use crate::wording::{echo, echo_within, suggestion_or_list};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A feature that can be switched.
@@ -93,15 +93,20 @@ impl Effect {
 
 impl Effect {
     /// Names of the variants by which it can be computed, where the viewer may choose one: `+eclipse=linear`.
-    pub fn ways(self) -> &'static [&'static str] {
+    pub fn variants(self) -> &'static [&'static str] {
         const MODELS: [&str; EclipseModel::CHOICES.len()] = [
             EclipseModel::Linear.name(),
             EclipseModel::UniformDisc.name(),
             EclipseModel::LimbDarkened.name(),
             EclipseModel::Refracted.name(),
         ];
-        const TIERS: [&str; AirTier::CHOICES.len()] =
-            [AirTier::Vertex.name(), AirTier::Pixel8.name(), AirTier::Pixel16.name(), AirTier::Pixel32.name(), AirTier::Table.name()];
+        const TIERS: [&str; AtmosphereModel::CHOICES.len()] = [
+            AtmosphereModel::Vertex.name(),
+            AtmosphereModel::Pixel8.name(),
+            AtmosphereModel::Pixel16.name(),
+            AtmosphereModel::Pixel32.name(),
+            AtmosphereModel::Table.name(),
+        ];
         match self {
             Self::Eclipse => &MODELS,
             Self::Atmosphere => &TIERS,
@@ -116,7 +121,7 @@ pub struct EffectOverrides {
     on: BTreeSet<Effect>,
     off: BTreeSet<Effect>,
     eclipse_model: Option<EclipseModel>,
-    air_tier: Option<AirTier>,
+    air_tier: Option<AtmosphereModel>,
     /// For single bodies, by their names in lower case; what is asked here comes before what is asked of all.
     of: BTreeMap<String, EffectOverrides>,
 }
@@ -144,14 +149,14 @@ impl EffectOverrides {
             let (name, way) = name.split_once('=').map_or((name, None), |(n, w)| (n.trim(), Some(w.trim())));
             let Some(effect) = Effect::ALL.into_iter().find(|e| e.name().eq_ignore_ascii_case(name)) else {
                 let known: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
-                return Err(SceneError::Request(format!("effect `{}` is not known; {}", echo(name), or_one_of(name, &known))));
+                return Err(SceneError::Request(format!("effect `{}` is not known; {}", echo(name), suggestion_or_list(name, &known))));
             };
             match way {
                 None => overrides.set(effect, on),
                 Some(_) if !on => {
                     return Err(SceneError::Request(format!(
                         "effect `{}`: only + takes a way; write -{}",
-                        echo_of(part, 120),
+                        echo_within(part, 120),
                         effect.name()
                     )));
                 }
@@ -166,7 +171,7 @@ impl EffectOverrides {
         to.insert(effect);
         from.remove(&effect);
         if !on {
-            self.forget_way(effect);
+            self.clear_variant(effect);
         }
     }
 
@@ -175,10 +180,10 @@ impl EffectOverrides {
         let own = self.of.get(&name.to_lowercase())?;
         let mut both = Self { of: BTreeMap::new(), ..self.clone() };
         for effect in Effect::ALL {
-            if let Some(on) = own.asked(effect) {
+            if let Some(on) = own.override_of(effect) {
                 both.set(effect, on);
             }
-            if own.way(effect).is_some() {
+            if own.variant(effect).is_some() {
                 both.off.remove(&effect);
             }
         }
@@ -203,13 +208,13 @@ impl EffectOverrides {
     }
 
     /// Leaves the effect to the scene again.
-    pub fn forget(&mut self, effect: Effect) {
+    pub fn clear_override(&mut self, effect: Effect) {
         self.on.remove(&effect);
         self.off.remove(&effect);
-        self.forget_way(effect);
+        self.clear_variant(effect);
     }
 
-    fn forget_way(&mut self, effect: Effect) {
+    fn clear_variant(&mut self, effect: Effect) {
         match effect {
             Effect::Eclipse => self.eclipse_model = None,
             Effect::Atmosphere => self.air_tier = None,
@@ -220,9 +225,9 @@ impl EffectOverrides {
     /// What [`Self::parse`] reads back.
     pub fn to_text(&self) -> String {
         let switched = |e: &Effect| {
-            let way = self.way(*e).map(|w| format!("+{}={w}", e.name()));
-            let on = self.asked(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
-            on.into_iter().chain(way)
+            let variant = self.variant(*e).map(|w| format!("+{}={w}", e.name()));
+            let on = self.override_of(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
+            on.into_iter().chain(variant)
         };
         let of_bodies = self.of.iter().flat_map(|(body, own)| {
             let text = own.to_text();
@@ -231,15 +236,15 @@ impl EffectOverrides {
         Effect::ALL.iter().flat_map(switched).chain(of_bodies).collect::<Vec<_>>().join(",")
     }
 
-    /// Chooses one of [`Effect::ways`] by its name.
+    /// Chooses one of [`Effect::variants`] by its name.
     ///
     /// # Errors
     /// The effect has no such variant.
     pub fn choose(&mut self, effect: Effect, way: &str) -> Result<(), SceneError> {
         let unknown = || {
-            SceneError::Request(match effect.ways() {
+            SceneError::Request(match effect.variants() {
                 [] => format!("effect `{}` has one way only: write +{0}", effect.name()),
-                ways => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(way), or_one_of(way, ways)),
+                variants => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(way), suggestion_or_list(way, variants)),
             })
         };
         match effect {
@@ -248,7 +253,7 @@ impl EffectOverrides {
                 self.eclipse_model = Some(model.ok_or_else(unknown)?);
             }
             Effect::Atmosphere => {
-                let tier = AirTier::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(way));
+                let tier = AtmosphereModel::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(way));
                 self.air_tier = Some(tier.ok_or_else(unknown)?);
             }
             _ => return Err(unknown()),
@@ -263,21 +268,21 @@ impl EffectOverrides {
     }
 
     /// How finely the viewer wants the air summed.
-    pub fn air_tier(&self) -> Option<AirTier> {
+    pub fn air_tier(&self) -> Option<AtmosphereModel> {
         self.air_tier
     }
 
     /// Name of the variant that the viewer chose.
-    pub fn way(&self, effect: Effect) -> Option<&'static str> {
+    pub fn variant(&self, effect: Effect) -> Option<&'static str> {
         match effect {
             Effect::Eclipse => self.eclipse_model.map(EclipseModel::name),
-            Effect::Atmosphere => self.air_tier.map(AirTier::name),
+            Effect::Atmosphere => self.air_tier.map(AtmosphereModel::name),
             _ => None,
         }
     }
 
     /// `Some(on)` where the viewer asked.
-    pub fn asked(&self, effect: Effect) -> Option<bool> {
+    pub fn override_of(&self, effect: Effect) -> Option<bool> {
         if self.on.contains(&effect) {
             Some(true)
         } else if self.off.contains(&effect) {
@@ -295,22 +300,22 @@ mod tests {
     #[test]
     fn overrides_are_read_or_refused_by_name() {
         let o = EffectOverrides::parse("+night, -normal,+NORMAL,-points").expect("known effects");
-        assert_eq!(o.asked(Effect::Night), Some(true));
-        assert_eq!(o.asked(Effect::Normal), Some(true));
-        assert_eq!(o.asked(Effect::Points), Some(false));
-        assert_eq!(o.asked(Effect::Albedo), None);
+        assert_eq!(o.override_of(Effect::Night), Some(true));
+        assert_eq!(o.override_of(Effect::Normal), Some(true));
+        assert_eq!(o.override_of(Effect::Points), Some(false));
+        assert_eq!(o.override_of(Effect::Albedo), None);
         let o = EffectOverrides::parse("+eclipse=Linear").expect("a way");
-        assert_eq!((o.way(Effect::Eclipse), o.asked(Effect::Eclipse)), (Some("linear"), None));
-        assert_eq!(EffectOverrides::parse("+eclipse=linear,-eclipse").expect("both").way(Effect::Eclipse), None);
+        assert_eq!((o.variant(Effect::Eclipse), o.override_of(Effect::Eclipse)), (Some("linear"), None));
+        assert_eq!(EffectOverrides::parse("+eclipse=linear,-eclipse").expect("both").variant(Effect::Eclipse), None);
         assert!(EffectOverrides::parse("+eclipse=round").unwrap_err().to_string().contains("limb-darkened"));
         let o = EffectOverrides::parse("+night,-clouds,Moon:-eclipse,moon:+albedo,io:+eclipse=linear").expect("effects of bodies");
         let moon = o.for_body("Moon").expect("the Moon's own");
         assert_eq!(
-            (moon.asked(Effect::Eclipse), moon.asked(Effect::Albedo), moon.asked(Effect::Night)),
+            (moon.override_of(Effect::Eclipse), moon.override_of(Effect::Albedo), moon.override_of(Effect::Night)),
             (Some(false), Some(true), Some(true))
         );
-        assert_eq!((o.asked(Effect::Eclipse), o.for_body("Earth")), (None, None));
-        assert_eq!(o.for_body("Io").expect("Io's own").way(Effect::Eclipse), Some("linear"));
+        assert_eq!((o.override_of(Effect::Eclipse), o.for_body("Earth")), (None, None));
+        assert_eq!(o.for_body("Io").expect("Io's own").variant(Effect::Eclipse), Some("linear"));
         assert_eq!(EffectOverrides::parse(&o.to_text()).expect("what it wrote"), o);
         assert_eq!(o.bodies().collect::<Vec<_>>(), ["io", "moon"]);
         assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("one way"));

@@ -1,12 +1,12 @@
 //! One view: where the camera stands, where it looks, how wide, how bright, and what is drawn.
 
 use crate::catalog::{Catalog, NaifId};
-use crate::scene::draw::needs::PixelView;
+use crate::scene::draw::features::PixelView;
 use crate::scene::error::SceneError;
 use crate::scene::purpose::Purpose;
 use crate::scene::request::effects::EffectOverrides;
 use crate::time::Instant;
-use crate::wording::{echo, or_one_of};
+use crate::wording::{echo, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -105,24 +105,24 @@ impl ExposureRequest {
 pub enum ToneMap {
     /// True to 0.8 of white, then a shoulder, as film has.
     #[default]
-    Film,
+    Filmic,
     /// True up to white, where it is cut.
-    Plain,
+    Clipped,
 }
 
 impl ToneMap {
-    pub const ALL: [Self; 2] = [Self::Film, Self::Plain];
+    pub const ALL: [Self; 2] = [Self::Filmic, Self::Clipped];
 
     pub fn name(self) -> &'static str {
         match self {
-            Self::Film => "filmic",
-            Self::Plain => "clipped",
+            Self::Filmic => "filmic",
+            Self::Clipped => "clipped",
         }
     }
 
     pub fn by_name(name: &str) -> Option<Self> {
         // `film` and `plain` are the names of earlier versions.
-        let former = [("film", Self::Film), ("plain", Self::Plain)];
+        let former = [("film", Self::Filmic), ("plain", Self::Clipped)];
         let known = Self::ALL.map(|t| (t.name(), t)).into_iter().chain(former);
         known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, t)| t)
     }
@@ -170,7 +170,7 @@ impl Layers {
                 (_, Some(name)) => (false, name),
                 (None, None) => return Err(wrong("write + or - before its name".into())),
             };
-            *layers.by_name(name).ok_or_else(|| wrong(or_one_of(name, &Self::NAMES)))? = on;
+            *layers.by_name(name).ok_or_else(|| wrong(suggestion_or_list(name, &Self::NAMES)))? = on;
         }
         Ok(layers)
     }
@@ -246,12 +246,12 @@ impl ViewRequest {
             width: 1024,
             height: 1024,
             exposure: ExposureRequest::Auto,
-            tone_map: ToneMap::Film,
+            tone_map: ToneMap::Filmic,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
             selected: None,
             quality: Quality::default(),
-            pixel_view: PixelView::Shaded,
+            pixel_view: PixelView::Final,
             purpose: Purpose::Display,
         }
     }

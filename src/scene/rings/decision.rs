@@ -2,8 +2,8 @@
 
 use crate::catalog::Ring;
 use crate::scene::camera;
-use crate::scene::draw::needs::RingShadow;
-use crate::scene::draw::uniforms::{Amounts, Light, RingAmounts};
+use crate::scene::draw::features::RingShadow;
+use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
 use crate::scene::draw::{Draw, MapFiles, Part};
 use crate::scene::eclipse;
 use crate::scene::features::case::{Case, Decided};
@@ -16,7 +16,7 @@ use glam::DVec3;
 /// Decides on the rings, their shadow and light on the globe, and the globe's shadow on them.
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
     let Some(view) = &case.ring_view else { return so_far };
-    let asked = case.effects().asked(Effect::Rings) == Some(true);
+    let asked = case.effects().override_of(Effect::Rings) == Some(true);
     let seen = view.counted(asked);
     let drawn = so_far.log.effect(Effect::Rings, seen.bound.on, seen.bound.reason);
     // What shades the globe need not be seen itself.
@@ -31,21 +31,21 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
 }
 
 /// Decides what the rings do to the globe.
-fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut Decided<'_>) -> RingAmounts {
+fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut Decided<'_>) -> RingUniforms {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
     let (bound, model) = view.ring_shadow(all, sun_radius_km);
     if so_far.log.effect(Effect::RingShadow, bound.on, bound.reason) {
         so_far.chosen.ring_shadow = model;
         so_far.log.tier(Effect::RingShadow.name(), tiers::of_ring_shadow(model));
     }
-    let wanted = case.effects().asked(Effect::RingShine);
+    let wanted = case.effects().override_of(Effect::RingShine);
     let (bound, shine) = view.ring_shine(all, sun_radius_km, wanted);
     let dark = so_far.chosen.ring_shadow == RingShadow::None;
-    let mut for_globe = if dark { RingAmounts::default() } else { view.amounts(all, case.sun()) };
+    let mut for_globe = if dark { RingUniforms::default() } else { view.uniforms(all, case.sun()) };
     if so_far.log.effect(Effect::RingShine, bound.on, bound.reason)
         && let Some(shine) = shine
     {
-        for_globe.shine_frame = view.shine_frame(&shine, case.placed.phase_brightness());
+        for_globe.shine_axes = view.shine_axes(&shine, case.placed.phase_brightness());
         for_globe.shine = Some(shine);
         so_far.chosen.ring_shine = true;
     }
@@ -62,22 +62,22 @@ fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], all: usize, so_f
     }
     let outer_km = seen.iter().map(|r| r.outer_km).fold(0.0, f64::max);
     let eclipse = eclipse::decision::on_rings(case, so_far, outer_km);
-    let (Some(rect), Some(needs)) = (view.rect(outer_km), so_far.chosen.ring_needs(view.body, case.pixel_view())) else {
+    let (Some(rect), Some(features)) = (view.rect(outer_km), so_far.chosen.ring_needs(view.body, case.pixel_view())) else {
         return Vec::new();
     };
     let sunlight = lights::sunlight(view.sun * view.sun_km);
-    let shared = Amounts {
+    let shared = DrawUniforms {
         albedo: camera::narrow(DVec3::splat(case.share)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
         // One table serves both where the same rings count.
-        ring: if so_far.ring.table.is_some() && seen.len() == all { so_far.ring.clone() } else { view.amounts(seen, case.sun()) },
+        ring: if so_far.ring.table.is_some() && seen.len() == all { so_far.ring.clone() } else { view.uniforms(seen, case.sun()) },
         eclipse,
         ..view.rays(rect)
     };
     let half = |part: Part, which: f32| {
-        let mut amounts = shared.clone();
-        amounts.ring.half = which;
-        Draw { body: view.body.id, part, name: format!("{} rings", view.body.name), needs, amounts, map_files: MapFiles::default() }
+        let mut uniforms = shared.clone();
+        uniforms.ring.half = which;
+        Draw { body: view.body.id, part, name: format!("{} rings", view.body.name), features, uniforms, map_files: MapFiles::default() }
     };
     vec![half(Part::RingBehind, -1.0), half(Part::Ring, 1.0)]
 }

@@ -7,4 +7,4 @@ pub mod ring_shine;
 pub mod ring_table;
 pub(crate) mod view;
 
-pub use phase::{LEAST_COSINE, bodies_with_peak, forward};
+pub use phase::{MIN_COSINE, bodies_with_peak, forward};

@@ -12,7 +12,7 @@ pub(crate) const OPPOSITION: [f64; 2] = [0.32, 0.0045];
 /// (Astrophys. J. 811, 67) fit to Saturn's G ring between 3 and 170 degrees of scattering; the numbers are from memory of its table, not read again there. All dust has it: E's smaller
 /// grains spread more, so that within some 3 degrees of the Sun E comes out too bright, by an estimated factor of up to 5.
 pub(crate) const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];
-pub use crate::scene::constants::LEAST_COSINE;
+pub use crate::scene::constants::MIN_COSINE;
 
 /// The factor that makes the power law's mean over all directions 1.
 pub(crate) fn phase_factor() -> f64 {

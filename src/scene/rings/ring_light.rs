@@ -5,7 +5,7 @@
 //! Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5): tests/scene/magnitudes.rs. Left out: light between globe and rings, the Sun's size.
 
 use crate::catalog::Body;
-use crate::scene::rings::phase::{LEAST_COSINE, bodies_with_peak, forward};
+use crate::scene::rings::phase::{MIN_COSINE, bodies_with_peak, forward};
 use crate::scene::rings::ring_shine::scattered;
 use crate::scene::rings::ring_table::{RingTables, Step};
 use crate::units::luminance;
@@ -39,7 +39,7 @@ impl RingLight {
         }
         let layer = tables.steps(&body.rings, unit_km);
         let (Some(first), Some(last)) = (layer.first(), layer.last()) else { return Self::NONE };
-        let (mu, mu0) = (viewer.z.abs().max(LEAST_COSINE), sun.z.abs().max(LEAST_COSINE));
+        let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
         let (from, width) = (first.from, (last.to - first.from) / RADII as f64);
@@ -111,7 +111,7 @@ fn transmitted(layer: &[Step], point: DVec3, towards: DVec3) -> f64 {
     }
     let radius = (point - towards * (point.z / towards.z)).truncate().length();
     let at = layer.partition_point(|s| s.to <= radius);
-    layer.get(at).filter(|s| s.from <= radius).map_or(1.0, |s| (-s.tau / towards.z.abs().max(LEAST_COSINE)).exp())
+    layer.get(at).filter(|s| s.from <= radius).map_or(1.0, |s| (-s.tau / towards.z.abs().max(MIN_COSINE)).exp())
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::{RING_SLOPES, RING_SLOPES_PER_OCTAVE};
 pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
-use crate::scene::rings::phase::{LEAST_COSINE, bodies_with_peak};
+use crate::scene::rings::phase::{MIN_COSINE, bodies_with_peak};
 use crate::scene::rings::ring_table::{self, Step, steps};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -62,7 +62,7 @@ impl RingShine {
 
 /// What a table is made from. Lengths are equatorial radii.
 #[derive(Clone, Copy, Debug)]
-pub struct Lit<'a> {
+pub struct RingShineGeometry<'a> {
     pub rings: &'a [&'a Ring],
     pub radius_km: f64,
     /// Polar over equatorial radius.
@@ -118,7 +118,7 @@ fn weight(step: &Step) -> f64 {
 }
 
 /// Cuts stretches of one optical depth so finely that annuli of even weight can be put together.
-fn annuli(lit: &Lit<'_>) -> Vec<Annulus> {
+fn annuli(lit: &RingShineGeometry<'_>) -> Vec<Annulus> {
     let steps = steps(lit.rings.iter().copied(), lit.radius_km);
     let whole: f64 = steps.iter().map(weight).sum();
     if whole.is_nan() || whole <= 0.0 {
@@ -152,7 +152,7 @@ fn annuli(lit: &Lit<'_>) -> Vec<Annulus> {
             let of = |step: &Step| {
                 let by = |half: usize| {
                     let [part, sine] = halves[half];
-                    if part > 0.0 { part * scattered(step.tau, x, 1.0 / sine.max(LEAST_COSINE), half == side) } else { 0.0 }
+                    if part > 0.0 { part * scattered(step.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
                 };
                 DVec3::from_array(step.albedo) * ((step.to - step.from) * (by(0) + by(1)))
             };
@@ -189,7 +189,7 @@ impl Default for RingShines {
     }
 }
 
-impl Lit<'_> {
+impl RingShineGeometry<'_> {
     /// Irradiance over height at a height and hour angle. `side`: 0 where the Sun's centre is.
     fn at(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
         let level = (1.0 - height * height).max(0.0).sqrt();
@@ -222,7 +222,7 @@ impl Lit<'_> {
                     let distance_sq = away.length_squared();
                     let distance = distance_sq.sqrt();
                     let cos_incidence = normal.dot(away).max(0.0) / distance;
-                    let cos_emission = (place.z / distance).max(LEAST_COSINE);
+                    let cos_emission = (place.z / distance).max(MIN_COSINE);
                     let phase = bodies_with_peak(-sun.dot(away) / distance);
                     // The ring's area seen, over height: polar / distance is the emission's cosine over it.
                     let seen = (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
@@ -309,8 +309,8 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.8, 0.6, 0.4], dust: 0.0 }
     }
 
-    fn lit<'a>(rings: &'a [&'a Ring], sine: f64) -> Lit<'a> {
-        Lit { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
+    fn lit<'a>(rings: &'a [&'a Ring], sine: f64) -> RingShineGeometry<'a> {
+        RingShineGeometry { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
     }
 
     /// Over all places no more than the brightest is read, to a thousandth (the height between two rows), nearly all of that somewhere, and nothing on the equator, which sees the ring's edge.
@@ -356,13 +356,16 @@ mod tests {
         for sine in [2e-4, 3e-3, 0.047, 0.13, 0.29, 0.447] {
             // Halfway between two milestones.
             let below = rounded(sine, MILESTONE_DIGITS);
-            let lit =
-                Lit { sine: f64::from_bits(below.to_bits() + (1 << (51 - MILESTONE_DIGITS))), sun_tangent: 5e-4, ..lit(&rings, sine) };
+            let lit = RingShineGeometry {
+                sine: f64::from_bits(below.to_bits() + (1 << (51 - MILESTONE_DIGITS))),
+                sun_tangent: 5e-4,
+                ..lit(&rings, sine)
+            };
             let (own, mixed) = (lit.table().expect("a table"), lit.between(&RingShines::default()).expect("a table"));
             let worst = |other: &RingShine| own.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             let most = own.texels.iter().copied().fold(0.0, f32::max);
             assert!(worst(&mixed) < 1e-3 * most, "sine {sine}: {} of {most}", worst(&mixed));
-            let alone = Lit { sine: below, ..lit }.table().expect("a table");
+            let alone = RingShineGeometry { sine: below, ..lit }.table().expect("a table");
             assert!(worst(&alone) > 3.0 * worst(&mixed), "one milestone alone, sine {sine}: {} of {most}", worst(&alone));
         }
     }

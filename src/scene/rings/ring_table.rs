@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// Rows of each of the table's two parts, bodies and dust: slopes x = 2^(k/8), k = 0..=96. A row of radii comes before them.
 pub use crate::scene::constants::RING_SLOPES as SLOPES;
 /// Radii beyond which a table is refused: the widest texture that every GPU takes, halved.
-pub const NODES_AT_MOST: usize = 4096;
+pub const MAX_NODES: usize = 4096;
 
 /// A stretch of radius of one optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +82,7 @@ impl RingTable {
         let steps = steps(rings, unit_km);
         let (first, last) = (steps.first()?, steps.last()?);
         let nodes = steps.len() + 1;
-        if nodes > NODES_AT_MOST {
+        if nodes > MAX_NODES {
             return None;
         }
         let mut texels = Vec::with_capacity(nodes * (2 * SLOPES as usize + 1) * 4);

@@ -6,15 +6,15 @@
 use crate::catalog::{Body, Ring};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, AnchorForm, Camera, ClipRect, Placement};
-use crate::scene::draw::Amounts;
-use crate::scene::draw::needs::{BodyShadow, RingShadow};
+use crate::scene::draw::DrawUniforms;
+use crate::scene::draw::features::{BodyShadow, RingShadow};
 use crate::scene::draw::tables::RingShine;
-use crate::scene::draw::uniforms::RingAmounts;
+use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
-use crate::scene::rings::phase::{DUST_LOBES, LEAST_COSINE, OPPOSITION, PHASE_EXPONENT, phase_factor, phase_function};
-use crate::scene::rings::ring_shine::Lit;
+use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, phase_factor, phase_function};
+use crate::scene::rings::ring_shine::RingShineGeometry;
 use crate::scene::tiers::{self, WITHIN_PX};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -59,7 +59,7 @@ impl<'a> View<'a> {
 
     fn cos_emission(&self) -> f64 {
         let towards = self.placement.body_from_icrf * -self.placement.centre_km;
-        (towards.z / towards.length()).abs().max(LEAST_COSINE)
+        (towards.z / towards.length()).abs().max(MIN_COSINE)
     }
 
     /// By how much a ring changes a pixel at most: the part that it hides, and the radiance that it adds, each times the part of the pixel it fills.
@@ -114,11 +114,8 @@ impl<'a> View<'a> {
         let tangent = self.sun_tangent(sun_radius_km);
         // A path from the lit globe to the Sun meets the plane no farther out than the Sun's cylinder through the terminator does.
         let farthest_km = self.body.radii_km.x / sine.max(1e-9);
-        let darkest = rings
-            .iter()
-            .filter(|r| r.inner_km < farthest_km)
-            .map(|r| -(-r.tau_normal / sine.max(LEAST_COSINE)).exp_m1())
-            .fold(0.0, f64::max);
+        let darkest =
+            rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > WITHIN_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let reason = format!(
@@ -136,7 +133,7 @@ impl<'a> View<'a> {
         // The shadow's cylinder passes this far over the innermost ring's nearest point.
         let aside = inner_km * self.sun.z.abs() / self.body.radii_km.x;
         let outer = outer_km / self.body.radii_km.x;
-        let flat = tiers::sphere_aside(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
+        let flat = tiers::sphere_shadow_offset(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
         let soft = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let aside_px = flat.max(soft) * self.pixels_per_radius();
         let model = if aside_px > WITHIN_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
@@ -155,15 +152,15 @@ impl<'a> View<'a> {
     }
 
     /// The view rays over the rectangle, in the ring's frame: the equatorial radius on all axes.
-    pub fn rays(&self, rect: ClipRect) -> Amounts {
+    pub fn rays(&self, rect: ClipRect) -> DrawUniforms {
         let round = Placement { radii_km: DVec3::splat(self.body.radii_km.x), ..*self.placement };
-        Amounts::of_rays(&self.camera.view_rays(&round, rect, AnchorForm::Auto))
+        DrawUniforms::of_rays(&self.camera.view_rays(&round, rect, AnchorForm::Auto))
     }
 
     /// Whether the rings light the globe: what its albedo turns back.
     /// The table is made only where the rings' bound allows that it counts, or where it is asked for.
     pub fn ring_shine(&self, rings: &[&Ring], sun_radius_km: f64, asked: Option<bool>) -> (Bound, Option<Arc<RingShine>>) {
-        let lit = Lit {
+        let lit = RingShineGeometry {
             rings,
             radius_km: self.body.radii_km.x,
             polar: self.body.radii_km.z / self.body.radii_km.x,
@@ -173,44 +170,44 @@ impl<'a> View<'a> {
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let at_most = lit.at_most() * radiance;
         if asked == Some(false) || asked.is_none() && !self.bound.counts(at_most) {
-            let reason = format!("ring-shine below {}", self.bound.said(at_most));
+            let reason = format!("ring-shine below {}", self.bound.description(at_most));
             return (Bound { on: false, reason }, None);
         }
         let shine = lit.shine(&self.caches.ring_shines);
         let most = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
-        let reason = format!("ring-shine up to {}", self.bound.said(most));
+        let reason = format!("ring-shine up to {}", self.bound.description(most));
         (Bound { on: self.bound.counts(most), reason }, shine)
     }
 
     /// Uniforms of the light on the globe. `undo`: what the albedo has been multiplied by for the Sun's phase, which this light does not share.
-    pub fn shine_frame(&self, shine: &RingShine, undo: f64) -> Vec4 {
+    pub fn shine_axes(&self, shine: &RingShine, undo: f64) -> Vec4 {
         let level = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let [x, y, z, w] = [level.x, level.y, 1.0 / shine.reach, 1.0 / undo.max(1e-6)].map(camera::narrow_scalar);
         Vec4::new(x, y, z, w)
     }
 
     /// The amounts of both draws; `half` is set by each.
-    pub fn amounts(&self, rings: &[&Ring], sun: Option<&Body>) -> RingAmounts {
+    pub fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>) -> RingUniforms {
         let radius_km = self.body.radii_km.x;
-        let Some(table) = self.caches.ring_tables.profile(rings, radius_km) else { return RingAmounts::default() };
+        let Some(table) = self.caches.ring_tables.profile(rings, radius_km) else { return RingUniforms::default() };
         let (u1, u2) = sun.map(limb_law).unwrap_or_default();
         let dusty = if rings.iter().any(|r| r.dust > 0.0) { 1.0 } else { 0.0 };
         let lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|l| l[k])));
         let narrow = camera::narrow_scalar;
-        RingAmounts {
+        RingUniforms {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
             table: Some(table),
             blur: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec3::new(narrow(phase_factor()), narrow(PHASE_EXPONENT), dusty),
             dust_asymmetry: lobe(0),
-            dust_share: lobe(1),
+            dust_weight: lobe(1),
             opposition: Vec2::new(narrow(OPPOSITION[0]), narrow(OPPOSITION[1])),
             half: 0.0,
             sun_tangent: narrow(self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6)),
             shadow_axes: camera::narrow(self.body.radii_km / radius_km),
             sun_limb_u1: camera::narrow(u1),
             sun_limb_u2: camera::narrow(u2),
-            ..RingAmounts::default()
+            ..RingUniforms::default()
         }
     }
 }

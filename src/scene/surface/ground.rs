@@ -1,9 +1,9 @@
 //! The ground of a body: its shape and its maps.
 
 use crate::scene::atmosphere::clouds;
-use crate::scene::draw::needs::MapSet;
+use crate::scene::draw::features::MapSet;
 use crate::scene::features::case::{Case, Decided};
-use crate::scene::features::choice::{Available, flattening};
+use crate::scene::features::choice::{Capabilities, flattening};
 use crate::scene::light::lamps;
 use crate::scene::request::effects::Effect;
 
@@ -16,7 +16,7 @@ const GLINT_DIAMETER_PX: f64 = 8.0;
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
     let (body, least, diameter_px) = (case.body(), case.bound(), case.diameter_px);
     let log = &mut so_far.log;
-    let available = Available::of(body);
+    let available = Capabilities::of(body);
     let lean = flattening(body);
     let bound = format!("its normals lean {lean:.2e} rad from a sphere's against {:.2e}", least.least_part());
     so_far.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, least.counts_part(lean), bound);
@@ -41,7 +41,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     });
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
         let most = lamps::brightest(body);
-        (least.counts(most), format!("brightest lamps {}", least.said(most)))
+        (least.counts(most), format!("brightest lamps {}", least.description(most)))
     });
     if let Some(c) = &body.clouds {
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || clouds::shadow_bound(body, c, diameter_px, least));

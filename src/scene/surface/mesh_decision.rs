@@ -3,10 +3,10 @@
 use crate::catalog::NaifId;
 use crate::mesh::Model;
 use crate::scene::decision::with_invented;
-use crate::scene::draw::uniforms::{Amounts, MeshAmounts};
+use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
 use crate::scene::features::case::{Case, Decided, Frame};
-use crate::scene::features::choice::Available;
-use crate::scene::placed::Placed;
+use crate::scene::features::choice::Capabilities;
+use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::meshes;
 use glam::DVec3;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 const SUN_IS_UP: f32 = 1e3;
 
 /// Direction of the Sun, body axes, and its angular radius, radians, for a mesh that shades itself; `None` where no Sun shines on it.
-pub(crate) fn sun_over(frame: &Frame<'_>, p: &Placed<'_>) -> Option<(DVec3, f64)> {
+pub(crate) fn sun_over(frame: &Frame<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != p.body.id)?;
     let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
     Some(((p.body_from_icrf * p.sun_from_body_km).normalize(), radius_rad))
@@ -43,7 +43,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     so_far.chosen.mesh = Some(meshes::flags(body, model));
     let Some((towards, radius_rad)) = sun_over(case.frame, case.placed) else { return so_far };
     let reason = format!("at each vertex, of a Sun of {:.3} degrees across; sharp to an edge's length", 2.0 * radius_rad.to_degrees());
-    let lit = !Available::of(body).emissive;
+    let lit = !Capabilities::of(body).emissive;
     if log.effect(Effect::SelfShadow, lit, reason) {
         so_far.self_shadow = Some((towards, radius_rad));
     }
@@ -51,14 +51,14 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
 }
 
 /// Sets what places the vertices on the screen, and the height of the Sun at each: its own where the mesh shades itself.
-pub(crate) fn set(amounts: &mut Amounts, case: &Case<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
+pub(crate) fn set(uniforms: &mut DrawUniforms, case: &Case<'_, '_>, model: &Arc<Model>, self_shadow: Option<(DVec3, f64)>) {
     let (centre, matrix) = meshes::clip_from_unit_sphere(case.frame.camera, &case.placed.placement);
-    amounts.mesh_anchor = centre;
-    amounts.clip_from_unit_sphere = matrix;
+    uniforms.mesh_anchor = centre;
+    uniforms.clip_from_unit_sphere = matrix;
     let at_hand = || case.frame.context.resources.sun_heights.get(&case.body().id).cloned();
     let sun_heights = match self_shadow {
         Some((towards, radius_rad)) => at_hand().unwrap_or_else(|| Arc::new(model.sun_heights(towards, radius_rad))),
         None => Arc::new(vec![SUN_IS_UP; model.vertices()]),
     };
-    amounts.mesh = Some(MeshAmounts { model: Arc::clone(model), sun_heights });
+    uniforms.mesh = Some(MeshInstance { model: Arc::clone(model), sun_heights });
 }

@@ -8,8 +8,8 @@ use crate::catalog::Body;
 use crate::mesh::Model;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, Camera, ClipRect, NEAR_DEPTH_KM, Placement};
-use crate::scene::draw::needs::Flags;
-use crate::scene::placed::Placed;
+use crate::scene::draw::features::Flags;
+use crate::scene::placed::PlacedBody;
 use crate::scene::point::BLEND_FROM_PX;
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
@@ -20,21 +20,21 @@ use std::sync::Arc;
 const NEAR_RADII: f64 = 8.0;
 /// Change of depth from the centre of a mesh to its near side, relative, at the least: 160 steps of f32. Beyond 1e5 radii the true depth is less
 /// than that and would not order the triangles; who hides whom is then wrong within this part of the distance.
-const LEAST_DEPTH: f64 = 1e-5;
+const MIN_DEPTH: f64 = 1e-5;
 
 /// The model that a body is drawn by: none where the catalog names none, where it could not be read or is not read yet, where the viewer switched it off.
 pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Model>> {
     body.mesh
         .as_ref()
-        .filter(|m| !context.resources.is_unreadable(&m.file) && context.request.effects.asked(Effect::Mesh) != Some(false))?;
+        .filter(|m| !context.resources.is_unreadable(&m.file) && context.request.effects.override_of(Effect::Mesh) != Some(false))?;
     context.resources.meshes.get(&body.id)
 }
 
 /// Whether a body's model counts here, large as it is and if its file can be read.
-pub(crate) fn is_wanted(context: Context<'_>, camera: &Camera, p: &Placed<'_>) -> bool {
+pub(crate) fn is_wanted(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> bool {
     let large = 2.0 * p.body.radii_km.max_element() / p.distance_km.max(1e-9) / camera.pixel_tangent() > BLEND_FROM_PX;
     let wanted = p.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-    large && wanted && context.request.effects.asked(Effect::Mesh) != Some(false)
+    large && wanted && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }
 
 /// The pixels that the model may touch.
@@ -60,7 +60,7 @@ pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (
     let icrf_from_body = placement.body_from_icrf.transpose();
     let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
     let near = NEAR_DEPTH_KM / unit_km;
-    let steepened = (LEAST_DEPTH - unit_km / placement.centre_km.length()).max(0.0);
+    let steepened = (MIN_DEPTH - unit_km / placement.centre_km.length()).max(0.0);
     let clip = |v_km: DVec3, constant: f64| {
         let v = v_km / unit_km;
         let depth = v.dot(camera.forward);

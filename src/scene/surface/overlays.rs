@@ -5,7 +5,7 @@
 
 use crate::catalog::{Body, Overlay, Projection};
 use crate::scene::camera;
-use crate::scene::draw::uniforms::OverlayAmounts;
+use crate::scene::draw::uniforms::OverlayUniforms;
 use crate::scene::features::case::{Case, Decided};
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
@@ -48,7 +48,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
 }
 
 /// `factor`: what turns the image's colour into the albedo of the draw.
-pub fn amounts(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayAmounts {
+pub fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
     let shape = body.radii_km / body.radii_km.x;
     let (axes, kind, limits, around) = match overlay.projection {
         Projection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => {
@@ -81,5 +81,5 @@ pub fn amounts(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayAmounts 
     let light = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);
     // Beside the axes: what stretches z into planetographic latitude, and the axes' ratios.
     let rows = [axes[0].extend(1.0 / shape.z), axes[1].extend(shape.y), axes[2].extend(shape.z), kind, limits, light];
-    OverlayAmounts { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), around }
+    OverlayUniforms { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), around }
 }

@@ -1,7 +1,7 @@
 //! What nearer bodies hide of a body's disc.
 //!
 //! In: where bodies are seen. Out: the part of a disc's light that is left, exactly 0 where all is hidden and exactly 1 where nothing is; and the limbs of
-//! nearer bodies as shaders/lib/uncovered.wesl takes them. Bodies count as ellipsoids, the hidden one as a sphere. A point's light is what is left of it: depth, which
+//! nearer bodies as shaders/lib/foreground_limb.wesl takes them. Bodies count as ellipsoids, the hidden one as a sphere. A point's light is what is left of it: depth, which
 //! knows one place of a sprite, is not asked. Not here: what rings and air take, and shadows (eclipse).
 //!
 //! The part is summed over chords of the disc, [`CHORDS`] of them, each with its light in closed form; off by 2e-5 of the light at most for bodies larger than
@@ -13,7 +13,7 @@ use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, Part, Point, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::in_view::BodyInView;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::order::stands_before;
 use glam::{DVec2, DVec3, Vec4};
 
@@ -80,13 +80,13 @@ fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
 }
 
 /// Angular radius of the sphere around a body.
-fn reach_rad(p: &Placed<'_>) -> f64 {
+fn reach_rad(p: &PlacedBody<'_>) -> f64 {
     (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
 }
 
 /// Bodies that stand before another and within `margin_rad` of its disc, the larger on the sky first.
-fn before<'p, 'a>(placed: &'p [Placed<'a>], of: &Placed<'_>, margin_rad: f64) -> Vec<&'p Placed<'a>> {
-    let over = |p: &&Placed<'_>| {
+fn before<'p, 'a>(placed: &'p [PlacedBody<'a>], of: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
+    let over = |p: &&PlacedBody<'_>| {
         p.body.id != of.body.id
             && p.distance_km > 0.0
             && !p.placement.camera_is_inside()
@@ -99,11 +99,11 @@ fn before<'p, 'a>(placed: &'p [Placed<'a>], of: &Placed<'_>, margin_rad: f64) ->
 }
 
 /// The part of a body's light that nearer bodies leave, per channel.
-pub(crate) fn part_left(placed: &[Placed<'_>], of: &Placed<'_>) -> DVec3 {
+pub(crate) fn part_left(placed: &[PlacedBody<'_>], of: &PlacedBody<'_>) -> DVec3 {
     let before = before(placed, of, 0.0);
     let Some(first) = before.first() else { return DVec3::ONE };
     // Behind the sphere that a body holds: what is far below a horizon takes no time.
-    let holds = |p: &Placed<'_>| {
+    let holds = |p: &PlacedBody<'_>| {
         let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
         crate::ephemeris::angle_rad(p.placement.centre_km, of.placement.centre_km) + reach_rad(of) < inner
     };
@@ -150,9 +150,9 @@ fn of_small(radius_px: f64) -> f64 {
 }
 
 /// Takes from points what nearer bodies hide of them, gives the discs that glow their hiders' limbs, and notes both.
-pub(crate) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
+pub(crate) fn take(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
     let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
-    let mut note = |of: &Placed<'_>, left: DVec3| {
+    let mut note = |of: &PlacedBody<'_>, left: DVec3| {
         if left != DVec3::ONE {
             let reason = format!("nearer bodies leave {:.6} of its disc's light", left.y);
             let decision = Decision { feature: "hidden", on: left == DVec3::ZERO, reason, tier: None };
@@ -166,13 +166,13 @@ pub(crate) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
         note(p, left);
         point.flux *= narrow(left);
     }
-    let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.needs.shape)).collect();
-    for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.needs.surface == Surface::Emissive) {
+    let drawn: Vec<_> = draws.iter().filter(|d| d.part == Part::Globe).map(|d| (d.body, d.features.shape)).collect();
+    for draw in draws.iter_mut().filter(|d| d.part == Part::Globe && d.features.surface == Surface::Emissive) {
         let Some(of) = found(draw.body) else { continue };
         let Some(middle) = camera.clip(of.placement.centre_km) else { continue };
         let margin_rad = 2.0 * camera.pixel_tangent();
         let before = before(placed, of, margin_rad);
-        let shape = |p: &Placed<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
+        let shape = |p: &PlacedBody<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
         // Triangles have their own edge, not the ellipsoid's.
         let counted: Vec<_> = before.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
         if counted.is_empty() {
@@ -184,7 +184,7 @@ pub(crate) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
         let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));
         let at = ray(from_px.as_dvec2());
         let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - at, ray(from_px.as_dvec2() + DVec2::Y) - at);
-        for (p, rows) in counted.iter().zip(draw.amounts.hiders.rows.as_chunks_mut::<3>().0) {
+        for (p, rows) in counted.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, at, dx, dy);
             let small_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
             let (kind, factor) = match shape(p) {
@@ -196,7 +196,7 @@ pub(crate) fn take(placed: &[Placed<'_>], camera: &Camera, draws: &mut [Draw], p
             let [c, gx, gy, xx, xy, yy] = limb.form;
             *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, factor]), row([limb.near[0], limb.near[1], limb.near[2], 0.0])];
         }
-        let rows = &mut draw.amounts.hiders.rows;
+        let rows = &mut draw.uniforms.foreground_limbs.rows;
         (rows[2].w, rows[5].w) = (from_px.x, from_px.y);
     }
 }

@@ -8,7 +8,7 @@
 
 use crate::catalog::NaifId;
 use crate::scene::draw::{Draw, Part};
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use glam::DVec3;
 
 /// A body as the order sees it.
@@ -20,7 +20,7 @@ struct Ball {
 }
 
 impl Ball {
-    fn of(p: &Placed<'_>) -> Self {
+    fn of(p: &PlacedBody<'_>) -> Self {
         let body = p.body;
         let air_km = body.atmosphere.as_ref().map_or(0.0, |a| a.top_km);
         let clouds_km = body.clouds.as_ref().map_or(0.0, |c| c.height_km);
@@ -40,7 +40,7 @@ impl Ball {
 }
 
 /// Whether a body stands before another wherever both are seen.
-pub(crate) fn stands_before(a: &Placed<'_>, b: &Placed<'_>) -> bool {
+pub(crate) fn stands_before(a: &PlacedBody<'_>, b: &PlacedBody<'_>) -> bool {
     Ball::of(a).tangent_squared_km2() < Ball::of(b).tangent_squared_km2()
 }
 
@@ -82,7 +82,7 @@ fn among_rings(moon: &Ball, planet: &Ball, pole: DVec3) -> Option<Step> {
 }
 
 /// Sorts the draws of placed bodies.
-pub(crate) fn far_to_near(placed: &[Placed<'_>], mut draws: Vec<Draw>) -> Vec<Draw> {
+pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Vec<Draw> {
     let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == Part::Ring).map(|d| d.body).collect();
     let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let place = |id: NaifId, part: Part| {
@@ -110,7 +110,7 @@ pub(crate) fn far_to_near(placed: &[Placed<'_>], mut draws: Vec<Draw>) -> Vec<Dr
 }
 
 /// How many of the sorted draws are a body's own or lie behind it: what light around that body lies over. Of a body without a draw those that are farther.
-pub(crate) fn draws_behind(placed: &[Placed<'_>], draws: &[Draw], body: NaifId) -> usize {
+pub(crate) fn draws_behind(placed: &[PlacedBody<'_>], draws: &[Draw], body: NaifId) -> usize {
     let distance_km = |id: NaifId| placed.iter().find(|p| p.body.id == id).map_or(0.0, |p| p.distance_km);
     let own_km = distance_km(body);
     let last = draws.iter().rposition(|d| d.body == body).or_else(|| draws.iter().rposition(|d| distance_km(d.body) >= own_km));

@@ -1,45 +1,45 @@
 //! Which values mean nothing beside which others.
 
 use super::dimension::{DIMENSIONS, Dimension};
-use crate::scene::draw::{AirTier, EclipseModel, Needs, PixelView, RingShadow, Shape, Surface};
+use crate::scene::draw::{AtmosphereModel, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
 /// Where `applies` holds, the dimension `of` may take the value `least` and the image stays the same.
-pub struct Rule {
+pub struct CanonicalRule {
     pub of: &'static str,
     /// The value's text (empty: the one that is not written).
     pub least: &'static str,
-    pub applies: fn(&Needs) -> bool,
+    pub applies: fn(&DrawFeatures) -> bool,
     /// Completes "… changes nothing: …".
     pub because: &'static str,
 }
 
-fn emissive(n: &Needs) -> bool {
+fn emissive(n: &DrawFeatures) -> bool {
     n.surface == Surface::Emissive
 }
 /// Whether the pixel shows the light itself, or the work of finding it.
-fn full(n: &Needs) -> bool {
-    matches!(n.view, PixelView::Shaded | PixelView::Cost)
+fn full(n: &DrawFeatures) -> bool {
+    matches!(n.view, PixelView::Final | PixelView::Cost)
 }
 /// Air, cloud and ring: nothing that a ground has.
-fn no_ground(n: &Needs) -> bool {
+fn no_ground(n: &DrawFeatures) -> bool {
     matches!(n.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
 }
 /// Whether the picture shows light that falls on something.
-fn lit(n: &Needs) -> bool {
+fn lit(n: &DrawFeatures) -> bool {
     full(n) && !emissive(n) && n.lights > 0
 }
 /// Whether the picture shows how much sunlight arrives.
-fn shows_sunlight(n: &Needs) -> bool {
+fn shows_sunlight(n: &DrawFeatures) -> bool {
     lit(n) || (n.view == PixelView::Sunlight && n.lights > 0 && !emissive(n))
 }
 /// Whether the pixel's value depends on the direction of the surface.
-fn shows_normal(n: &Needs) -> bool {
+fn shows_normal(n: &DrawFeatures) -> bool {
     (lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Normal || (n.view == PixelView::Sunlight && n.lights > 0))
         && n.surface != Surface::Sky
 }
 /// Whether the pixel's value depends on the surface's own colour. Clouds have a map, rings a table of their own.
-fn shows_albedo(n: &Needs) -> bool {
+fn shows_albedo(n: &DrawFeatures) -> bool {
     match n.surface {
         Surface::Sky | Surface::Cloud | Surface::Ring => false,
         _ => lit(n) || (full(n) && emissive(n)) || n.view == PixelView::Albedo,
@@ -47,112 +47,122 @@ fn shows_albedo(n: &Needs) -> bool {
 }
 
 /// Applied in order until nothing changes; each rule only takes away, so that ends.
-pub static RULES: &[Rule] = &[
-    Rule {
+pub static RULES: &[CanonicalRule] = &[
+    CanonicalRule {
         of: "surface",
         least: "lambert",
         applies: |n| {
             n.surface == Surface::Sky
-                && (n.air.tier == AirTier::None || !(full(n) || n.view == PixelView::OpticalDepth) || (full(n) && n.lights == 0))
+                && (n.air.tier == AtmosphereModel::None || !(full(n) || n.view == PixelView::OpticalDepth) || (full(n) && n.lights == 0))
         },
         because: "a sky without lit air shows nothing",
     },
-    Rule { of: "lights", least: "sun0", applies: emissive, because: "an emissive surface reflects nothing" },
-    Rule {
+    CanonicalRule { of: "lights", least: "sun0", applies: emissive, because: "an emissive surface reflects nothing" },
+    CanonicalRule {
         of: "lights",
         least: "sun0",
         applies: |n| matches!(n.view, PixelView::Depth | PixelView::Normal | PixelView::Albedo | PixelView::Uv | PixelView::OpticalDepth),
         because: "this view shows no light",
     },
-    Rule {
+    CanonicalRule {
         of: "lights",
         least: "sun0",
-        applies: |n| n.view == PixelView::Eclipse && n.eclipse.casters == 0,
-        because: "no caster stands before the Sun",
+        applies: |n| n.view == PixelView::Eclipse && n.eclipse.occluders == 0,
+        because: "no occluder stands before the Sun",
     },
-    Rule {
+    CanonicalRule {
         of: "lights",
         least: "sun0",
         applies: |n| n.view == PixelView::Ring && (n.ring_shadow == RingShadow::None || n.surface == Surface::Ring),
         because: "no ring stands before the Sun",
     },
-    Rule {
+    CanonicalRule {
         of: "lights",
         least: "sun1",
         applies: |n| matches!(n.view, PixelView::Eclipse | PixelView::Ring) && n.lights > 1,
         because: "this view shows the Sun's light alone",
     },
-    Rule {
+    CanonicalRule {
         of: "surface",
         least: "lambert",
         applies: |n| !full(n) && !no_ground(n),
         because: "this view does not show how the surface turns light",
     },
-    Rule {
+    CanonicalRule {
         of: "surface",
         least: "lambert",
         applies: |n| !emissive(n) && !no_ground(n) && n.lights == 0,
         because: "without a light every reflecting surface is black",
     },
-    Rule { of: "shape", least: "sphere", applies: |n| n.surface == Surface::Ring, because: "a ring is flat" },
-    Rule {
+    CanonicalRule { of: "shape", least: "sphere", applies: |n| n.surface == Surface::Ring, because: "a ring is flat" },
+    CanonicalRule {
         of: "shape",
         least: "ellipsoid",
         applies: |n| n.shape == Shape::Mesh && matches!(n.surface, Surface::Sky | Surface::Cloud),
         because: "air and clouds follow the ellipsoid",
     },
-    Rule {
+    CanonicalRule {
         of: "normal",
         least: "",
         applies: |n| !shows_normal(n) || (full(n) && emissive(n)) || no_ground(n),
         because: "relief shows only where light falls on ground, or in the normal view",
     },
-    Rule { of: "specular", least: "", applies: |n| !lit(n) || no_ground(n), because: "a glint needs a light and a reflecting ground" },
-    Rule {
+    CanonicalRule {
+        of: "specular",
+        least: "",
+        applies: |n| !lit(n) || no_ground(n),
+        because: "a glint needs a light and a reflecting ground",
+    },
+    CanonicalRule {
         of: "night",
         least: "",
         applies: |n| !full(n) || emissive(n) || no_ground(n),
         because: "lamps show only on a shaded, reflecting ground",
     },
-    Rule {
+    CanonicalRule {
         of: "cloudshadow",
         least: "",
         applies: |n| !shows_sunlight(n) || no_ground(n),
         because: "clouds throw a shadow only where the Sun falls on ground",
     },
-    Rule {
+    CanonicalRule {
         of: "overlays",
         least: "",
         applies: |n| !shows_albedo(n) || no_ground(n),
         because: "this image does not show the ground's colour",
     },
-    Rule { of: "casters", least: "", applies: |n| n.eclipse.model == EclipseModel::None, because: "without a model nothing is darkened" },
-    Rule {
-        of: "casters",
+    CanonicalRule {
+        of: "occluders",
+        least: "",
+        applies: |n| n.eclipse.model == EclipseModel::None,
+        because: "without a model nothing is darkened",
+    },
+    CanonicalRule {
+        of: "occluders",
         least: "",
         applies: |n| !(shows_sunlight(n) || n.view == PixelView::Eclipse && n.lights > 0 && !emissive(n)),
         because: "this image does not show the Sun's light",
     },
-    Rule { of: "eclipse-model", least: "", applies: |n| n.eclipse.casters == 0, because: "no caster stands before the Sun" },
-    Rule {
+    CanonicalRule { of: "eclipse-model", least: "", applies: |n| n.eclipse.occluders == 0, because: "no occluder stands before the Sun" },
+    CanonicalRule {
         of: "ring-shadow",
         least: "",
         applies: |n| n.surface == Surface::Ring || !(shows_sunlight(n) || n.view == PixelView::Ring && n.lights > 0 && !emissive(n)),
         because: "a ring's shadow needs sunlight and something else than the ring",
     },
-    Rule {
+    CanonicalRule {
         of: "ringshine",
         least: "",
         applies: |n| no_ground(n) || !shows_sunlight(n),
         because: "a ring lights ground only, and in views that show the light",
     },
-    Rule {
+    CanonicalRule {
         of: "body-shadow",
         least: "",
         applies: |n| n.surface != Surface::Ring || !shows_sunlight(n),
         because: "the body's shadow falls on its ring, in sunlight",
     },
-    Rule {
+    CanonicalRule {
         of: "air",
         least: "",
         applies: |n| {
@@ -160,21 +170,31 @@ pub static RULES: &[Rule] = &[
         },
         because: "this image shows no air",
     },
-    Rule { of: "air", least: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
-    Rule { of: "mie", least: "", applies: |n| n.air.tier == AirTier::None, because: "there is no air" },
-    Rule { of: "absorption", least: "", applies: |n| n.air.tier == AirTier::None, because: "there is no air" },
-    Rule { of: "twosided", least: "", applies: |n| n.shape != Shape::Mesh, because: "a closed body shows its outside only" },
-    Rule { of: "twosided", least: "", applies: |n| !shows_normal(n), because: "this image does not depend on the surface's direction" },
-    Rule { of: "vertexcolour", least: "", applies: |n| n.shape != Shape::Mesh, because: "only a mesh has vertices with a colour" },
-    Rule { of: "vertexcolour", least: "", applies: |n| !shows_albedo(n), because: "this image does not show the surface's colour" },
-    Rule { of: "alphatexture", least: "", applies: no_ground, because: "air, clouds and rings have an opacity of their own" },
-    Rule {
+    CanonicalRule { of: "air", least: "", applies: |n| n.shape == Shape::Mesh, because: "air lies over an ellipsoid" },
+    CanonicalRule { of: "mie", least: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { of: "absorption", least: "", applies: |n| n.air.tier == AtmosphereModel::None, because: "there is no air" },
+    CanonicalRule { of: "twosided", least: "", applies: |n| n.shape != Shape::Mesh, because: "a closed body shows its outside only" },
+    CanonicalRule {
+        of: "twosided",
+        least: "",
+        applies: |n| !shows_normal(n),
+        because: "this image does not depend on the surface's direction",
+    },
+    CanonicalRule { of: "vertexcolour", least: "", applies: |n| n.shape != Shape::Mesh, because: "only a mesh has vertices with a colour" },
+    CanonicalRule {
+        of: "vertexcolour",
+        least: "",
+        applies: |n| !shows_albedo(n),
+        because: "this image does not show the surface's colour",
+    },
+    CanonicalRule { of: "alphatexture", least: "", applies: no_ground, because: "air, clouds and rings have an opacity of their own" },
+    CanonicalRule {
         of: "albedo",
         least: "",
         applies: |n| !shows_albedo(n) && !n.flags.alpha_texture,
         because: "this image does not show the surface's colour",
     },
-    Rule { of: "alphatexture", least: "", applies: |n| !n.maps.albedo, because: "alpha comes from the albedo map" },
+    CanonicalRule { of: "alphatexture", least: "", applies: |n| !n.maps.albedo, because: "alpha comes from the albedo map" },
 ];
 
 fn named(name: &str) -> Option<&'static Dimension> {
@@ -182,10 +202,10 @@ fn named(name: &str) -> Option<&'static Dimension> {
 }
 
 /// Each rule with the dimension and the value that its words stand for, looked up once.
-fn resolved() -> &'static [(&'static Rule, &'static Dimension, usize)] {
-    static RESOLVED: OnceLock<Vec<(&'static Rule, &'static Dimension, usize)>> = OnceLock::new();
+fn resolved() -> &'static [(&'static CanonicalRule, &'static Dimension, usize)] {
+    static RESOLVED: OnceLock<Vec<(&'static CanonicalRule, &'static Dimension, usize)>> = OnceLock::new();
     RESOLVED.get_or_init(|| {
-        let resolve = |rule: &'static Rule| {
+        let resolve = |rule: &'static CanonicalRule| {
             let dimension = named(rule.of)?;
             Some((rule, dimension, dimension.texts.iter().position(|t| *t == rule.least)?))
         };
@@ -194,24 +214,24 @@ fn resolved() -> &'static [(&'static Rule, &'static Dimension, usize)] {
 }
 
 /// The first rule that would change these needs, with the dimension and the value it asks for.
-pub(super) fn first_breach(needs: &Needs) -> Option<(&'static Rule, &'static Dimension, usize)> {
-    resolved().iter().copied().find(|(rule, dimension, least)| (dimension.get)(needs) != *least && (rule.applies)(needs))
+pub(super) fn first_breach(features: &DrawFeatures) -> Option<(&'static CanonicalRule, &'static Dimension, usize)> {
+    resolved().iter().copied().find(|(rule, dimension, least)| (dimension.get)(features) != *least && (rule.applies)(features))
 }
 
 /// The needs that draw the same image with the least.
-pub fn canonical(needs: &Needs) -> Needs {
-    reduced(needs, |_| ())
+pub fn canonical(features: &DrawFeatures) -> DrawFeatures {
+    reduced(features, |_| ())
 }
 
 /// The rules that make these needs canonical, in the order in which they apply.
-pub fn reductions(needs: &Needs) -> Vec<&'static Rule> {
+pub fn reductions(features: &DrawFeatures) -> Vec<&'static CanonicalRule> {
     let mut applied = Vec::new();
-    reduced(needs, |rule| applied.push(rule));
+    reduced(features, |rule| applied.push(rule));
     applied
 }
 
-fn reduced(needs: &Needs, mut applied: impl FnMut(&'static Rule)) -> Needs {
-    let mut least = *needs;
+fn reduced(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
+    let mut least = *features;
     least.lights = least.lights.min(3);
     while let Some((rule, dimension, value)) = first_breach(&least) {
         (dimension.set)(&mut least, value);
@@ -222,12 +242,12 @@ fn reduced(needs: &Needs, mut applied: impl FnMut(&'static Rule)) -> Needs {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sample_needs;
+    use super::super::sample_features;
     use super::*;
 
     #[test]
     fn every_rule_names_a_dimension_and_a_value_and_is_used() {
-        let some = sample_needs(1, 20_000);
+        let some = sample_features(1, 20_000);
         for rule in RULES {
             let d = named(rule.of).unwrap_or_else(|| panic!("no dimension {}", rule.of));
             assert!(d.texts.contains(&rule.least), "{}: no value {:?}", rule.of, rule.least);
@@ -237,7 +257,7 @@ mod tests {
 
     #[test]
     fn canonical_is_idempotent_and_only_takes_away() {
-        for n in sample_needs(2, 100_000) {
+        for n in sample_features(2, 100_000) {
             let c = canonical(&n);
             assert_eq!(canonical(&c), c, "{n:?}");
             assert_eq!(c.view, n.view, "what is seen never changes");
@@ -250,24 +270,24 @@ mod tests {
     #[test]
     fn a_lit_planet_under_everything_keeps_everything() {
         use crate::scene::draw::{Air, Eclipse, Flags, MapSet};
-        let n = Needs {
+        let n = DrawFeatures {
             surface: Surface::OrenNayar,
             maps: MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true },
             overlays: 2,
             lights: 2,
-            eclipse: Eclipse { casters: 4, model: EclipseModel::Refracted },
+            eclipse: Eclipse { occluders: 4, model: EclipseModel::Refracted },
             ring_shadow: RingShadow::Penumbra,
             ring_shine: true,
-            air: Air { tier: AirTier::Table, mie: true, absorption: true },
+            air: Air { tier: AtmosphereModel::Table, mie: true, absorption: true },
             shape: Shape::Ellipsoid,
             flags: Flags { alpha_texture: true, ..Flags::default() },
-            ..Needs::LEAST
+            ..DrawFeatures::MINIMAL
         };
         assert_eq!(canonical(&n), n);
         // What a mesh has more, and the air that it has not.
         let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
-        let mesh = Needs { shape: Shape::Mesh, air: Air::default(), flags, ..n };
+        let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), flags, ..n };
         assert_eq!(canonical(&mesh), mesh);
-        assert_eq!(canonical(&Needs { air: n.air, ..mesh }), mesh);
+        assert_eq!(canonical(&DrawFeatures { air: n.air, ..mesh }), mesh);
     }
 }

@@ -5,7 +5,7 @@
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
-use crate::scene::draw::Needs;
+use crate::scene::draw::DrawFeatures;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
@@ -31,19 +31,19 @@ impl Random {
 }
 
 /// `count` combinations of dimension values drawn at random, meaningful or not; the same seed gives the same ones.
-pub fn sample_needs(seed: u64, count: usize) -> Vec<Needs> {
+pub fn sample_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
     let mut random = Random(seed);
     let one = |random: &mut Random| {
-        let mut needs = Needs::LEAST;
-        DIMENSIONS.iter().for_each(|d| (d.set)(&mut needs, random.below(d.texts.len())));
-        needs
+        let mut features = DrawFeatures::MINIMAL;
+        DIMENSIONS.iter().for_each(|d| (d.set)(&mut features, random.below(d.texts.len())));
+        features
     };
     (0..count).map(|_| one(&mut random)).collect()
 }
 
 /// `count` keys of combinations drawn at random; the same seed gives the same keys.
 pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
-    sample_needs(seed, count).iter().map(ShaderKey::for_draw).collect()
+    sample_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
 /// Dimensions whose values decide what means something, each with the values that rules tell apart (the others behave like the last).
@@ -51,7 +51,7 @@ const DECIDING: [(&str, usize); 10] = [
     ("surface", 8),
     ("albedo", 2),
     ("lights", 3),
-    ("casters", 2),
+    ("occluders", 2),
     ("eclipse-model", 2),
     ("ring-shadow", 2),
     ("air", 2),
@@ -61,39 +61,39 @@ const DECIDING: [(&str, usize); 10] = [
 ];
 
 /// Every canonical needs over the deciding dimensions alone. Completing a combination with each of them decides whether it can occur.
-fn skeletons() -> Vec<Needs> {
-    let mut all = vec![Needs::LEAST];
+fn skeletons() -> Vec<DrawFeatures> {
+    let mut all = vec![DrawFeatures::MINIMAL];
     for (name, values) in DECIDING {
         let Some(dimension) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
         all = all
             .into_iter()
-            .flat_map(|needs| {
+            .flat_map(|features| {
                 (0..values).map(move |value| {
-                    let mut with = needs;
+                    let mut with = features;
                     (dimension.set)(&mut with, value);
                     with
                 })
             })
             .collect();
     }
-    let distinct: BTreeSet<Needs> = all.iter().map(canonical).collect();
+    let distinct: BTreeSet<DrawFeatures> = all.iter().map(canonical).collect();
     distinct.into_iter().collect()
 }
 
 /// Some values, each with its dimension's number.
 type Combination<'a> = [(usize, usize)];
 
-fn with(mut needs: Needs, values: &Combination<'_>) -> Needs {
-    values.iter().for_each(|(d, value)| (DIMENSIONS[*d].set)(&mut needs, *value));
-    needs
+fn with(mut features: DrawFeatures, values: &Combination<'_>) -> DrawFeatures {
+    values.iter().for_each(|(d, value)| (DIMENSIONS[*d].set)(&mut features, *value));
+    features
 }
 
-fn holds(needs: &Needs, values: &Combination<'_>) -> bool {
-    values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(needs) == *value)
+fn holds(features: &DrawFeatures, values: &Combination<'_>) -> bool {
+    values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(features) == *value)
 }
 
 /// Needs that hold these values and are canonical, from the first skeleton at or after `start` that allows it.
-fn completed(skeletons: &[Needs], start: usize, values: &Combination<'_>) -> Option<Needs> {
+fn completed(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
     let (before, after) = skeletons.split_at(start);
     after.iter().chain(before).map(|s| with(*s, values)).find(|n| canonical(n) == *n)
 }
@@ -126,8 +126,8 @@ fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
 }
 
 /// Places of the combinations that these needs hold, one for each choice.
-fn places<'a>(needs: &Needs, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
-    let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(needs)).collect();
+fn places<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
+    let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(features)).collect();
     choices.iter().map(move |(c, start)| start + c.iter().fold(0, |place, d| place * DIMENSIONS[*d].texts.len() + values[*d]))
 }
 
@@ -168,19 +168,20 @@ fn covering_anew(t: usize) -> Vec<ShaderKey> {
             if pairs.as_ref().is_some_and(|possible| !possible(&values)) {
                 continue;
             }
-            let Some(needs) = best_completion(&skeletons, &values, &mut random, |n| places(n, &choices).filter(|p| !covered[*p]).count())
+            let Some(features) =
+                best_completion(&skeletons, &values, &mut random, |n| places(n, &choices).filter(|p| !covered[*p]).count())
             else {
                 continue;
             };
-            places(&needs, &choices).for_each(|p| covered[p] = true);
-            chosen.insert(ShaderKey { needs });
+            places(&features, &choices).for_each(|p| covered[p] = true);
+            chosen.insert(ShaderKey { features });
         }
     }
     chosen.into_iter().collect()
 }
 
 /// Whether each two of some values can occur together: three that cannot pairwise cannot at all.
-fn possible_pairs(skeletons: &[Needs]) -> impl Fn(&Combination<'_>) -> bool + use<> {
+fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bool + use<> {
     let mut start = Vec::new();
     let mut count = 0;
     for d in DIMENSIONS {
@@ -205,23 +206,28 @@ fn possible_pairs(skeletons: &[Needs]) -> impl Fn(&Combination<'_>) -> bool + us
     }
 }
 
-fn best_completion(skeletons: &[Needs], values: &Combination<'_>, random: &mut Random, adds: impl Fn(&Needs) -> usize) -> Option<Needs> {
+fn best_completion(
+    skeletons: &[DrawFeatures],
+    values: &Combination<'_>,
+    random: &mut Random,
+    adds: impl Fn(&DrawFeatures) -> usize,
+) -> Option<DrawFeatures> {
     let mut best = completed(skeletons, random.below(skeletons.len()), values).map(|n| (adds(&n), n))?;
     for _ in 0..TRIES {
-        let Some(mut needs) = completed(skeletons, random.below(skeletons.len()), values) else { break };
+        let Some(mut features) = completed(skeletons, random.below(skeletons.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !DECIDING.iter().any(|(name, _)| *name == d.name)) {
-            (d.set)(&mut needs, random.below(d.texts.len()));
+            (d.set)(&mut features, random.below(d.texts.len()));
         }
         // Among counts and models that rules do not tell apart, any will do.
         for (name, told_apart) in DECIDING {
             let Some(d) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
-            if (d.get)(&needs) + 1 == told_apart && d.texts.len() > told_apart {
-                (d.set)(&mut needs, told_apart - 1 + random.below(d.texts.len() + 1 - told_apart));
+            if (d.get)(&features) + 1 == told_apart && d.texts.len() > told_apart {
+                (d.set)(&mut features, told_apart - 1 + random.below(d.texts.len() + 1 - told_apart));
             }
         }
-        let needs = canonical(&with(needs, values));
-        if holds(&needs, values) && adds(&needs) > best.0 {
-            best = (adds(&needs), needs);
+        let features = canonical(&with(features, values));
+        if holds(&features, values) && adds(&features) > best.0 {
+            best = (adds(&features), features);
         }
     }
     Some(best.1)
@@ -237,11 +243,11 @@ mod tests {
         for t in [1, 2, 3] {
             let (choices, _) = choices(DIMENSIONS.len(), t);
             let set = covering(t);
-            let covered: HashSet<usize> = set.iter().flat_map(|k| places(k.needs(), &choices)).collect();
-            for needs in sample_needs(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
-                assert!(places(&needs, &choices).all(|p| covered.contains(&p)), "{needs:?}");
+            let covered: HashSet<usize> = set.iter().flat_map(|k| places(k.features(), &choices)).collect();
+            for features in sample_features(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
+                assert!(places(&features, &choices).all(|p| covered.contains(&p)), "{features:?}");
             }
-            assert!(set.iter().all(|k| canonical(k.needs()) == *k.needs()));
+            assert!(set.iter().all(|k| canonical(k.features()) == *k.features()));
             assert_eq!(set, covering_anew(t));
         }
     }

@@ -1,6 +1,6 @@
 //! The table of dimensions: the one place that names a dimension's values, in texts and in fragment conditions.
 
-use crate::scene::draw::{AirTier, BodyShadow, CASTERS_AT_MOST, EclipseModel, Needs, PixelView, RingShadow, Shape, Surface};
+use crate::scene::draw::{AtmosphereModel, BodyShadow, DrawFeatures, EclipseModel, MAX_OCCLUDERS, PixelView, RingShadow, Shape, Surface};
 
 /// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the table's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -48,8 +48,8 @@ pub struct Dimension {
     pub features: &'static [&'static str],
     /// Whether a value switches on the features of all lesser values too (counts do).
     pub cumulative: bool,
-    pub get: fn(&Needs) -> usize,
-    pub set: fn(&mut Needs, usize),
+    pub get: fn(&DrawFeatures) -> usize,
+    pub set: fn(&mut DrawFeatures, usize),
 }
 
 const SURFACES: [Surface; 8] = Surface::ALL;
@@ -118,13 +118,13 @@ pub static DIMENSIONS: &[Dimension] = &[
         set: |n, v| n.lights = v as u8,
     },
     Dimension {
-        name: "casters",
+        name: "occluders",
         part: Part::Eclipse,
         texts: &["", "eclipse1", "eclipse2", "eclipse3", "eclipse4"],
         features: &["", "eclipse.1", "eclipse.2", "eclipse.3", "eclipse.4"],
         cumulative: true,
-        get: |n| usize::from(n.eclipse.casters.min(CASTERS_AT_MOST)),
-        set: |n, v| n.eclipse.casters = v as u8,
+        get: |n| usize::from(n.eclipse.occluders.min(MAX_OCCLUDERS)),
+        set: |n, v| n.eclipse.occluders = v as u8,
     },
     Dimension {
         name: "eclipse-model",
@@ -160,8 +160,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "air-vertex", "air-pixel-8", "air-pixel-16", "air-pixel-32", "air-table"],
         features: &["", "air.vertex", "air.pixel-8", "air.pixel-16", "air.pixel-32", "air.table"],
         cumulative: false,
-        get: |n| index_of(&AirTier::ALL, &n.air.tier),
-        set: |n, v| n.air.tier = AirTier::ALL[v],
+        get: |n| index_of(&AtmosphereModel::ALL, &n.air.tier),
+        set: |n, v| n.air.tier = AtmosphereModel::ALL[v],
     },
     switch!("mie", Part::Air, "air.mie", air.mie),
     switch!("absorption", Part::Air, "air.absorption", air.absorption),
@@ -201,10 +201,10 @@ pub static DIMENSIONS: &[Dimension] = &[
 ];
 
 /// The features that these needs switch on in the fragments.
-pub fn features(needs: &Needs) -> Vec<&'static str> {
+pub fn features(features: &DrawFeatures) -> Vec<&'static str> {
     let mut on = Vec::new();
     for d in DIMENSIONS {
-        let value = (d.get)(needs);
+        let value = (d.get)(features);
         let first = if d.cumulative { 0 } else { value };
         on.extend(d.features[first..=value].iter().filter(|f| !f.is_empty()));
     }

@@ -1,8 +1,8 @@
 //! The shader key: what a draw needs, reduced to the least that draws the same image.
 //!
-//! In: scene's [`Needs`]. Out: [`ShaderKey`], a plain value with a text form. Always holds: a key is canonical, so two draws that
+//! In: scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always holds: a key is canonical, so two draws that
 //! would run the same code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment
-//! features; one list ([`canonical::RULES`]) says which values mean nothing beside which others. A new dimension is a field of `Needs`, a row
+//! features; one list ([`canonical::RULES`]) says which values mean nothing beside which others. A new dimension is a field of `DrawFeatures`, a row
 //! of the table and its rules. Not here: the code that a key stands for.
 
 mod canonical;
@@ -10,31 +10,31 @@ mod covering;
 mod dimension;
 mod text;
 
-pub use canonical::{RULES, Rule, canonical, reductions};
-pub use covering::{covering, nominal_size, sample, sample_needs};
+pub use canonical::{CanonicalRule, RULES, canonical, reductions};
+pub use covering::{covering, nominal_size, sample, sample_features};
 pub use dimension::{DIMENSIONS, Dimension, Part, features};
 pub use text::KeyTextError;
 
-use crate::scene::draw::{Needs, PixelView};
+use crate::scene::draw::{DrawFeatures, PixelView};
 
 /// The whole truth about one planet module: emission is a pure function of this value and the fragments in shaders/.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ShaderKey {
-    needs: Needs,
+    features: DrawFeatures,
 }
 
 impl ShaderKey {
     /// The key of a draw.
-    pub fn for_draw(needs: &Needs) -> Self {
-        Self { needs: canonical(needs) }
+    pub fn for_draw(features: &DrawFeatures) -> Self {
+        Self { features: canonical(features) }
     }
     /// What the module does, in canonical form. Culling and the like follow the draw's own needs, which may say more.
-    pub fn needs(&self) -> &Needs {
-        &self.needs
+    pub fn features(&self) -> &DrawFeatures {
+        &self.features
     }
     /// Whether the picture is the work that the shaded one takes, counted by the renderer.
-    pub fn counts_work(&self) -> bool {
-        self.needs.view == PixelView::Cost
+    pub fn counts_operations(&self) -> bool {
+        self.features.view == PixelView::Cost
     }
 }
 
@@ -45,6 +45,6 @@ impl serde::Serialize for ShaderKey {
 }
 
 /// The keys of these draws, each once, in order.
-pub fn keys_of(needs: impl IntoIterator<Item = Needs>) -> std::collections::BTreeSet<ShaderKey> {
-    needs.into_iter().map(|n| ShaderKey::for_draw(&n)).collect()
+pub fn keys_of(features: impl IntoIterator<Item = DrawFeatures>) -> std::collections::BTreeSet<ShaderKey> {
+    features.into_iter().map(|n| ShaderKey::for_draw(&n)).collect()
 }

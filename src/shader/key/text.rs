@@ -6,8 +6,8 @@
 use super::ShaderKey;
 use super::canonical::{canonical, first_breach};
 use super::dimension::{DIMENSIONS, Dimension, Part};
-use crate::scene::draw::Needs;
-use crate::wording::{did_you_mean, echo_of};
+use crate::scene::draw::DrawFeatures;
+use crate::wording::{did_you_mean, echo_within};
 use std::fmt;
 use std::str::FromStr;
 
@@ -57,11 +57,11 @@ fn allowed(part: Part) -> String {
     format!("{} is one of {}", part.name(), texts.join(", "))
 }
 
-pub(super) fn write(needs: &Needs) -> String {
+pub(super) fn write(features: &DrawFeatures) -> String {
     let mut written: Vec<String> = Vec::new();
     for part in parts() {
         let texts: Vec<_> =
-            DIMENSIONS.iter().filter(|d| d.part == part).map(|d| d.texts[(d.get)(needs)]).filter(|t| !t.is_empty()).collect();
+            DIMENSIONS.iter().filter(|d| d.part == part).map(|d| d.texts[(d.get)(features)]).filter(|t| !t.is_empty()).collect();
         if !texts.is_empty() {
             written.push(texts.join("-"));
         }
@@ -71,7 +71,7 @@ pub(super) fn write(needs: &Needs) -> String {
 
 impl fmt::Display for ShaderKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(&write(&self.needs))
+        f.pad(&write(&self.features))
     }
 }
 
@@ -112,8 +112,8 @@ impl FromStr for ShaderKey {
 
     fn from_str(given: &str) -> Result<Self, KeyTextError> {
         let lower = given.to_ascii_lowercase();
-        let text = || echo_of(given, WHOLE_ECHO);
-        let mut needs = Needs::LEAST;
+        let text = || echo_within(given, WHOLE_ECHO);
+        let mut features = DrawFeatures::MINIMAL;
         // Where each dimension's word stands, for the messages about contradictions and what is given twice.
         let mut places: Vec<(&str, String, usize)> = Vec::new();
         let mut found: Vec<Part> = Vec::new();
@@ -121,7 +121,7 @@ impl FromStr for ShaderKey {
         for piece in lower.split('.') {
             let unknown = |part: &str, column: usize, expected: String| KeyTextError::Unknown {
                 text: text(),
-                part: echo_of(part, PART_ECHO),
+                part: echo_within(part, PART_ECHO),
                 column,
                 expected,
             };
@@ -136,7 +136,7 @@ impl FromStr for ShaderKey {
                     let (earlier, first) = (earlier.clone(), *first);
                     return Err(KeyTextError::Twice { text: text(), part: word.into(), column: at, what: dimension.name, earlier, first });
                 }
-                (dimension.set)(&mut needs, value);
+                (dimension.set)(&mut features, value);
                 places.push((dimension.name, word.into(), at));
             }
             found.push(part);
@@ -145,15 +145,15 @@ impl FromStr for ShaderKey {
         if let Some(part) = parts().into_iter().find(|p| !optional(*p) && !found.contains(p)) {
             return Err(KeyTextError::Missing { text: text(), part: part.name(), column: lower.len() + 1, expected: allowed(part) });
         }
-        if let Some((rule, dimension, _)) = first_breach(&needs) {
+        if let Some((rule, dimension, _)) = first_breach(&features) {
             let (part, column) = places
                 .iter()
                 .find(|(name, _, _)| *name == dimension.name)
                 .map_or((dimension.name.to_owned(), 1), |(_, word, at)| (word.clone(), *at));
-            let canonical = write(&canonical(&needs));
+            let canonical = write(&canonical(&features));
             return Err(KeyTextError::Contradictory { text: text(), part, column, because: rule.because, canonical });
         }
-        Ok(Self { needs })
+        Ok(Self { features })
     }
 }
 

@@ -24,18 +24,18 @@ type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
 /// How a module came into memory, and how long that took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
-    pub how: Arrival,
+    pub how: CacheOutcome,
     pub took_ms: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arrival {
+pub enum CacheOutcome {
     /// A whole entry lay on disk.
     Read,
     /// None did.
     Emitted,
     /// One did, damaged or foreign, and was replaced.
-    Healed,
+    Rebuilt,
 }
 
 /// What the library did so far.
@@ -98,12 +98,12 @@ pub struct DiskCheck {
 
 /// What modules are made of, and what names that.
 #[derive(Clone)]
-struct Source {
+struct Generator {
     fragments: Arc<Fragments>,
     generator: Arc<str>,
 }
 
-impl Source {
+impl Generator {
     fn of(fragments: Fragments, lowering: &Lowering) -> Self {
         let generator = generator::digest_with(&fragments, &lowering.digest).into();
         Self { fragments: Arc::new(fragments), generator }
@@ -114,7 +114,7 @@ impl Source {
 pub struct Library {
     /// `<cache>/orrery/shaders`; none: in memory only.
     root: Option<PathBuf>,
-    source: RwLock<Source>,
+    source: RwLock<Generator>,
     lowering: Lowering,
     modules: Mutex<HashMap<ModuleId, Slot>>,
     counters: Counters,
@@ -137,7 +137,7 @@ impl Library {
     fn new(root: Option<PathBuf>, lowering: Lowering, say: Box<dyn Fn(&str) + Send + Sync>) -> Self {
         Self {
             root,
-            source: RwLock::new(Source::of(Fragments::default(), &lowering)),
+            source: RwLock::new(Generator::of(Fragments::default(), &lowering)),
             lowering,
             modules: Mutex::default(),
             counters: Counters::default(),
@@ -157,14 +157,14 @@ impl Library {
         self.source().fragments
     }
 
-    fn source(&self) -> Source {
+    fn source(&self) -> Generator {
         self.source.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// From here on modules are made of these fragments; others than those built in leave nothing on disk. Whoever keeps a module keeps the old
     /// one.
-    pub fn make_of(&self, fragments: Fragments) {
-        let source = Source::of(fragments, &self.lowering);
+    pub fn set_fragments(&self, fragments: Fragments) {
+        let source = Generator::of(fragments, &self.lowering);
         *self.source.write().unwrap_or_else(PoisonError::into_inner) = source;
         self.modules.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
@@ -174,7 +174,7 @@ impl Library {
     }
 
     /// What modules are made of, where they are worth keeping: of fragments that someone is writing every version would leave a folder behind.
-    fn lasting(&self) -> Option<Source> {
+    fn lasting(&self) -> Option<Generator> {
         Some(self.source()).filter(|s| s.fragments.are_built_in())
     }
 
@@ -210,12 +210,12 @@ impl Library {
         let root = self.root.as_ref().filter(|_| source.fragments.are_built_in());
         let path = root.map(|root| root.join(&*source.generator).join(file_name(id)));
         let asked = Instant::now();
-        let origin = |how: Arrival| Origin { how, took_ms: asked.elapsed().as_secs_f64() * 1e3 };
-        let mut made = Arrival::Emitted;
+        let origin = |how: CacheOutcome| Origin { how, took_ms: asked.elapsed().as_secs_f64() * 1e3 };
+        let mut made = CacheOutcome::Emitted;
         if let Some(path) = path.as_deref() {
             match self.read(&source.generator, id, path) {
-                Some(Ok(module)) => return Ok((Arc::new(module), origin(Arrival::Read))),
-                Some(Err(Damaged)) => made = Arrival::Healed,
+                Some(Ok(module)) => return Ok((Arc::new(module), origin(CacheOutcome::Read))),
+                Some(Err(Damaged)) => made = CacheOutcome::Rebuilt,
                 None => {}
             }
         }

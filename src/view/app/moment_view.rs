@@ -5,11 +5,11 @@
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
 use crate::view::app::orbit::Orbit;
-use crate::view::app::places::Places;
+use crate::view::app::places::BodyPositions;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
 
 /// The view of a moment; what is not said of it is as in `habits` (quality, effects).
-pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn Places, habits: &ViewState) -> Option<ViewState> {
+pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPositions, habits: &ViewState) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
     let (eye, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),

@@ -5,12 +5,12 @@
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ToneMap};
-use crate::wording::{echo_of, or_one_of};
+use crate::wording::{echo_within, suggestion_or_list};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
 
 /// Characters of an unknown name that a message repeats.
-const ECHO_AT_MOST: usize = 60;
+const MAX_ECHO_CHARS: usize = 60;
 
 /// A choice that has a name.
 pub trait Named: Copy + 'static {
@@ -39,7 +39,7 @@ named!(PixelView, Quality, ToneMap);
 
 /// A choice by its name, for `#[serde(with)]`.
 pub mod by_name {
-    use super::{Deserialize, Deserializer, ECHO_AT_MOST, Error, Named, Serializer, echo_of, or_one_of};
+    use super::{Deserialize, Deserializer, Error, MAX_ECHO_CHARS, Named, Serializer, echo_within, suggestion_or_list};
 
     pub fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(choice.name())
@@ -47,7 +47,9 @@ pub mod by_name {
 
     pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
         let name = String::deserialize(deserializer)?;
-        let unknown = || D::Error::custom(format!("`{}` is not known; {}", echo_of(&name, ECHO_AT_MOST), or_one_of(&name, &T::names())));
+        let unknown = || {
+            D::Error::custom(format!("`{}` is not known; {}", echo_within(&name, MAX_ECHO_CHARS), suggestion_or_list(&name, &T::names())))
+        };
         T::by_name(&name).ok_or_else(unknown)
     }
 }
@@ -82,7 +84,7 @@ mod tests {
         round_trip::<PixelView>();
         round_trip::<Quality>();
         round_trip::<ToneMap>();
-        assert_eq!([ToneMap::by_name("film"), ToneMap::by_name("plain")], [Some(ToneMap::Film), Some(ToneMap::Plain)]);
-        assert_eq!(PixelView::by_name("shaded"), Some(PixelView::Shaded));
+        assert_eq!([ToneMap::by_name("film"), ToneMap::by_name("plain")], [Some(ToneMap::Filmic), Some(ToneMap::Clipped)]);
+        assert_eq!(PixelView::by_name("shaded"), Some(PixelView::Final));
     }
 }

@@ -8,7 +8,7 @@ use crate::time::Instant;
 use glam::{DMat3, DVec3};
 
 /// Where bodies are and how they are oriented.
-pub trait Places {
+pub trait BodyPositions {
     /// From the centre of `from` to that of `to`, ICRF kilometres.
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes: its rows are the body's axes.
@@ -18,7 +18,7 @@ pub trait Places {
 /// The places of a session's ephemeris.
 pub struct SessionPlaces<'a>(pub &'a Session);
 
-impl Places for SessionPlaces<'_> {
+impl BodyPositions for SessionPlaces<'_> {
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
         self.0.ephemeris().state(to, from, time, None).ok().map(|a| a.state.pos_km)
     }

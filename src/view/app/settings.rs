@@ -3,7 +3,7 @@
 //! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
 //! overwritten; fields that a file lacks keep their defaults.
 
-use crate::session::{Readers, ShowWish, write_whole};
+use crate::session::{DisplayPreference, FileAccess, write_whole};
 use crate::view::app::view_state::ViewState;
 use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,7 @@ pub struct Settings {
     /// A line of light around the selected body, where it is not what the view is of.
     pub outline: bool,
     /// What shows the window where a device draws.
-    pub shown_by: ShowWish,
+    pub shown_by: DisplayPreference,
     pub unit: Unit,
     pub home: Home,
     /// `None`: it was never closed.
@@ -79,7 +79,7 @@ impl Default for Settings {
             names: true,
             markers: true,
             outline: true,
-            shown_by: ShowWish::default(),
+            shown_by: DisplayPreference::default(),
             unit: Unit::default(),
             home: Home::default(),
             place: None,
@@ -126,7 +126,7 @@ impl Settings {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| failed(&e))?;
         let text = serde_json::to_string_pretty(self).map_err(|e| failed(&e))?;
-        write_whole(path, Readers::Owner, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
+        write_whole(path, FileAccess::Owner, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
     }
 
     /// Where the system keeps a user's settings.

@@ -4,7 +4,7 @@
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::ephemeris::horizon::ground_point_km;
+use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, ToneMap, Up, ViewRequest};

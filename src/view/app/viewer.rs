@@ -3,12 +3,12 @@
 //! In: actions of mouse, keys and panels; real seconds that passed. Out: the [`ViewState`] to draw now. Always: the camera stays outside the body that
 //! carries it; time moves only by its rate; going back restores the previous view. It reads no clock but the one it is given.
 
-use crate::catalog::{Body, Kind, NaifId};
-use crate::ephemeris::horizon::ground_point_km;
+use crate::catalog::{Body, BodyKind, NaifId};
+use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
 use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit::Orbit;
-use crate::view::app::places::Places;
+use crate::view::app::places::BodyPositions;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{
     CameraPose, FOV_LEAST_DEG, FOV_MOST_DEG, ViewState, looking_aside, looking_over_horizon, orbit_pose, standing,
@@ -21,7 +21,7 @@ pub struct Subject {
     pub id: NaifId,
     pub name: String,
     pub aliases: Vec<String>,
-    pub kind: Kind,
+    pub kind: BodyKind,
     pub parent: Option<NaifId>,
     /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
     pub radii_km: DVec3,
@@ -161,7 +161,7 @@ impl Viewer {
     }
 
     /// Changes the state. `height_px` is the picture's height.
-    pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn Places) {
+    pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
             Action::SelectNext(by) => self.select_next(by, places),
@@ -268,7 +268,7 @@ impl Viewer {
         self.view = there;
     }
 
-    fn select_next(&mut self, by: i32, places: &dyn Places) {
+    fn select_next(&mut self, by: i32, places: &dyn BodyPositions) {
         let count = self.subjects.len() as i32;
         let Some(at) = self.subjects.iter().position(|s| s.id == self.selected) else { return };
         if let Some(next) = self.subjects.get((at as i32 + by).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
@@ -281,7 +281,7 @@ impl Viewer {
     }
 
     /// Where the eye is and how it faces, seen from a body.
-    fn pose_from(&self, body: NaifId, places: &dyn Places) -> Option<Pose> {
+    fn pose_from(&self, body: NaifId, places: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let carrier = self.view.eye.body();
         let to_carrier = if carrier == body { DVec3::ZERO } else { places.between_km(body, carrier, time)? };
@@ -316,7 +316,7 @@ impl Viewer {
         Some(Pose { offset_km: offset_km + to_carrier, forward, up })
     }
 
-    fn fly_to(&mut self, id: NaifId, places: &dyn Places) {
+    fn fly_to(&mut self, id: NaifId, places: &dyn BodyPositions) {
         let time = self.view.time();
         let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
@@ -436,7 +436,7 @@ impl Viewer {
         self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (CameraPose::Centre { body: from }, target, true, 1.0, 0.0));
     }
 
-    fn turn_with_body(&mut self, want: bool, places: &dyn Places) {
+    fn turn_with_body(&mut self, want: bool, places: &dyn BodyPositions) {
         self.land();
         let CameraPose::Orbit { body, fixed, .. } = self.view.eye else { return };
         if fixed == want {

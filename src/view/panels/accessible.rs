@@ -14,7 +14,7 @@ pub fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response {
 /// What a pixel view is called in the window.
 pub fn pixel_view(view: PixelView) -> &'static str {
     match view {
-        PixelView::Shaded => "final image",
+        PixelView::Final => "final image",
         PixelView::Uv => "texture coordinates",
         PixelView::OpticalDepth => "optical depth",
         other => other.name(),

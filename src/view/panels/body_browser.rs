@@ -4,18 +4,18 @@
 //! says so at its field and is replaced by what is typed next. It moves nothing but its own rows.
 
 use super::Interface;
-use crate::catalog::{Kind, NaifId};
+use crate::catalog::{BodyKind, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::time::Instant;
 use crate::view::app::viewer::{Action, Subject};
-use crate::wording::{did_you_mean, echo_of};
+use crate::wording::{did_you_mean, echo_within};
 use egui::collapsing_header::CollapsingState;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Key, ScrollArea, TextEdit, UiBuilder};
 
 /// Characters of what was typed that a failed search repeats.
-const ECHO_AT_MOST: usize = 60;
+const MAX_ECHO_CHARS: usize = 60;
 /// Completions shown at once.
 const COMPLETIONS: usize = 8;
 
@@ -108,7 +108,7 @@ pub fn search(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
 fn not_found(bodies: &[Subject], typed: &str) -> String {
     let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
     let hint = did_you_mean(typed, names).map_or(String::new(), |hint| format!("; {hint}"));
-    format!("No body is called “{}”{hint}", echo_of(typed, ECHO_AT_MOST))
+    format!("No body is called “{}”{hint}", echo_within(typed, MAX_ECHO_CHARS))
 }
 
 /// What hangs below the search field: completions, or why there are none.
@@ -159,9 +159,9 @@ pub fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let mut is_opening = false;
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
         let subjects = interface.viewer.subjects();
-        let top = |s: &&Subject| s.kind != Kind::Moon;
+        let top = |s: &&Subject| s.kind != BodyKind::Moon;
         for body in subjects.iter().filter(top) {
-            let moons: Vec<&Subject> = subjects.iter().filter(|s| s.kind == Kind::Moon && s.parent == Some(body.id)).collect();
+            let moons: Vec<&Subject> = subjects.iter().filter(|s| s.kind == BodyKind::Moon && s.parent == Some(body.id)).collect();
             if moons.is_empty() {
                 entry(interface, ui, body, actions);
                 continue;

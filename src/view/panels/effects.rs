@@ -3,7 +3,7 @@
 use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
-use crate::session::{Price, RendererWish, Session, ShowWish};
+use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea};
@@ -37,8 +37,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     ui.horizontal_wrapped(|ui| {
         ui.label("Highlights");
         for (tone_map, hover) in [
-            (ToneMap::Film, "Tone mapping: linear up to 0.8 of white, then a shoulder"),
-            (ToneMap::Plain, "Tone mapping: linear up to white, then clipped"),
+            (ToneMap::Filmic, "Tone mapping: linear up to 0.8 of white, then a shoulder"),
+            (ToneMap::Clipped, "Tone mapping: linear up to white, then clipped"),
         ] {
             ui.selectable_value(&mut view.tone_map, tone_map, tone_map.name()).on_hover_text(hover);
         }
@@ -68,24 +68,25 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         .unwrap_or_default();
     let of_body = interface.effects_of_one.then(|| name.clone());
     // What is drawn or was switched off by hand has a price.
-    let priced = |e: Effect, d: &Decision| d.on || overrides.asked(e).is_some();
+    let priced = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
     let on = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && priced(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(on).collect();
     weigh(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let asked = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
         // What is drawn, or was switched by hand, comes first; what the scene leaves out follows in short.
-        let (first, rest): (Vec<Effect>, Vec<Effect>) =
-            Effect::ALL.into_iter().partition(|e| asked.asked(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
+        let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
+            .into_iter()
+            .partition(|e| asked.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
         for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.feature == effect.name());
-                row(ui, effect, decision.map(|d| (d.on, d.said())), interface.prices.known.known(&effect), short, asked);
+                row(ui, effect, decision.map(|d| (d.on, d.description())), interface.prices.known.known(&effect), short, asked);
             }
             ui.separator();
         }
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
-            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, d.feature, d.said()));
+            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, d.feature, d.description()));
         }
     });
     overrides.prune();
@@ -97,7 +98,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
 pub struct Prices {
     /// The view, and the body that is asked about alone.
     of: Option<(ViewRequest, Option<String>)>,
-    known: QueryCache<Effect, Result<Price, String>>,
+    known: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
 /// A view is measured when it has been at rest so long.
@@ -123,43 +124,44 @@ fn weigh(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWork
     let unknown = |prices: &mut Prices, effect: Effect| prices.known.known(&effect).is_none();
     if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(prices, *effect)) {
         let (request, of_body) = (request.clone(), of_body.clone());
-        let question = move |session: &Session| session.price(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| e.to_string());
+        let question =
+            move |session: &Session| session.effect_cost(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| e.to_string());
         let _ = prices.known.get(worker, &effect, question);
     }
 }
 
 /// Who draws, and who shows what is drawn.
-fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut ShowWish) {
+fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, shown_by: &mut DisplayPreference) {
     let (choices, now) = worker.session().renderers();
     if choices.len() < 2 {
         return;
     }
     ui.horizontal_wrapped(|ui| {
         ui.label("Renderer");
-        for wish in choices.iter().copied() {
-            let hover = match wish {
-                RendererWish::Auto => "A hardware GPU if there is one, otherwise the CPU",
-                RendererWish::Gpu => "Any graphics adapter, even a software driver",
-                RendererWish::Software => "CPU only",
+        for preference in choices.iter().copied() {
+            let hover = match preference {
+                RendererPreference::Auto => "A hardware GPU if there is one, otherwise the CPU",
+                RendererPreference::Gpu => "Any graphics adapter, even a software driver",
+                RendererPreference::Software => "CPU only",
             };
-            if ui.selectable_label(now == wish, wish.name()).on_hover_text(hover).clicked() {
+            if ui.selectable_label(now == preference, preference.name()).on_hover_text(hover).clicked() {
                 // Off this thread: a device may be at work.
-                worker.run(Box::new(move |session| session.choose_renderer(wish)));
+                worker.run(Box::new(move |session| session.choose_renderer(preference)));
             }
         }
     });
-    if now == RendererWish::Software {
+    if now == RendererPreference::Software {
         return;
     }
     ui.horizontal_wrapped(|ui| {
         ui.label("Display via");
-        let ways = [
-            (ShowWish::Auto, "auto", "The GPU if it is hardware and draws the images, otherwise the CPU"),
-            (ShowWish::Device, "GPU", "The adapter that draws the images: they are not read back"),
-            (ShowWish::Processor, "CPU", "Images are read back from the GPU, and the CPU paints the interface"),
+        let variants = [
+            (DisplayPreference::Auto, "auto", "The GPU if it is hardware and draws the images, otherwise the CPU"),
+            (DisplayPreference::Device, "GPU", "The adapter that draws the images: they are not read back"),
+            (DisplayPreference::Processor, "CPU", "Images are read back from the GPU, and the CPU paints the interface"),
         ];
-        for (wish, name, hover) in ways {
-            ui.selectable_value(shown_by, wish, name).on_hover_text(hover);
+        for (preference, name, hover) in variants {
+            ui.selectable_value(shown_by, preference, name).on_hover_text(hover);
         }
     });
 }
@@ -169,23 +171,23 @@ fn row(
     ui: &mut egui::Ui,
     effect: Effect,
     decided: Option<(bool, String)>,
-    price: Option<&Result<Price, String>>,
+    price: Option<&Result<EffectCost, String>>,
     short: bool,
     overrides: &mut EffectOverrides,
 ) {
     let reason = decided.as_ref().map_or("not available for this body", |d| d.1.as_str());
     let why = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
-    let asked = overrides.asked(effect);
+    let asked = overrides.override_of(effect);
     let mut on = asked.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
     ui.horizontal(|ui| {
         let hover = format!("Set {} on or off", effect.name());
         if ui.checkbox(&mut on, effect.name()).on_hover_text(hover).clicked() {
             overrides.set(effect, on);
         }
-        if !effect.ways().is_empty() {
-            let now = overrides.way(effect).unwrap_or("automatic");
+        if !effect.variants().is_empty() {
+            let now = overrides.variant(effect).unwrap_or("automatic");
             let choice = ComboBox::from_id_salt(effect.name()).selected_text(now).width(90.0).show_ui(ui, |ui| {
-                for way in effect.ways() {
+                for way in effect.variants() {
                     if ui.selectable_label(now == *way, *way).clicked() {
                         // A way of the list is one that the effect has.
                         let _ = overrides.choose(effect, way);
@@ -199,7 +201,7 @@ fn row(
             choice.response.widget_info(said);
         }
         if asked.is_some() && ui.small_button("×").on_hover_text(format!("Reset {} to automatic", effect.name())).clicked() {
-            overrides.forget(effect);
+            overrides.clear_override(effect);
         }
         if let Some(Ok(price)) = price {
             let words = egui::RichText::new(price_words(price)).weak();
@@ -218,7 +220,7 @@ fn row(
 }
 
 /// As `+1.2 ms, -3.9 % light (4.1 %)`.
-fn price_words(price: &Price) -> String {
+fn price_words(price: &EffectCost) -> String {
     let [light, moved] = [price.light.net, price.light.moved].map(|p| 100.0 * p);
     let digits = if moved.abs() < 0.1 { 3 } else { 1 };
     format!("{:+.1} ms, {light:+.digits$} % light ({moved:.digits$} %)", price.ms)

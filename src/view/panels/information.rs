@@ -4,7 +4,7 @@ use super::{Interface, accessible};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
-use crate::ephemeris::horizon::{Day, Passage, Place, Sky};
+use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
 use crate::scene::BodyInView;
 use crate::session::Session;
 use crate::time::Instant;
@@ -51,8 +51,8 @@ struct SkyReport {
     /// `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
     /// Likewise.
-    day: Option<Result<Day, String>>,
-    passage: Result<Option<Passage>, String>,
+    day: Option<Result<RiseSetTimes, String>>,
+    passage: Result<Option<DiscPassage>, String>,
     /// Of the Sun and the Moon in that passage.
     radii: String,
 }
@@ -134,7 +134,7 @@ fn from_here(ui: &mut egui::Ui, body: &BodyInView, unit: Unit, catalog: &Catalog
         line(ui, "equatorial radius", unit.tell(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
             line(ui, "geometric albedo", format!("{:.3}", known.geometric_albedo));
-            for estimate in known.estimated() {
+            for estimate in known.estimate_notes() {
                 line(ui, "estimate", estimate);
             }
             for (file, how) in &body.invented {
@@ -240,18 +240,18 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
 }
 
 fn report(session: &Session, of: Question, time: Instant) -> SkyReport {
-    let place = Place { body: NaifId::EARTH, latitude_deg: of.place[0], longitude_deg: of.place[1], height_km: 0.0 };
-    let sky = Sky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
+    let place = Observer { body: NaifId::EARTH, latitude_deg: of.place[0], longitude_deg: of.place[1], height_km: 0.0 };
+    let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
     let words = |e: crate::ephemeris::EphemerisError| e.to_string();
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
     let elsewhere = (of.body != NaifId::EARTH).then_some(of.body);
     SkyReport {
         apparent: elsewhere.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
-        altitude_azimuth_deg: elsewhere.map(|body| sky.look(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(words)),
+        altitude_azimuth_deg: elsewhere.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(words)),
         day: elsewhere.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(words)),
         passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(words),
-        radii: session.catalog().eclipse_radii_in_words(),
+        radii: session.catalog().eclipse_radii_text(),
     }
 }
 

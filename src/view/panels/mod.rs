@@ -66,7 +66,7 @@ impl Tab {
 }
 
 /// Of the panels at the left and the right, points: a window that was small for a moment leaves them as they were.
-const LEAST_WIDTHS: [f32; 2] = [190.0, 280.0];
+const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
 /// So long a line of the session stays.
 const NOTICE_S: f64 = 8.0;
 /// So long stays the answer to what someone did: a path has to be read.
@@ -86,7 +86,7 @@ pub struct Interface {
     /// The window shall fill its screen.
     pub fullscreen: bool,
     /// The window is shown by the device that draws: pictures may stay there.
-    pub on_device: bool,
+    pub on_gpu: bool,
     /// Why the window shows another view than the one it was opened with, until it is closed.
     pub warning: Option<String>,
     /// A control has the keyboard.
@@ -129,7 +129,7 @@ impl Interface {
             effects_of_one: false,
             quits: false,
             fullscreen: false,
-            on_device: false,
+            on_gpu: false,
             warning: None,
             has_keyboard: false,
             typed_ahead: Vec::new(),
@@ -183,7 +183,7 @@ impl Interface {
         share::work(self, worker);
         self.top(ui, &mut actions);
         if self.bodies_shown {
-            egui::Panel::left("bodies").default_size(190.0).min_size(LEAST_WIDTHS[0]).show(ui, |ui| {
+            egui::Panel::left("bodies").default_size(190.0).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
                 // Where there is little room each has its part and is scrolled.
                 let most = 0.6 * ui.available_height();
                 egui::Panel::bottom("stance").show(ui, |ui| {
@@ -198,7 +198,7 @@ impl Interface {
         if let Some(tab) = self.tab {
             // A panel's width is kept by its name: source wants more room than a list.
             let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
-            egui::Panel::right(name).default_size(tab.width_points()).min_size(LEAST_WIDTHS[1]).show(ui, |ui| {
+            egui::Panel::right(name).default_size(tab.width_points()).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
                 ui.heading(tab.title());
                 match tab {
                     Tab::Moments => moments::panel(self, ui, worker, &mut actions),

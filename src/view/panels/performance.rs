@@ -2,7 +2,7 @@
 
 use super::Interface;
 use crate::session::Stage;
-use crate::view::worker::render_worker::Drawing;
+use crate::view::worker::render_worker::RenderedView;
 use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use std::collections::VecDeque;
@@ -30,7 +30,7 @@ pub struct PerformancePanel {
 
 impl PerformancePanel {
     /// Takes a finished frame into the account.
-    pub fn note(&mut self, drawing: &Drawing, now_s: f64) {
+    pub fn note(&mut self, drawing: &RenderedView, now_s: f64) {
         self.came_s.push_back(now_s);
         while self.came_s.front().is_some_and(|first| now_s - first > RATED_S) {
             self.came_s.pop_front();
@@ -64,7 +64,7 @@ fn words_of(frames: &VecDeque<Frame>) -> String {
 }
 
 /// Milliseconds by pass: of the device where it tells, of the processor in software.
-fn passes_ms(drawing: &Drawing) -> Vec<(String, f64)> {
+fn passes_ms(drawing: &RenderedView) -> Vec<(String, f64)> {
     let software = drawing.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     drawing.by.passes_ms.iter().cloned().chain(software).collect()
 }
@@ -108,7 +108,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.end_row();
         };
         line("renderer", drawing.by.adapter.clone().unwrap_or_else(|| drawing.by.renderer.into()));
-        line("displayed via", if interface.on_device { "GPU" } else { "CPU" }.into());
+        line("displayed via", if interface.on_gpu { "GPU" } else { "CPU" }.into());
         line("image", format!("{}x{} px", drawing.width, drawing.height));
         line("frame", format!("{:.1} ms", drawing.took_ms));
         line("frame rate", format!("{:.1} per second", account.came_s.len() as f64 / RATED_S));

@@ -5,12 +5,12 @@
 
 use super::Interface;
 use crate::catalog::NaifId;
-use crate::render::plan::{Fineness, PictureOnDevice};
-use crate::scene::marks::{Lettering, Mark, marks};
+use crate::render::plan::{GpuImage, SamplingQuality};
+use crate::scene::marks::{Label, LabelMetrics, marks};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{Readiness, RendererWish};
+use crate::session::{Readiness, RendererPreference};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
-use crate::view::worker::render_worker::{Drawing, RenderJob, RenderWorker};
+use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::DVec3;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ const WANDERING: f64 = 1e-5;
 /// The image on screen, the one that was asked for last, and when.
 pub(super) struct Viewport {
     pub(super) texture: Option<TextureHandle>,
-    pub(super) drawing: Option<Drawing>,
+    pub(super) drawing: Option<RenderedView>,
     pub(super) ordered: Option<RenderJob>,
     pub(super) ordered_s: f64,
     pub(super) moved_s: f64,
@@ -44,8 +44,8 @@ pub(super) struct Viewport {
     /// How many pictures were shown.
     pub(super) drawings: u64,
     /// Names what the modules of the pictures were made of, and who was wished to draw them.
-    pub(super) made_by: Option<(Arc<str>, RendererWish)>,
-    pub(super) marks: Vec<Mark>,
+    pub(super) made_by: Option<(Arc<str>, RendererPreference)>,
+    pub(super) marks: Vec<Label>,
 }
 
 impl Default for Viewport {
@@ -69,19 +69,19 @@ impl Default for Viewport {
 
 impl Interface {
     /// The last valid image.
-    pub fn drawing(&self) -> Option<&Drawing> {
+    pub fn drawing(&self) -> Option<&RenderedView> {
         self.viewport.drawing.as_ref()
     }
 
     /// The last image, if it stayed on the GPU.
-    pub fn picture_on_device(&self) -> Option<&PictureOnDevice> {
-        self.viewport.drawing.as_ref().and_then(|d| d.on_device.as_ref())
+    pub fn gpu_image(&self) -> Option<&GpuImage> {
+        self.viewport.drawing.as_ref().and_then(|d| d.on_gpu.as_ref())
     }
 
     /// Drops an image on a GPU that does not display the window: the next one replaces it.
     pub fn lose_picture(&mut self) {
         if let Some(drawing) = &mut self.viewport.drawing {
-            drawing.on_device = None;
+            drawing.on_gpu = None;
         }
         self.viewport.ordered = None;
     }
@@ -94,11 +94,11 @@ impl Interface {
             Some(Ok(mut drawing)) => {
                 self.no_picture = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
-                if drawing.job.fineness == Fineness::of(Quality::Draft) {
+                if drawing.job.sampling == SamplingQuality::of(Quality::Draft) {
                     self.viewport.tempo.learn(pixels, drawing.took_ms);
                 }
                 let pixels = std::mem::take(&mut drawing.rgba);
-                if drawing.on_device.is_some() {
+                if drawing.on_gpu.is_some() {
                     self.viewport.texture = None;
                 } else {
                     let image = colour_image(drawing.width, drawing.height, pixels);
@@ -119,7 +119,7 @@ impl Interface {
         }
     }
 
-    pub(super) fn refresh_marks(&mut self, lettering: &Lettering) {
+    pub(super) fn refresh_marks(&mut self, lettering: &LabelMetrics) {
         let Some(drawing) = &self.viewport.drawing else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
         self.viewport.marks = marks(&drawing.scene.camera, &drawing.scene.bodies, self.viewer.selected, parent, lettering);
@@ -154,12 +154,12 @@ impl Interface {
         let selected = self.viewer.selected;
         request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
-        let job = RenderJob { fineness: Fineness::of(request.quality), request, on_device: self.on_device };
+        let job = RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu };
         // The clock's own pace moves little: no more than a tenth of the time goes into showing it.
         let interval_s = CALM_INTERVAL_S.max(1e-2 * self.viewport.drawing.as_ref().map_or(0.0, |d| d.took_ms));
         let calm = !moving && now_s - self.viewport.ordered_s < interval_s;
         let stale =
-            self.viewport.ordered.as_ref().is_none_or(|last| last.fineness != job.fineness || differs(&last.request, &job.request, calm));
+            self.viewport.ordered.as_ref().is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, calm));
         if stale || self.adaptation.glides() {
             self.viewport.ordered = Some(job.clone());
             self.viewport.ordered_s = now_s;

@@ -3,10 +3,10 @@
 //! In: the view, names of files. Out: files, and where they are. Always: no file that exists is written over; what was begun goes on when the panel is closed.
 
 use super::{Interface, accessible};
-use crate::render::plan::Fineness;
+use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{MARK_CHUNK, Readers, Session, is_exr, write_new, write_new_picture};
+use crate::session::{FileAccess, PROVENANCE_CHUNK, Session, is_exr, write_new, write_new_picture};
 use crate::view::app::file_names::{NumberedName, free_names, whole};
 use crate::view::app::settings::{Bookmark, ZOOMS};
 use crate::view::app::view_state::ViewState;
@@ -106,7 +106,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         let path = PathBuf::from(&interface.share.file);
         if ui.button("Save view").clicked() {
             let text = interface.viewer.shared().to_json();
-            let write = |names| write_new(names, Readers::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
+            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
             let written = free_names(&interface.share.file).and_then(write);
             if let Ok(path) = &written {
                 // What was saved is what *Open view* opens.
@@ -257,14 +257,14 @@ fn save(
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height)?;
     request.layers.labels = names;
     request.purpose = Purpose::of_file(is_exr(&path));
-    let drawn = session.draw_aside(&request, Fineness::of(request.quality), is_exr(&path)).map_err(|e| e.to_string())?;
+    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr(&path)).map_err(|e| e.to_string())?;
     let text = vec![
         ("Title", session.catalog().body(view.target).map_or("Orrery".into(), |b| b.name.clone())),
         ("Creation Time", request.time.to_utc_iso()),
         ("Description", view.to_link()),
         ("Legend", legend_of(&drawn.scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
-        (MARK_CHUNK, session.mark(&request).to_text()),
+        (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
     write_new_picture(files, is_exr(&path), &drawn.frame, &text)

@@ -1,10 +1,10 @@
 //! The image, its labels, and the mouse on it.
 
 use super::Interface;
-use crate::scene::marks::{self, FILLS, Lettering, MARKER_OPACITY, MARKER_RADIUS, Side, hit};
+use crate::scene::marks::{self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit};
 use crate::view::app::orbit::NOTCH;
 use crate::view::app::viewer::Action;
-use crate::view::window::primitives::ON_DEVICE;
+use crate::view::window::primitives::ON_GPU;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::DVec2;
 
@@ -30,12 +30,12 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
         return;
     };
     let place = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
-    let picture = interface.picture_on_device().map(|_| ON_DEVICE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
+    let picture = interface.gpu_image().map(|_| ON_GPU).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(picture) = picture {
         let seen = place.picture.intersect(rect);
         ui.painter().image(picture, seen, place.part(seen), Color32::WHITE);
     }
-    let lettering = Lettering::of_size(f64::from(NAME_POINTS) / place.points_per_px);
+    let lettering = LabelMetrics::of_size(f64::from(NAME_POINTS) / place.points_per_px);
     interface.refresh_marks(&lettering);
     paint_marks(interface, ui, rect, &place);
     let clicked_px = mouse(interface, ui, &response, rect, &place, actions);
@@ -103,12 +103,12 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePl
             painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
         }
         // A body that fills the picture says its name in the title.
-        let side = mark.named.or_else(|| selected.then_some(Side::USUAL));
+        let side = mark.named.or_else(|| selected.then_some(LabelSide::DEFAULT));
         if let Some(side) = side
             && interface.settings.names
-            && radius < FILLS as f32 * rect.height()
+            && radius < FILLS_PICTURE as f32 * rect.height()
         {
-            let place = at + vec2(side.way_px(Lettering::of_size(f64::from(NAME_POINTS)).beside_px(f64::from(radius))));
+            let place = at + vec2(side.offset_px(LabelMetrics::of_size(f64::from(NAME_POINTS)).gap_px(f64::from(radius))));
             let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
             painter.text(place + Vec2::splat(1.0), end, &mark.name, font.clone(), Color32::from_black_alpha(180));

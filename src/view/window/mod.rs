@@ -243,7 +243,7 @@ impl App<'_> {
         if let Some(line) = shown.presenter.follow(self.worker.session(), self.interface.settings.shown_by)? {
             self.worker.session().tell(&line);
         }
-        self.interface.on_device = shown.presenter.is_on_device();
+        self.interface.on_gpu = shown.presenter.is_on_gpu();
         let input = shown.input.take_egui_input(&shown.window);
         let start = Moment::now();
         let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.worker));
@@ -255,11 +255,11 @@ impl App<'_> {
             }
         }
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
-        let lost = self.interface.picture_on_device().is_some_and(|p| !shown.presenter.holds(p));
+        let lost = self.interface.gpu_image().is_some_and(|p| !shown.presenter.holds(p));
         if lost {
             self.interface.lose_picture();
         }
-        let sky = self.interface.picture_on_device();
+        let sky = self.interface.gpu_image();
         let drawn = shown.presenter.show(self.worker.session(), &self.painter, [width, height], output.pixels_per_point, &primitives, sky);
         self.interface.note_painting(start.elapsed());
         for id in textures.free.drain() {
@@ -296,7 +296,7 @@ impl App<'_> {
             shown.note_place();
             self.interface.settings.place = Some(shown.place);
         }
-        self.interface.on_device = false;
+        self.interface.on_gpu = false;
         self.shown = Some(self.open(event_loop)?);
         self.ask_redraw();
         Ok(())

@@ -32,11 +32,11 @@ pub struct Monitor {
 }
 
 /// A smaller window shows nothing.
-const LEAST: [f64; 2] = [320.0, 240.0];
+const MINIMAL: [f64; 2] = [320.0, 240.0];
 /// What a frame and a taskbar may take of a screen, points.
 const FRAME: [f64; 2] = [16.0, 64.0];
 /// A system that knows of no screen tells of one of a pixel.
-const LEAST_SCREEN: f64 = 64.0;
+const MIN_SCREEN: f64 = 64.0;
 /// So far below the upper edge a window is grabbed.
 const GRIP_PX: f64 = 8.0;
 
@@ -61,8 +61,8 @@ impl Monitor {
     /// Points; `None`: the system does not tell.
     fn room(&self) -> Option<[f64; 2]> {
         let sides = self.size_px.map(|side| f64::from(side) / self.scale);
-        let told = sides.iter().all(|side| side.is_finite() && *side >= LEAST_SCREEN);
-        told.then(|| [0, 1].map(|k| (sides[k] - FRAME[k]).max(LEAST_SCREEN)))
+        let told = sides.iter().all(|side| side.is_finite() && *side >= MIN_SCREEN);
+        told.then(|| [0, 1].map(|k| (sides[k] - FRAME[k]).max(MIN_SCREEN)))
     }
 }
 
@@ -75,7 +75,7 @@ impl WindowPlacement {
         let held = self.corner_px.and_then(|corner| screens.iter().find(|screen| grip_on(screen, corner)));
         let room = held.or(screens.first()).and_then(Monitor::room).unwrap_or([f64::INFINITY; 2]);
         let usual = Self::default().size;
-        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(LEAST[k]) } else { usual[k] }.min(room[k]));
+        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MINIMAL[k]) } else { usual[k] }.min(room[k]));
         Self { corner_px: self.corner_px.filter(|_| held.is_some()), size, maximised: self.maximised }
     }
 }
@@ -124,7 +124,7 @@ mod tests {
         // On the screen of two pixels a point there is room for 640 by 360 points with their frame.
         assert_eq!(of([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
         assert_eq!(of([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
-        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, LEAST);
+        assert_eq!(of([-5.0, 0.0], None).on(&everywhere).size, MINIMAL);
         assert_eq!(of([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
         let untold = Monitor { size_px: [1, 1], ..LEFT };
         assert_eq!(of([1000.0, 700.0], None).on(&[untold]).size, [1000.0, 700.0]);

@@ -3,8 +3,8 @@
 //! In: egui's tessellated meshes. Out: the window's next image. Always: a GPU displays the window only while it renders the images too, so that
 //! none is read back. A window that a GPU has displayed is never painted by the CPU: some systems would not show that, so a new window replaces it.
 
-use crate::render::plan::PictureOnDevice;
-use crate::session::{DeviceScreen, Session, ShowWish, ShownBy};
+use crate::render::plan::GpuImage;
+use crate::session::{DeviceSurface, DisplayPreference, PresenterChoice, Session};
 use crate::view::window::cpu_painter::{Canvas, Painter};
 use crate::view::window::primitives::pieces;
 use egui::ClippedPrimitive;
@@ -17,7 +17,7 @@ type Pixels = Surface<Arc<Window>, Arc<Window>>;
 
 enum PresentBackend {
     Processor(Pixels),
-    Device(Box<DeviceScreen>),
+    Device(Box<DeviceSurface>),
 }
 
 /// The way in which one window is shown.
@@ -52,12 +52,12 @@ impl Presenter {
     }
 
     /// Whether pictures may stay on the device.
-    pub fn is_on_device(&self) -> bool {
+    pub fn is_on_gpu(&self) -> bool {
         matches!(self.way, Some(PresentBackend::Device(_)))
     }
 
     /// Whether a picture that stayed on a device can be shown: it lies on the one that shows this window.
-    pub fn holds(&self, picture: &PictureOnDevice) -> bool {
+    pub fn holds(&self, picture: &GpuImage) -> bool {
         matches!(&self.way, Some(PresentBackend::Device(screen)) if screen.holds(picture))
     }
 
@@ -65,19 +65,19 @@ impl Presenter {
     ///
     /// # Errors
     /// The device draws no more, or shall not show.
-    pub fn follow(&mut self, session: &Session, wish: ShowWish) -> Result<Option<String>, Unshown> {
+    pub fn follow(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, Unshown> {
         let screen = match &self.way {
             Some(PresentBackend::Device(screen)) => Some(&**screen),
             _ => None,
         };
-        match session.shown_by(screen, wish) {
-            ShownBy::AsBefore => return Ok(None),
-            ShownBy::Processor => return Err(Unshown::ByDevice(None)),
-            ShownBy::AnotherDevice if self.refused => return Ok(None),
-            ShownBy::AnotherDevice => {}
+        match session.shown_by(screen, preference) {
+            PresenterChoice::AsBefore => return Ok(None),
+            PresenterChoice::Processor => return Err(Unshown::ByDevice(None)),
+            PresenterChoice::AnotherDevice if self.refused => return Ok(None),
+            PresenterChoice::AnotherDevice => {}
         }
         // A window has one owner of its pixels at a time.
-        let was_on_device = self.is_on_device();
+        let was_on_device = self.is_on_gpu();
         self.way = None;
         match session.screen(self.window.clone()) {
             Some(Ok(screen)) => {
@@ -109,7 +109,7 @@ impl Presenter {
         [width, height]: [NonZeroU32; 2],
         pixels_per_point: f32,
         primitives: &[ClippedPrimitive],
-        sky: Option<&PictureOnDevice>,
+        sky: Option<&GpuImage>,
     ) -> Result<bool, Unshown> {
         match &mut self.way {
             Some(PresentBackend::Device(screen)) => {

@@ -1,15 +1,15 @@
 //! The interface's triangles as a renderer takes them.
 //!
-//! In: egui's tessellated meshes, the painter's textures, the sky's image if it is on the GPU. Out: [`Piece`]s in drawing order. Always: what
+//! In: egui's tessellated meshes, the painter's textures, the sky's image if it is on the GPU. Out: [`UiPrimitive`]s in drawing order. Always: what
 //! the painter would skip is skipped. It draws nothing.
 
-use crate::render::plan::{AddressMode, PictureOnDevice, Piece, SamplerState, TextureSource};
+use crate::render::plan::{AddressMode, GpuImage, SamplerState, TextureSource, UiPrimitive};
 use crate::view::window::cpu_painter::{Bounds, Painter};
 use egui::epaint::{Mesh, Primitive};
 use egui::{ClippedPrimitive, TextureId};
 
 /// What the interface calls a picture that lies on the device.
-pub const ON_DEVICE: TextureId = TextureId::User(0);
+pub const ON_GPU: TextureId = TextureId::User(0);
 
 /// `size`: the window's, pixels.
 pub fn pieces(
@@ -17,15 +17,15 @@ pub fn pieces(
     [width, height]: [u32; 2],
     pixels_per_point: f32,
     primitives: &[ClippedPrimitive],
-    sky: Option<&PictureOnDevice>,
-) -> Vec<Piece> {
+    sky: Option<&GpuImage>,
+) -> Vec<UiPrimitive> {
     let piece = |p: &ClippedPrimitive| {
         let Primitive::Mesh(mesh) = &p.primitive else { return None };
         let (texture, sampler) = match (mesh.texture_id, sky) {
-            (ON_DEVICE, Some(picture)) => (TextureSource::OnDevice(picture.clone()), reads(true, false)),
+            (ON_GPU, Some(picture)) => (TextureSource::OnGpu(picture.clone()), reads(true, false)),
             (id, _) => {
                 let held = painter.texture(id)?;
-                (TextureSource::Kept(held.shared()), reads(held.smooth, held.repeats))
+                (TextureSource::Persistent(held.shared()), reads(held.smooth, held.repeats))
             }
         };
         let bounds = Bounds::of(p.clip_rect, pixels_per_point, width as usize, height as usize);
@@ -41,9 +41,9 @@ fn reads(linear: bool, repeats: bool) -> SamplerState {
     SamplerState { address_u: address, address_v: address, linear }
 }
 
-fn of_mesh(mesh: &Mesh, scale: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> Piece {
+fn of_mesh(mesh: &Mesh, scale: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> UiPrimitive {
     let corners = &mesh.vertices;
-    Piece {
+    UiPrimitive {
         corners_px: corners.iter().flat_map(|v| [v.pos.x * scale, v.pos.y * scale]).collect(),
         places: corners.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
         colours: corners.iter().flat_map(|v| v.color.to_array().map(|c| f32::from(c) / 255.0)).collect(),

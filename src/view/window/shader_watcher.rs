@@ -3,7 +3,7 @@
 //! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: files are read on a thread of their own, and
 //! modules change between two images. A folder that cannot be read for a moment, as while an editor saves, changes nothing.
 
-use crate::session::{Session, Stamps, fragment_stamps, read_fragments};
+use crate::session::{FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -17,7 +17,7 @@ const NOTICE: Duration = Duration::from_millis(50);
 /// The folder, and what it was like when it was read.
 pub struct ShaderWatcher {
     folder: PathBuf,
-    read: Mutex<Stamps>,
+    read: Mutex<FragmentTimes>,
 }
 
 impl ShaderWatcher {
@@ -26,14 +26,14 @@ impl ShaderWatcher {
     /// # Errors
     /// What cannot be read, or that there is no fragment.
     pub fn open(folder: &Path, session: &Session) -> Result<Self, String> {
-        let stamps = fragment_stamps(folder)?;
+        let stamps = fragment_times(folder)?;
         session.make_shaders_of(read_fragments(folder, &stamps)?);
         Ok(Self { folder: folder.to_owned(), read: Mutex::new(stamps) })
     }
 
     /// Reads the folder again if a file changed since.
     pub fn look(&self, worker: &dyn RenderWorker) {
-        let Ok(now) = fragment_stamps(&self.folder) else { return };
+        let Ok(now) = fragment_times(&self.folder) else { return };
         let mut before = self.read.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if *before == now {
             return;

@@ -3,7 +3,7 @@
 //! In: render jobs (a view at a size) and tasks (anything asked of the session). Out: images and answers, when they are done. Always: of several
 //! jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. It does not decide what is in view.
 
-use crate::render::plan::{Fineness, PictureOnDevice, SharedDraw};
+use crate::render::plan::{GpuImage, SamplingQuality, SimpleDraw};
 use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
 use crate::session::{DrawnBy, Session, Stages};
@@ -16,21 +16,21 @@ use std::time::Instant as Moment;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderJob {
     pub request: ViewRequest,
-    pub fineness: Fineness,
+    pub sampling: SamplingQuality,
     /// The window is shown by the device: the picture may stay there.
-    pub on_device: bool,
+    pub on_gpu: bool,
 }
 
 /// A drawn job.
-pub struct Drawing {
+pub struct RenderedView {
     pub job: RenderJob,
     pub scene: Scene,
-    pub shared: Vec<SharedDraw>,
+    pub simple_draws: Vec<SimpleDraw>,
     pub width: u32,
     pub height: u32,
     /// Rows top first, opaque; none where the picture stayed on the device.
     pub rgba: Vec<[u8; 4]>,
-    pub on_device: Option<PictureOnDevice>,
+    pub on_gpu: Option<GpuImage>,
     pub by: DrawnBy,
     /// From job to image, milliseconds.
     pub took_ms: f64,
@@ -49,7 +49,7 @@ pub trait RenderWorker {
     /// Asks for an image; an older job that has not begun is dropped.
     fn submit(&self, job: RenderJob);
     /// The newest finished picture, once.
-    fn take(&self) -> Option<Result<Drawing, String>>;
+    fn take(&self) -> Option<Result<RenderedView, String>>;
     /// Runs a task when there is time.
     fn run(&self, task: Task);
 }
@@ -87,20 +87,20 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 ///
 /// # Errors
 /// Why there is no picture, in one line.
-pub fn draw(session: &Session, job: RenderJob) -> Result<Drawing, String> {
+pub fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, String> {
     let before = session.report_of_this_thread().0;
     let start = Moment::now();
-    let drawn = session.draw_promptly(&job.request, job.fineness, job.on_device).map_err(|e| e.to_string())?;
+    let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.on_gpu).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
-    Ok(Drawing {
+    Ok(RenderedView {
         job,
         scene: drawn.scene,
-        shared: drawn.shared,
+        simple_draws: drawn.simple_draws,
         width: drawn.frame.width,
         height: drawn.frame.height,
         rgba: drawn.frame.display,
-        on_device: drawn.on_device,
+        on_gpu: drawn.on_gpu,
         by: drawn.by,
         took_ms,
         stages: stages.since(&before),
@@ -111,7 +111,7 @@ pub fn draw(session: &Session, job: RenderJob) -> Result<Drawing, String> {
 /// Does everything at once on the caller's thread, for tests.
 pub struct InlineWorker<'a> {
     session: &'a Session,
-    done: Mutex<Option<Result<Drawing, String>>>,
+    done: Mutex<Option<Result<RenderedView, String>>>,
 }
 
 impl<'a> InlineWorker<'a> {
@@ -127,7 +127,7 @@ impl RenderWorker for InlineWorker<'_> {
     fn submit(&self, job: RenderJob) {
         *locked(&self.done) = Some(draw(self.session, job));
     }
-    fn take(&self) -> Option<Result<Drawing, String>> {
+    fn take(&self) -> Option<Result<RenderedView, String>> {
         locked(&self.done).take()
     }
     fn run(&self, task: Task) {
@@ -139,7 +139,7 @@ impl RenderWorker for InlineWorker<'_> {
 struct Work {
     job: Option<RenderJob>,
     tasks: VecDeque<Task>,
-    done: Option<Result<Drawing, String>>,
+    done: Option<Result<RenderedView, String>>,
     closed: bool,
 }
 
@@ -207,7 +207,7 @@ impl RenderWorker for ThreadedWorker<'_> {
         locked(&self.work).job = Some(job);
         self.called.notify_all();
     }
-    fn take(&self) -> Option<Result<Drawing, String>> {
+    fn take(&self) -> Option<Result<RenderedView, String>> {
         locked(&self.work).done.take()
     }
     fn run(&self, task: Task) {

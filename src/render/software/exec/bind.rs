@@ -7,7 +7,7 @@ use super::LANES;
 use crate::render::software::kernels::{self, KernelClass, KernelFn, ScalarFn};
 use crate::render::software::math::Real;
 use crate::render::software::program::Program;
-use crate::render::software::tape::{Instr, Link, Op, Operand, TextureOp, WordKind};
+use crate::render::software::tape::{FusedOp, Instr, Op, Operand, TextureOp, WordKind};
 use smallvec::SmallVec;
 
 /// A kernel ready to be called. Places are element offsets from the start of the arena.
@@ -210,8 +210,8 @@ impl<R: Real> Binder<R> {
     }
 
     /// A chain, by one kernel where the class has it; else as its operations, which hand their results on in two scratch slots.
-    fn chain(&mut self, links: &[Link], dst: u32, args: &[Operand]) -> Result<(), String> {
-        let kinds = args.iter().take(kernels::chains::MOST_OPERANDS).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
+    fn chain(&mut self, links: &[FusedOp], dst: u32, args: &[Operand]) -> Result<(), String> {
+        let kinds = args.iter().take(kernels::chains::MAX_OPERANDS).enumerate().map(|(k, o)| u8::from(is_lanes(o)) << k).sum();
         let whole = args.len() == kernels::chains::takes(links);
         let found = if whole { kernels::chains::find(links, kinds) } else { None };
         let found = found.ok_or_else(|| format!("no kernel for the chain {links:?} with these operands"))?;
@@ -250,7 +250,7 @@ impl<R: Real> Binder<R> {
         };
         match instr {
             Instr::Lane { op, dst, args } => self.operation(*op, Self::slot_place(u32::from(*dst)), args)?,
-            Instr::Chain { links, dst, args } => self.chain(links, Self::slot_place(u32::from(*dst)), args)?,
+            Instr::FusedKernel { links, dst, args } => self.chain(links, Self::slot_place(u32::from(*dst)), args)?,
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register));
                 self.step(BoundStep::Scalar { run: R::scalar(*op, self.class.fused()), dst: usize::from(*dst), args });

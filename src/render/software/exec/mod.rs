@@ -16,7 +16,7 @@ use bind::{BoundProgram, BoundStep, KernelStep, Mask, SCRATCH, bind};
 pub use textures::{Gradients, NoTextures, TextureUnit};
 
 /// Backward jumps after which a batch is given up: a loop that never ends must not hang a frame.
-const MOST_LOOP_TURNS: u32 = 1 << 20;
+const MAX_LOOP_TURNS: u32 = 1 << 20;
 
 /// Which lanes of a batch: bit i is lane i.
 pub type LaneMask = u128;
@@ -89,7 +89,7 @@ impl Program {
         for (r, c) in registers.iter_mut().zip(&self.constants) {
             *r = constant(*c);
         }
-        for instr in &self.uniform_tape {
+        for instr in &self.draw_tape {
             if let Some((r, value)) = scalar(instr, class.fused(), &words, |r| registers[r]) {
                 registers[r] = value;
             }
@@ -115,12 +115,12 @@ pub struct Executor<R: Real> {
     output_slots: Vec<u32>,
     discarded: Option<u32>,
     fused: bool,
-    work: Work,
+    work: ExecutionCounts,
 }
 
 /// What the last run executed, each instruction over all lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
+pub struct ExecutionCounts {
     pub instructions: u32,
     pub texture_reads: u32,
 }
@@ -154,7 +154,7 @@ impl<R: Real> Executor<R> {
             first_register,
             register_count: program.registers as usize,
             bound,
-            work: Work::default(),
+            work: ExecutionCounts::default(),
             inputs: program.inputs.clone(),
             outputs: program.outputs.clone(),
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
@@ -192,7 +192,7 @@ impl<R: Real> Executor<R> {
     /// Runs one batch and returns the active lanes that did not discard. When the program uses derivatives, `active` must hold the four
     /// lanes of every quad of which one is covered: the others are its helper lanes.
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
-        self.work = Work::default();
+        self.work = ExecutionCounts::default();
         if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
         }
@@ -212,7 +212,7 @@ impl<R: Real> Executor<R> {
     }
 
     /// What the last run executed.
-    pub fn work(&self) -> Work {
+    pub fn work(&self) -> ExecutionCounts {
         self.work
     }
 
@@ -310,7 +310,7 @@ impl<R: Real> Executor<R> {
             } as usize;
             if target < at {
                 turns += 1;
-                if turns > MOST_LOOP_TURNS {
+                if turns > MAX_LOOP_TURNS {
                     return false;
                 }
             }

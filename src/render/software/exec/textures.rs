@@ -8,7 +8,7 @@ use crate::render::software::math::Real;
 pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
-    /// The same with up to `most` taps along the footprint, as shaders/lib/filtered.wesl sums them; a unit that does not know better takes one.
+    /// The same with up to `most` taps along the footprint, as shaders/lib/filtered_map.wesl sums them; a unit that does not know better takes one.
     /// `place`: u and v.
     fn sample_filtered(&self, texture: usize, place: [&[R]; 2], g: Gradients<'_, R>, most: &[R], active: LaneMask, out: [&mut [R]; 4]) {
         let _ = most;

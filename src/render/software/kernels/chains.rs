@@ -7,14 +7,14 @@
 use super::input::Input;
 use super::ops::Eval;
 use crate::render::software::math::Real;
-use crate::render::software::tape::{Link, Op};
+use crate::render::software::tape::{FusedOp, Op};
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
 /// Most operands of a chain.
-pub const MOST_OPERANDS: usize = 8;
+pub const MAX_OPERANDS: usize = 8;
 /// Most operations of a chain.
-pub const MOST_LINKS: usize = 8;
+pub const MAX_LINKS: usize = 8;
 
 /// Operand kinds as bits, the first operand lowest: L = one value per lane, R = one value for all lanes.
 pub const fn mask(kinds: &str) -> u8 {
@@ -159,36 +159,36 @@ pub(crate) use with_chains;
 
 macro_rules! table {
     ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
-        const TABLE: &[(&[Link], &str)] = &[$((&[Link { op: Op::$first, at: 0 } $(, Link { op: Op::$op, at: $at })+], $kinds),)*];
+        const TABLE: &[(&[FusedOp], &str)] = &[$((&[FusedOp { op: Op::$first, at: 0 } $(, FusedOp { op: Op::$op, at: $at })+], $kinds),)*];
     };
 }
 with_chains!(table);
 
 /// Every chain with the kinds of operands that it serves, as [`mask`] reads them.
-pub fn all() -> &'static [(&'static [Link], &'static str)] {
+pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
     TABLE
 }
 
 /// Operands of a chain.
-pub fn takes(links: &[Link]) -> usize {
+pub fn takes(links: &[FusedOp]) -> usize {
     links.iter().map(|l| l.op.arity()).sum::<usize>() + 1 - links.len().max(1)
 }
 
 /// Where [`all`] has the chain of these operations for these kinds of operands.
-pub fn find(links: &[Link], kinds: u8) -> Option<usize> {
-    static PLACES: LazyLock<HashMap<(&'static [Link], u8), usize>> =
+pub fn find(links: &[FusedOp], kinds: u8) -> Option<usize> {
+    static PLACES: LazyLock<HashMap<(&'static [FusedOp], u8), usize>> =
         LazyLock::new(|| TABLE.iter().enumerate().map(|(place, (links, kinds))| ((*links, mask(kinds)), place)).collect());
-    fn place<'a>(places: &HashMap<(&'a [Link], u8), usize>, links: &'a [Link], kinds: u8) -> Option<usize> {
+    fn place<'a>(places: &HashMap<(&'a [FusedOp], u8), usize>, links: &'a [FusedOp], kinds: u8) -> Option<usize> {
         places.get(&(links, kinds)).copied()
     }
     place(&PLACES, links, kinds)
 }
 
 /// A chain as a type: what it computes on one lane.
-pub trait Chain {
+pub trait FusedKernel {
     /// Operands.
     const TAKES: usize;
-    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MOST_OPERANDS], lane: usize) -> R;
+    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
 }
 
 /// The first operation.
@@ -196,19 +196,19 @@ pub struct First<A>(A);
 /// A chain and one operation more, whose operand `AT` is the chain's result.
 pub struct Then<P, B, const AT: usize>(P, B);
 
-impl<A: Eval> Chain for First<A> {
+impl<A: Eval> FusedKernel for First<A> {
     const TAKES: usize = A::ARITY;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MOST_OPERANDS], lane: usize) -> R {
+    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         let last = A::ARITY - 1;
         A::eval::<R, F>(x[0].at(lane), x[if last < 1 { last } else { 1 }].at(lane), x[last].at(lane))
     }
 }
 
-impl<P: Chain, B: Eval, const AT: usize> Chain for Then<P, B, AT> {
+impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
     const TAKES: usize = P::TAKES + B::ARITY - 1;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MOST_OPERANDS], lane: usize) -> R {
+    fn eval<R: Real, const N: usize, const F: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         let v = P::eval::<R, N, F>(x, lane);
         let r = if B::ARITY > 1 { x[P::TAKES].at(lane) } else { v };
         let s = if B::ARITY > 2 { x[P::TAKES + 1].at(lane) } else { v };
@@ -225,7 +225,7 @@ impl<P: Chain, B: Eval, const AT: usize> Chain for Then<P, B, AT> {
 /// `places` holds the place of every operand, counted in elements from `base`; there it is valid for `N` reads, or one where its bit is not
 /// set; none overlaps `dst`.
 #[inline(always)]
-pub unsafe fn lanes<C: Chain, R: Real, const N: usize, const KINDS: u8, const F: bool>(
+pub unsafe fn lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const F: bool>(
     dst: &mut [R; N],
     base: *const R,
     places: *const u32,

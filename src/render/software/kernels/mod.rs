@@ -101,7 +101,7 @@ macro_rules! class {
             /// # Safety
             /// As [`chains::lanes`]; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn chain<C: chains::Chain, R: Real, const KINDS: u8>(
+            unsafe fn chain<C: chains::FusedKernel, R: Real, const KINDS: u8>(
                 dst: &mut [R; LANES], base: *const R, places: *const u32,
             ) {
                 // SAFETY: passed on to the caller.

@@ -4,8 +4,8 @@
 //! chain stands where its last operation stood, inside one straight piece of code, and no loop variable that it reads changes between.
 
 use super::step::{Step, Val, Vals, reads};
-use crate::render::software::kernels::chains::{MOST_LINKS, MOST_OPERANDS, find};
-use crate::render::software::tape::{Link, Op};
+use crate::render::software::kernels::chains::{MAX_LINKS, MAX_OPERANDS, find};
+use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
 
@@ -14,7 +14,7 @@ use smallvec::smallvec;
 struct Item {
     /// Where it stands in the code.
     place: usize,
-    link: Link,
+    link: FusedOp,
     args: Vals,
 }
 
@@ -33,7 +33,7 @@ pub fn join(code: &mut Vec<Step>, outputs: &[Val]) {
             Step::Op { dst: dst @ Val::Lane(_), op, args } => {
                 let grown = args.iter().enumerate().filter_map(|(at, v)| {
                     let mut chain = open.get(v)?.clone();
-                    let (link, args) = turned(Link { op: *op, at: at as u8 }, args);
+                    let (link, args) = turned(FusedOp { op: *op, at: at as u8 }, args);
                     chain.push(Item { place, link, args });
                     // What joins without a kernel of its own; of those the longest.
                     let free = kernels_of(&chain) == kernels_of(&chain[..chain.len() - 1]);
@@ -44,7 +44,7 @@ pub fn join(code: &mut Vec<Step>, outputs: &[Val]) {
                         open.remove(&v);
                         chain
                     }
-                    None => vec![Item { place, link: Link { op: *op, at: 0 }, args: args.clone() }],
+                    None => vec![Item { place, link: FusedOp { op: *op, at: 0 }, args: args.clone() }],
                 };
                 if uses.get(dst) == Some(&1) {
                     open.insert(*dst, chain);
@@ -64,8 +64,8 @@ pub fn join(code: &mut Vec<Step>, outputs: &[Val]) {
         for piece in cut(chain).into_iter().filter(|p| p.len() > 1) {
             let (Some((operands, _)), Some(last)) = (operands(piece), piece.last()) else { continue };
             let Step::Op { dst, .. } = code[last.place] else { continue };
-            let links = piece.iter().enumerate().map(|(k, i)| Link { at: if k == 0 { 0 } else { i.link.at }, ..i.link }).collect();
-            code[last.place] = Step::Chain { dst, links, args: operands };
+            let links = piece.iter().enumerate().map(|(k, i)| FusedOp { at: if k == 0 { 0 } else { i.link.at }, ..i.link }).collect();
+            code[last.place] = Step::FusedKernel { dst, links, args: operands };
             gone.extend(piece[..piece.len() - 1].iter().map(|i| i.place));
         }
     }
@@ -117,11 +117,11 @@ fn negations(code: &mut Vec<Step>, outputs: &[Val]) {
 }
 
 /// Where the operands of a product or sum may change places, the chain's result stands second: half as many kernels serve.
-fn turned(link: Link, args: &[Val]) -> (Link, Vals) {
+fn turned(link: FusedOp, args: &[Val]) -> (FusedOp, Vals) {
     let mut args = Vals::from_slice(args);
     if link.at == 0 && matches!(link.op, Op::Mul | Op::Add | Op::And | Op::Or | Op::Fma | Op::Fms | Op::Fnma) {
         args.swap(0, 1);
-        return (Link { at: 1, ..link }, args);
+        return (FusedOp { at: 1, ..link }, args);
     }
     (link, args)
 }
@@ -132,7 +132,7 @@ fn operands(piece: &[Item]) -> Option<(Vals, u8)> {
     for item in &piece[1..] {
         all.extend(item.args.iter().enumerate().filter(|(k, _)| *k != usize::from(item.link.at)).map(|(_, v)| *v));
     }
-    if all.len() > MOST_OPERANDS {
+    if all.len() > MAX_OPERANDS {
         return None;
     }
     let kinds = all.iter().enumerate().map(|(k, v)| u8::from(matches!(v, Val::Lane(_))) << k).sum();
@@ -144,7 +144,7 @@ fn served(piece: &[Item]) -> bool {
     if piece.len() == 1 {
         return true;
     }
-    let links: Vec<Link> = piece.iter().enumerate().map(|(k, i)| Link { at: if k == 0 { 0 } else { i.link.at }, ..i.link }).collect();
+    let links: Vec<FusedOp> = piece.iter().enumerate().map(|(k, i)| FusedOp { at: if k == 0 { 0 } else { i.link.at }, ..i.link }).collect();
     operands(piece).is_some_and(|(_, kinds)| find(&links, kinds).is_some())
 }
 
@@ -153,7 +153,7 @@ fn cut(chain: &[Item]) -> Vec<&[Item]> {
     // For each length: the fewest kernels for so many operations, and where the last one begins.
     let mut best = vec![(0, 0)];
     for end in 1..=chain.len() {
-        let starts = (end.saturating_sub(MOST_LINKS)..end).filter(|start| served(&chain[*start..end]));
+        let starts = (end.saturating_sub(MAX_LINKS)..end).filter(|start| served(&chain[*start..end]));
         best.push(starts.map(|start| (best[start].0 + 1, start)).min().unwrap_or((end, end - 1)));
     }
     let mut pieces = Vec::new();

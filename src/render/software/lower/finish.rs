@@ -11,7 +11,7 @@ use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
 
 pub struct Finished {
-    pub uniform_tape: Vec<Instr>,
+    pub draw_tape: Vec<Instr>,
     pub lane_tape: Vec<Instr>,
     pub outputs: Vec<Operand>,
     pub registers: u32,
@@ -188,9 +188,9 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
     let index = |o: Operand| match o {
         Operand::Slot(k) | Operand::Reg(k) => k,
     };
-    let mut uniform_tape = Vec::new();
+    let mut draw_tape = Vec::new();
     for step in &b.draw {
-        uniform_tape.push(scalar_instr(step, &|v| of(&place, v), &index));
+        draw_tape.push(scalar_instr(step, &|v| of(&place, v), &index));
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
     let mut label_at: HashMap<Label, u32> = HashMap::default();
@@ -231,8 +231,8 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
                     count: *count,
                 })
             }
-            Step::Chain { dst, links, args } => {
-                lane_tape.push(Instr::Chain { links: links.clone(), dst: index(at(*dst)), args: all(args) })
+            Step::FusedKernel { dst, links, args } => {
+                lane_tape.push(Instr::FusedKernel { links: links.clone(), dst: index(at(*dst)), args: all(args) })
             }
             Step::Op { .. } | Step::Assign { .. } | Step::LoadUniform { .. } | Step::TextureSize { .. } => {
                 lane_tape.push(scalar_instr(step, &at, &index));
@@ -261,7 +261,7 @@ pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Re
         }
     }
     Ok(Finished {
-        uniform_tape,
+        draw_tape,
         lane_tape,
         outputs: outputs.iter().map(|v| of(&place, *v)).collect(),
         registers: registers.count.max(1),

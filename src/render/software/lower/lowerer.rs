@@ -52,7 +52,7 @@ pub struct Lowerer<'m> {
     pub open_loops: Vec<OpenLoop>,
     pub top_of_loop: bool,
     /// Named values to be kept, where someone asked for them.
-    pub watch: Option<super::watch::Watch>,
+    pub watch: Option<super::watch::NamedValueCapture>,
     /// For functions named as a native operation: whether their body is the one that the operation computes.
     pub native: HashMap<Handle<Function>, bool>,
 }

@@ -39,7 +39,7 @@ use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
 use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
 use step::Val;
-use watch::Watch;
+use watch::NamedValueCapture;
 
 /// Lowers one entry point, vertex or fragment. `info` comes from validating this `module`.
 ///
@@ -58,7 +58,7 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains:
 }
 
 /// A program and the names of what it gives after its own outputs.
-pub struct NamedProgram {
+pub struct InspectableProgram {
     pub program: Program,
     /// Name and the numbers of its outputs, in order of first appearance.
     pub names: Vec<(String, std::ops::Range<usize>)>,
@@ -68,19 +68,25 @@ pub struct NamedProgram {
 ///
 /// # Errors
 /// As [`lower`].
-pub fn lower_named(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<NamedProgram> {
-    let (program, watch) = lowered(module, info, entry, true, Some(Watch::default()))?;
+pub fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<InspectableProgram> {
+    let (program, watch) = lowered(module, info, entry, true, Some(NamedValueCapture::default()))?;
     let kept = watch.map(|w| w.kept).unwrap_or_default();
     let mut at = program.outputs.len() - kept.iter().map(|k| k.lanes.len()).sum::<usize>();
     let names = kept.into_iter().map(|k| {
         at += k.lanes.len();
         (k.name, at - k.lanes.len()..at)
     });
-    Ok(NamedProgram { names: names.collect(), program })
+    Ok(InspectableProgram { names: names.collect(), program })
 }
 
 /// One entry point; with a watch also the values that it kept, which come after the program's own outputs.
-fn lowered(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool, watch: Option<Watch>) -> Result<(Program, Option<Watch>)> {
+fn lowered(
+    module: &naga::Module,
+    info: &ModuleInfo,
+    entry: &str,
+    chains: bool,
+    watch: Option<NamedValueCapture>,
+) -> Result<(Program, Option<NamedValueCapture>)> {
     let found = module.entry_points.iter().position(|e| e.name == entry);
     let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let point = &module.entry_points[index];
@@ -142,7 +148,7 @@ fn lowered(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool, 
         uses_derivatives,
         uniform_size: lowerer.uniform_size,
         constants,
-        uniform_tape: finished.uniform_tape,
+        draw_tape: finished.draw_tape,
         lane_tape: finished.lane_tape,
         registers: finished.registers,
         slots: finished.slots,

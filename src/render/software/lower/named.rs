@@ -13,7 +13,7 @@ use crate::render::software::tape::Op;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
 
 /// Values of more numbers are tables, no intermediates.
-const MOST_NUMBERS: usize = 16;
+const MAX_NUMBERS: usize = 16;
 
 impl<'m> Lowerer<'m> {
     pub fn watch_enter(&mut self, callee: Option<&str>, call: &'m Statement) {
@@ -70,7 +70,7 @@ impl<'m> Lowerer<'m> {
             }
             return Ok(());
         }
-        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MOST_NUMBERS) else { return Ok(()) };
+        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MAX_NUMBERS) else { return Ok(()) };
         let (one, zero) = (self.builder.float(1.0), self.builder.float(0.0));
         let numbers: Vec<Val> = scalars
             .iter()

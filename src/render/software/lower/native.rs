@@ -1,4 +1,4 @@
-//! The one WGSL function that is not lowered but computed natively: `filtered_map` of shaders/lib/filtered.wesl, as [`TextureOp::Filtered`].
+//! The one WGSL function that is not lowered but computed natively: `filtered_map` of shaders/lib/filtered_map.wesl, as [`TextureOp::Filtered`].
 //!
 //! In: a call. Out: the operation, where the callee does what the shipped fragment does; else nothing, and the call is lowered as any other. So an
 //! edited fragment runs as edited. tests/software/filtered.rs proves that the operation and the shipped fragment agree.
@@ -17,7 +17,7 @@ use naga::{Expression, Function, Handle, Module, TypeInner};
 use std::sync::OnceLock;
 
 const NAME: &str = "filtered_map";
-const SHIPPED: &str = include_str!("../../../../shaders/lib/filtered.wesl");
+const SHIPPED: &str = include_str!("../../../../shaders/lib/filtered_map.wesl");
 /// What the shipped fragment's parameters stand for where nothing calls it.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
 

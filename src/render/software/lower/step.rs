@@ -1,6 +1,6 @@
 //! Steps in SSA form: what the builder makes, the passes over it rewrite, and the tape is assembled from.
 
-use crate::render::software::tape::{Link, Op, TextureOp, WordKind};
+use crate::render::software::tape::{FusedOp, Op, TextureOp, WordKind};
 use smallvec::{SmallVec, smallvec};
 
 /// A scalar value during lowering.
@@ -29,9 +29,9 @@ pub enum Step {
         args: Vals,
     },
     /// Several operations as one instruction; made last, by `chains.rs`.
-    Chain {
+    FusedKernel {
         dst: Val,
-        links: Vec<Link>,
+        links: Vec<FusedOp>,
         args: Vals,
     },
     /// A loop variable takes its next value: the one step that writes a value twice.
@@ -80,7 +80,7 @@ pub enum Step {
 /// The values that a step reads.
 pub fn reads(step: &Step) -> Vals {
     match step {
-        Step::Op { args, .. } | Step::Chain { args, .. } => args.clone(),
+        Step::Op { args, .. } | Step::FusedKernel { args, .. } => args.clone(),
         Step::Assign { from, .. } => smallvec![*from],
         Step::LoadUniform { index, .. } => index.iter().copied().collect(),
         Step::Texture { args, mask, .. } => args.iter().copied().chain([*mask]).collect(),
@@ -95,7 +95,7 @@ pub fn reads(step: &Step) -> Vals {
 pub fn writes(step: &Step) -> Vals {
     match step {
         Step::Op { dst, .. }
-        | Step::Chain { dst, .. }
+        | Step::FusedKernel { dst, .. }
         | Step::Assign { dst, .. }
         | Step::LoadUniform { dst, .. }
         | Step::TextureSize { dst, .. } => smallvec![*dst],

@@ -15,7 +15,7 @@ pub struct Kept {
 
 /// What has been named so far.
 #[derive(Debug, Default)]
-pub struct Watch {
+pub struct NamedValueCapture {
     pub kept: Vec<Kept>,
     pub known: HashMap<String, usize>,
     /// Calls by caller's path and callee, in order of first appearance: a loop's body is lowered several times.
@@ -23,7 +23,7 @@ pub struct Watch {
     pub path: Vec<String>,
 }
 
-impl Watch {
+impl NamedValueCapture {
     /// Gives every kept value its start.
     pub fn begin(&self, b: &mut Builder) {
         let unknown = b.float(f64::NAN);

@@ -7,7 +7,7 @@
 /// Corners further than this many pixels from the target's origin are cut; the largest target is 16384 wide.
 pub const GUARD_BAND_PX: f64 = 65536.0;
 /// Least w kept, relative to the triangle's greatest: what is nearer projects beyond the guard band anyway.
-const LEAST_W: f64 = 1.0e-12;
+const MIN_W: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +65,7 @@ pub fn clip(triangle: &[Corner; 3]) -> Option<Polygon> {
     if greatest_w <= 0.0 {
         return None;
     }
-    let least_w = greatest_w * LEAST_W;
+    let least_w = greatest_w * MIN_W;
     let all = triangle.map(|c| distances(&c, least_w));
     let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, cut: false };
     polygon.corners[..3].copy_from_slice(triangle);

@@ -80,7 +80,7 @@ pub struct Geometry {
 }
 
 /// Raster triangles that one triangle can become: it is cut by the near plane and four sides of the guard band.
-const MOST_PARTS: usize = 7;
+const MAX_PARTS: usize = 7;
 
 impl Geometry {
     /// Room for one more triangle with this many varying scalars.
@@ -88,7 +88,7 @@ impl Geometry {
     /// # Errors
     /// Memory that is not there.
     pub fn reserve(&mut self, varyings: usize) -> Result<(), RenderError> {
-        try_grow(&mut self.triangles, MOST_PARTS, "the triangles")?;
+        try_grow(&mut self.triangles, MAX_PARTS, "the triangles")?;
         try_grow(&mut self.surfaces, 1, "the triangles' depth planes")?;
         try_grow(&mut self.planes, varyings, "the triangles' varyings")
     }

@@ -22,12 +22,12 @@ const PIECE: usize = 32;
 /// Arrays that pieces run over end with room for the last one.
 const ROOM: usize = MOST + PIECE;
 /// Taps are at most these.
-pub const MOST_TAPS: usize = 16;
+pub const MAX_TAPS: usize = 16;
 /// Levels of a texture are at most these (a side has at most 2^22 texels).
-const MOST_LEVELS: usize = 31;
+const MAX_LEVELS: usize = 31;
 
 /// What the lanes of a batch ask for.
-pub struct Wanted<'a, R> {
+pub struct FilterRequest<'a, R> {
     pub u: &'a [R; MOST],
     pub v: &'a [R; MOST],
     pub level: [R; MOST],
@@ -36,7 +36,7 @@ pub struct Wanted<'a, R> {
     pub step_v: [R; MOST],
 }
 
-impl<'a, R: Real> Wanted<'a, R> {
+impl<'a, R: Real> FilterRequest<'a, R> {
     pub fn new(u: &'a [R; MOST], v: &'a [R; MOST]) -> Self {
         let z = [R::ZERO; MOST];
         Self { u, v, level: z, taps: [R::ONE; MOST], step_u: z, step_v: z }
@@ -52,7 +52,7 @@ impl<'a, R: Real> Wanted<'a, R> {
             }
             return;
         };
-        let limit = R::from_u32(MOST_TAPS as u32);
+        let limit = R::from_u32(MAX_TAPS as u32);
         for i in 0..MOST {
             let most = if most[i] < limit { most[i] } else { limit };
             let f = Footprint::elongated(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], most);
@@ -68,7 +68,7 @@ struct Order {
     /// All lanes, as they are: nothing need be moved.
     plain: bool,
     /// `starts[key]`: the first place of lanes of that key or a later one; keys run by level, then from many taps to few.
-    starts: [u8; (MOST_LEVELS + 1) * MOST_TAPS + 1],
+    starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
     levels: std::ops::Range<usize>,
     /// Some lane, active or not, takes more than one tap.
     several_taps: bool,
@@ -86,10 +86,10 @@ impl Order {
             missing |= !*k;
         }
         // One tap has the last key of its level.
-        order.several_taps = usize::from(missing) % MOST_TAPS != 0;
+        order.several_taps = usize::from(missing) % MAX_TAPS != 0;
         let (least, most) = (usize::from(least), usize::from(most));
-        order.levels = least / MOST_TAPS..most / MOST_TAPS + 1;
-        let last = order.levels.end * MOST_TAPS;
+        order.levels = least / MAX_TAPS..most / MAX_TAPS + 1;
+        let last = order.levels.end * MAX_TAPS;
         if active == LaneMask::MAX && least == most {
             order.plain = true;
             order.starts[most + 1..=last].fill(MOST as u8);
@@ -286,12 +286,12 @@ fn any_positive<R: Real>(values: &[R; PIECE]) -> bool {
 pub fn sample<R: Real, D: Decode>(
     decode: D,
     levels: &[TexelLevel<'_>],
-    wanted: &Wanted<'_, R>,
+    wanted: &FilterRequest<'_, R>,
     state: &SamplerState,
     active: LaneMask,
     out: &mut [[R; MOST]; 4],
 ) {
-    let last = levels.len().min(MOST_LEVELS) - 1;
+    let last = levels.len().min(MAX_LEVELS) - 1;
     let last_level = R::from_u32(last as u32);
     let round = if state.linear { R::ZERO } else { R::from_f64(0.5) };
     let (mut key, mut part) = ([0_u16; MOST], [R::ZERO; MOST]);
@@ -301,8 +301,8 @@ pub fn sample<R: Real, D: Decode>(
         let fine = floor(level + round);
         let fine = if fine < last_level { fine } else { last_level };
         part[i] = level - fine;
-        let few = R::from_u32(MOST_TAPS as u32) - wanted.taps[i];
-        key[i] = (fine * R::from_u32(MOST_TAPS as u32) + few).nearest_small().1 as u16;
+        let few = R::from_u32(MAX_TAPS as u32) - wanted.taps[i];
+        key[i] = (fine * R::from_u32(MAX_TAPS as u32) + few).nearest_small().1 as u16;
     }
     let order = Order::new(&key, active);
     let mut room = [const { [R::ZERO; ROOM] }; 6];
@@ -311,7 +311,7 @@ pub fn sample<R: Real, D: Decode>(
     let mut sum = [[R::ZERO; ROOM]; 4];
     if !state.linear {
         for level in order.levels.clone() {
-            let (from, to) = (order.starts[level * MOST_TAPS], order.starts[(level + 1) * MOST_TAPS]);
+            let (from, to) = (order.starts[level * MAX_TAPS], order.starts[(level + 1) * MAX_TAPS]);
             for at in (usize::from(from)..usize::from(to)).step_by(PIECE) {
                 let value = nearest(decode, &levels[level], piece(u, at), piece(v, at), state);
                 accumulate(&mut sum, at, usize::from(to) - at, &value);
@@ -325,10 +325,10 @@ pub fn sample<R: Real, D: Decode>(
             (step_u, step_v, order.sorted(&wanted.taps, room_taps))
         });
         for level in order.levels.clone() {
-            let from = usize::from(order.starts[level * MOST_TAPS]);
-            for tap in 0..MOST_TAPS {
+            let from = usize::from(order.starts[level * MAX_TAPS]);
+            for tap in 0..MAX_TAPS {
                 // Lanes with more taps than this come first.
-                let to = usize::from(order.starts[(level + 1) * MOST_TAPS - tap]);
+                let to = usize::from(order.starts[(level + 1) * MAX_TAPS - tap]);
                 if to == from {
                     break;
                 }

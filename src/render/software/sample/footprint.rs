@@ -2,7 +2,7 @@
 //!
 //! A pixel's footprint is the ellipse that its unit circle becomes in texels. Its axes are the singular values of the gradient matrix; up to
 //! `most` trilinear taps are spread evenly along the major axis, from end to end, and the mip level is log2 of the minor one (or of the major over
-//! `most`, whichever is greater): the formula of shaders/lib/filtered.wesl. A plain sampler's level is log2 of the longer
+//! `most`, whichever is greater): the formula of shaders/lib/filtered_map.wesl. A plain sampler's level is log2 of the longer
 //! gradient. Everything is branch-free, so that a loop over lanes becomes vector code. Gradients that are not finite give some level and
 //! some taps.
 
@@ -40,7 +40,7 @@ impl<R: Real> Footprint<R> {
         Self::at_level(half_log2(if x > y { x } else { y }))
     }
 
-    /// The same with up to `most` taps along the major axis, as `filtered_map` of shaders/lib/filtered.wesl has them.
+    /// The same with up to `most` taps along the major axis, as `filtered_map` of shaders/lib/filtered_map.wesl has them.
     #[inline(always)]
     pub fn elongated(size: [R; 2], dx: [R; 2], dy: [R; 2], most: R) -> Self {
         let half = R::from_f64(0.5);

@@ -16,13 +16,13 @@ use super::kernels::KernelClass;
 use super::math::Real;
 use crate::image::TexelFormat;
 use crate::render::plan::{AddressMode, SamplerState};
-use filter::{MOST, Wanted, sample};
+use filter::{FilterRequest, MOST, sample};
 use std::sync::Arc;
 use texels::{Decode, Float, Srgb, TexelLevel, Texels, Unorm};
 
 /// One texture use of a program, bound.
 #[derive(Clone, Debug)]
-pub struct Bound<'a> {
+pub struct BoundTexture<'a> {
     pub texels: Arc<Texels<'a>>,
     /// None for uses without a sampler.
     pub sampler: Option<SamplerState>,
@@ -31,7 +31,7 @@ pub struct Bound<'a> {
 /// The textures of one draw, in the order of the program's texture uses.
 #[derive(Clone, Debug)]
 pub struct Textures<'a> {
-    bound: Vec<Bound<'a>>,
+    bound: Vec<BoundTexture<'a>>,
     class: KernelClass,
 }
 
@@ -74,7 +74,7 @@ fn batch<R: Real, D: Decode>(
 ) {
     let mut room = [[R::ZERO; MOST]; 7];
     let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut room;
-    let mut wanted = Wanted::new(whole(request.u, room_u), whole(request.v, room_v));
+    let mut wanted = FilterRequest::new(whole(request.u, room_u), whole(request.v, room_v));
     match request.levels {
         Levels::Given(level) => wanted.level = *whole(level, room_0),
         Levels::Of(g) | Levels::Along(g, _) => {
@@ -110,7 +110,7 @@ class!(neon, #[target_feature(enable = "neon")]);
 
 impl<'a> Textures<'a> {
     /// Bound textures, sampled in a class that this machine has (another one falls back to plain code).
-    pub fn new(bound: Vec<Bound<'a>>, class: KernelClass) -> Self {
+    pub fn new(bound: Vec<BoundTexture<'a>>, class: KernelClass) -> Self {
         let class = if KernelClass::available().contains(&class) { class } else { KernelClass::Portable };
         Self { bound, class }
     }
@@ -124,7 +124,7 @@ impl<'a> Textures<'a> {
         }
     }
 
-    fn decoded<R: Real, D: Decode>(&self, bound: &Bound<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
+    fn decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
         let state = bound.sampler.unwrap_or(PLAIN);
         let count = request.u.len().min(MOST);
         let there = if count == MOST { LaneMask::MAX } else { (1 << count) - 1 };

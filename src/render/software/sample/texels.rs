@@ -10,9 +10,9 @@ use std::sync::LazyLock;
 static SRGB_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| crate::units::srgb_to_linear(i as f64 / 255.0) as f32));
 
 /// Texels of one level at most: indices are 32 bits wide.
-const MOST_TEXELS: u64 = 1 << 30;
+const MAX_TEXELS: u64 = 1 << 30;
 /// Texels along a side at most: see [`crate::render::software::math::Real::nearest_small`].
-const MOST_SIDE: u32 = 1 << 22;
+const MAX_SIDE: u32 = 1 << 22;
 
 /// One mip level.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ impl<'a> Texels<'a> {
         let mut all = Vec::new();
         for (k, (width, height, bytes)) in levels.enumerate() {
             let needed = u64::from(width) * u64::from(height) * texel;
-            if width.max(height) > MOST_SIDE || needed / texel > MOST_TEXELS {
+            if width.max(height) > MAX_SIDE || needed / texel > MAX_TEXELS {
                 return Err(format!("level {k} is {width}x{height}, which is more than can be read"));
             }
             if needed == 0 || bytes.len() as u64 != needed {

@@ -5,7 +5,7 @@
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
 use crate::scene::numeric::smoothstep;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -35,7 +35,7 @@ pub(crate) fn meet(place: &Placement, direction: DVec3) -> Met {
     Met { within: limb - cross.atan2(along), point }
 }
 
-pub(crate) fn area_px(camera: &Camera, p: &Placed<'_>) -> f64 {
+pub(crate) fn area_px(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     match p.outline {
         Outline::Ellipse { area_px, .. } => area_px,
         Outline::Open => f64::from(camera.width) * f64::from(camera.height),
@@ -44,7 +44,7 @@ pub(crate) fn area_px(camera: &Camera, p: &Placed<'_>) -> f64 {
 }
 
 /// About what part of a body's outline is in the frame: that of its bounding box, weighed by its place.
-pub(crate) fn in_frame_share(camera: &Camera, p: &Placed<'_>) -> f64 {
+pub(crate) fn in_frame_share(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     let Outline::Ellipse { bounds, .. } = p.outline else { return 0.0 };
     let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
     // A point's sprite is two pixels wide.

@@ -18,12 +18,12 @@ use crate::scene::eclipse::before_sun::shaded;
 use crate::scene::eclipse::shade::Shade;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
-use crate::scene::light::glow::Veil;
-use crate::scene::light::lamps::{self, Lamps};
+use crate::scene::light::glow::VeilingGlare;
+use crate::scene::light::lamps::{self, NightLights};
 use crate::scene::light::lights::{self, LightOn, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
@@ -36,7 +36,7 @@ use std::sync::Arc;
 /// less for civil twilight, two to three for the night.
 const DAY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_A_DECADE: f64 = 0.6;
-const DUSK_STOPS_AT_MOST: f64 = 3.0;
+const MAX_DUSK_STOPS: f64 = 3.0;
 /// What is looked at weighs so much more than as much of the frame beside it.
 const TARGET_WEIGHS: f64 = 64.0;
 /// The same of the Sun, whose daylight sky is as bright as any ground, and of its corona.
@@ -110,29 +110,29 @@ impl Tally {
 pub(crate) struct Meter<'m, 'a> {
     pub context: Context<'m>,
     pub camera: &'m Camera,
-    pub placed: &'m [Placed<'a>],
+    pub placed: &'m [PlacedBody<'a>],
     pub reflectors: &'m [Reflector<'m>],
     /// Air that makes a day.
     pub air: Option<&'m air::Around<'m>>,
     /// What lamps weigh of what other ground does: none by day.
-    pub lamps: f64,
+    pub night_lights: f64,
 }
 
 /// What is left of the brightness of day where sky and ground around the camera have a radiance: a photograph of dusk that is as bright as one of noon shows a blue day.
 /// 1 above [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] less for each tenth of the luminance, at most [`DUSK_STOPS_AT_MOST`].
 fn of_daylight(radiance: f64) -> f64 {
     let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
-    (-(DUSK_STOPS_A_DECADE * decades).min(DUSK_STOPS_AT_MOST)).exp2()
+    (-(DUSK_STOPS_A_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
 /// What every part of a reading needs.
 struct Frame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
-    veil: Option<Veil>,
+    veil: Option<VeilingGlare>,
     /// The light of the air around the camera.
     sky: f64,
     /// Bodies that may hide others.
-    wide: Vec<&'f Placed<'a>>,
+    wide: Vec<&'f PlacedBody<'a>>,
 }
 
 impl Meter<'_, '_> {
@@ -142,8 +142,9 @@ impl Meter<'_, '_> {
 
     /// Reads what the frame holds. `night`: the radiance that a picture of the dark sky shows as white.
     pub fn read(&self, night: f64) -> Reading {
-        let veil = Veil::of(self.camera, self.placed).filter(|_| self.context.request.effects.asked(Effect::Glow) != Some(false));
-        let wide: Vec<&Placed<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
+        let veil =
+            VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
+        let wide: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
         let frame = Frame { meter: self, veil, sky: 0.0, wide };
         let frame = Frame { sky: frame.skylight(), ..frame };
         let mut metered = Vec::new();
@@ -185,7 +186,7 @@ impl Meter<'_, '_> {
 /// The radiance of a body's ground by its lights.
 struct Ground<'g> {
     body: &'g Body,
-    lamps: Option<&'g Lamps>,
+    night_lights: Option<&'g NightLights>,
     lamps_weigh: f64,
     /// Radiance that the model's unit reflectance has under unit irradiance, of the brightest channel.
     tone: f64,
@@ -212,9 +213,9 @@ impl Ground<'_> {
         };
         let besides: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
         let lit = lamps::lit(normal.dot(self.sun)) * self.lamps_weigh;
-        let lamps = self.lamps.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
+        let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
         let rings = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
-        self.tone * (reflected(self.sun, self.sun_irradiance * left) + besides) + body.geometric_albedo * self.sky + lamps + rings
+        self.tone * (reflected(self.sun, self.sun_irradiance * left) + besides) + body.geometric_albedo * self.sky + night_lights + rings
     }
 }
 
@@ -227,7 +228,7 @@ impl Frame<'_, '_> {
     }
 
     /// What other bodies leave of a disc.
-    fn seen(&self, p: &Placed<'_>, but: Option<NaifId>) -> f64 {
+    fn seen(&self, p: &PlacedBody<'_>, but: Option<NaifId>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && Some(o.body.id) != but && o.distance_km < p.distance_km);
@@ -252,15 +253,15 @@ impl Frame<'_, '_> {
         day + besides.iter().map(|l| air.level(l.direction, l.irradiance.y)).sum::<f64>()
     }
 
-    fn shine_on(&self, p: &Placed<'_>) -> Vec<LightOn> {
-        if self.meter.context.request.effects.asked(Effect::PlanetShine) == Some(false) {
+    fn shine_on(&self, p: &PlacedBody<'_>) -> Vec<LightOn> {
+        if self.meter.context.request.effects.override_of(Effect::PlanetShine) == Some(false) {
             return Vec::new();
         }
         lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
     }
 
     /// The body's tally, and the share of the frame that it takes.
-    fn body(&self, p: &Placed<'_>) -> (Tally, f64) {
+    fn body(&self, p: &PlacedBody<'_>) -> (Tally, f64) {
         let (camera, mut tally) = (self.meter.camera, Tally::default());
         let far = match p.outline {
             Outline::Ellipse { .. } => {
@@ -291,8 +292,15 @@ impl Frame<'_, '_> {
         let in_body = |v: DVec3| (p.body_from_icrf * v).normalize();
         let ground = Ground {
             body: p.body,
-            lamps: self.meter.context.resources.lamps.get(&p.body.id).filter(|_| self.meter.lamps > 0.0).map(AsRef::as_ref),
-            lamps_weigh: self.meter.lamps,
+            night_lights: self
+                .meter
+                .context
+                .resources
+                .night_lights
+                .get(&p.body.id)
+                .filter(|_| self.meter.night_lights > 0.0)
+                .map(AsRef::as_ref),
+            lamps_weigh: self.meter.night_lights,
             ring_shine: self.ring_shine_on(p, diameter_px),
             tone: p.tone().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
             sun: in_body(p.sun_from_body_km),
@@ -322,7 +330,7 @@ impl Frame<'_, '_> {
 
     /// A disc seen from afar, as parts of its area with their radiance: its lit ground and its night by luminance longitude and latitude, so that the
     /// thinnest crescent is found.
-    fn far(&self, p: &Placed<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
+    fn far(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let alpha = crate::ephemeris::angle_rad(viewer, ground.sun);
         let aside = (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
@@ -344,7 +352,7 @@ impl Frame<'_, '_> {
     }
 
     /// A body that is near: rays over the part of the frame that holds it. Returns its share of the frame.
-    fn near(&self, p: &Placed<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
+    fn near(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
         let camera = self.meter.camera;
         let Some(rect) = p.outline.rect(camera) else { return 0.0 };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
@@ -370,7 +378,7 @@ impl Frame<'_, '_> {
     }
 
     /// What nearer bodies leave of a ray.
-    fn unhidden(&self, p: &Placed<'_>, direction: DVec3, spacing: f64) -> f64 {
+    fn unhidden(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
         let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
         nearer.map(|o| 1.0 - smoothstep(0.5 + meet(&o.placement, direction).within / spacing)).product()
     }

@@ -6,7 +6,7 @@ use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::light::{lights, photometry};
 use crate::scene::numeric::smoothstep;
-use crate::scene::placed::Placed;
+use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::{Bound, Purpose};
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::{phase, ring_shine, view};
@@ -20,9 +20,9 @@ const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
 
 impl Frame<'_, '_> {
     /// What the rings give the globe, where its night is seen: by day a hundredth of the light.
-    pub(super) fn ring_shine_on(&self, p: &Placed<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
+    pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
         let weighs = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
-        let asked = self.meter.context.request.effects.asked(Effect::RingShine);
+        let asked = self.meter.context.request.effects.override_of(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         if weighs <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
             return None;
@@ -32,7 +32,7 @@ impl Frame<'_, '_> {
         Some((shine, weighs * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
-    pub(super) fn ring_view<'v>(&'v self, p: &'v Placed<'_>) -> view::View<'v> {
+    pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::View<'v> {
         view::View {
             body: p.body,
             camera: self.meter.camera,
@@ -47,10 +47,10 @@ impl Frame<'_, '_> {
     }
 
     /// Rays over a body's rings.
-    pub(super) fn rings_of(&self, p: &Placed<'_>) -> Tally {
+    pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> Tally {
         let (camera, mut tally) = (self.meter.camera, Tally::default());
         let none = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
-        let asked = self.meter.context.request.effects.asked(Effect::Rings);
+        let asked = self.meter.context.request.effects.override_of(Effect::Rings);
         if none || asked == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
             return tally;
         }
@@ -82,7 +82,7 @@ impl Frame<'_, '_> {
             }
             let met = origin + along * reach;
             let radius = met.truncate().length();
-            let cos_emission = along.z.abs().max(phase::LEAST_COSINE);
+            let cos_emission = along.z.abs().max(phase::MIN_COSINE);
             let radial = (along.truncate().dot(met.truncate()) / radius.max(1e-9)).abs() / cos_emission;
             let blur = 0.5 * (reach * spacing * (1.0 + radial)).max(1e-6);
             if radius - blur > outer {
@@ -101,7 +101,7 @@ impl Frame<'_, '_> {
                     }
                     let by = |half: usize| {
                         let [part, sine] = halves[half];
-                        let y = 1.0 / sine.max(phase::LEAST_COSINE);
+                        let y = 1.0 / sine.max(phase::MIN_COSINE);
                         if part > 0.0 { part * ring_shine::scattered(step.tau, x, y, half == side) } else { 0.0 }
                     };
                     let phase = of_bodies * (1.0 - step.dust) + of_dust * step.dust;

@@ -3,7 +3,7 @@ use super::*;
 /// The Sun at the origin, bodies on the x axis, all turned alike.
 struct Line;
 
-impl Places for Line {
+impl BodyPositions for Line {
     fn between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
         let x = |id: NaifId| match id.0 {
             10 => Some(0.0),
@@ -26,7 +26,7 @@ fn viewer() -> Viewer {
         id,
         name: name.into(),
         aliases: Vec::new(),
-        kind: Kind::Planet,
+        kind: BodyKind::Planet,
         parent: Some(NaifId::SUN),
         radii_km: DVec3::splat(radius_km),
     };

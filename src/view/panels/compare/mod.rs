@@ -7,8 +7,8 @@ pub mod pair;
 
 use self::pair::{Half, Pair, PairView};
 use super::{Interface, accessible};
-use crate::image::Picture;
-use crate::render::plan::Fineness;
+use crate::image::DisplayImage;
+use crate::render::plan::SamplingQuality;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ViewRequest};
@@ -53,7 +53,7 @@ struct Way {
 #[derive(Clone, PartialEq)]
 struct Asked {
     request: ViewRequest,
-    ways: [Way; 2],
+    variants: [Way; 2],
     view_effects: EffectOverrides,
 }
 
@@ -70,7 +70,7 @@ impl Asked {
 
 #[derive(Default)]
 pub struct ComparePanel {
-    ways: Option<[Way; 2]>,
+    variants: Option<[Way; 2]>,
     asked: Option<Asked>,
     coming: Option<Pending<Result<Pair, String>>>,
     pair: Option<Result<Arc<Pair>, String>>,
@@ -97,9 +97,9 @@ impl ComparePanel {
             self.pair = Some(done.map(Arc::new));
         }
         let view = &interface.viewer.view;
-        let mut ways = self.ways.take().unwrap_or_else(|| first_ways(view));
+        let mut variants = self.variants.take().unwrap_or_else(|| first_ways(view));
         ui.columns(2, |columns| {
-            for ((ui, way), side) in columns.iter_mut().zip(&mut ways).zip(["Left", "Right"]) {
+            for ((ui, way), side) in columns.iter_mut().zip(&mut variants).zip(["Left", "Right"]) {
                 choose(ui, way, side);
             }
         });
@@ -107,7 +107,7 @@ impl ComparePanel {
         ui.horizontal(|ui| {
             swapped = ui.button("Swap").on_hover_text("Swap left and right").clicked();
             if ui.button("Reset").on_hover_text("Compare the current view with draft quality").clicked() {
-                ways = first_ways(view);
+                variants = first_ways(view);
             }
             if self.coming.is_some() {
                 accessible::coming(ui, "Drawing both images");
@@ -115,20 +115,20 @@ impl ComparePanel {
             }
         });
         if swapped {
-            ways.swap(0, 1);
+            variants.swap(0, 1);
         }
         ui.separator();
-        let wrong = ways.iter().zip(["Left", "Right"]).find_map(|(way, side)| {
+        let wrong = variants.iter().zip(["Left", "Right"]).find_map(|(way, side)| {
             let e = EffectOverrides::parse(&way.effects).err()?;
             Some(format!("{side}: {e}"))
         });
         if let Some(wrong) = wrong {
             ui.colored_label(ui.visuals().warn_fg_color, wrong);
         } else {
-            self.ask(interface, ui, worker, &ways);
+            self.ask(interface, ui, worker, &variants);
         }
-        let names = [name_of(&ways[0]), name_of(&ways[1])];
-        self.ways = Some(ways);
+        let names = [name_of(&variants[0]), name_of(&variants[1])];
+        self.variants = Some(variants);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
             Some(Ok(pair)) => self.view.show(ui, pair, [&names[0], &names[1]]),
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
@@ -137,21 +137,24 @@ impl ComparePanel {
     }
 
     /// Asks for both once the view stands still.
-    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, ways: &[Way; 2]) {
+    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Way; 2]) {
         let Some(drawing) = interface.drawing() else { return };
         let quality = interface.viewer.view.quality;
-        let still = drawing.job.request.quality == quality && drawing.job.fineness == Fineness::of(quality);
+        let still = drawing.job.request.quality == quality && drawing.job.sampling == SamplingQuality::of(quality);
         if self.coming.is_some() || !still || interface.viewer.races() {
             return;
         }
-        let asked =
-            Asked { request: sized(&drawing.job.request, ui), ways: ways.clone(), view_effects: interface.viewer.view.effects.clone() };
+        let asked = Asked {
+            request: sized(&drawing.job.request, ui),
+            variants: variants.clone(),
+            view_effects: interface.viewer.view.effects.clone(),
+        };
         if self.asked.as_ref().is_some_and(|before| before.is_as_good_as(&asked)) {
             return;
         }
         self.asked = Some(asked.clone());
         self.coming = Some(ask(worker, move |session| {
-            let [left, right] = [0, 1].map(|side| draw(session, &asked, &asked.ways[side]));
+            let [left, right] = [0, 1].map(|side| draw(session, &asked, &asked.variants[side]));
             Pair::of(left, right)
         }));
         // An inline worker has the answer already.
@@ -160,14 +163,14 @@ impl ComparePanel {
 }
 
 /// The longer side of a compared picture, pixels, at most.
-const MOST_PX: f32 = 1024.0;
+const MAX_PX: f32 = 1024.0;
 
 /// The request at the panel's size, in the shape of the sky.
 fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
     let [width, height] = [request.width, request.height].map(|side| side.max(1) as f32);
     let room = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
     // One scale for both sides: the pair shows what the sky shows.
-    let room = room * (MOST_PX / room.max_elem()).min(1.0);
+    let room = room * (MAX_PX / room.max_elem()).min(1.0);
     let [width, height] = [room.x, room.y].map(|side| side.round().max(1.0) as u32);
     ViewRequest { width, height, ..request.clone() }
 }
@@ -198,7 +201,7 @@ fn choose(ui: &mut egui::Ui, way: &mut Way, side: &str) {
 
 fn name_of(way: &Way) -> String {
     let mut words = vec![way.quality.name()];
-    words.extend((way.pixels != PixelView::Shaded).then(|| accessible::pixel_view(way.pixels)));
+    words.extend((way.pixels != PixelView::Final).then(|| accessible::pixel_view(way.pixels)));
     words.extend((!way.effects.trim().is_empty()).then_some(way.effects.trim()));
     words.extend((way.renderer != Renderer::Window).then_some(way.renderer.name()));
     words.join(" ")
@@ -210,20 +213,20 @@ fn draw(session: &Session, asked: &Asked, way: &Way) -> Result<Half, String> {
     request.effects = EffectOverrides::parse(&text).map_err(|e| e.to_string())?;
     request.quality = way.quality;
     request.pixel_view = way.pixels;
-    let fineness = Fineness::of(request.quality);
+    let sampling = SamplingQuality::of(request.quality);
     let failed = |e: crate::session::SessionError| e.to_string();
     // Modules and maps come in before the clock runs.
-    session.plan(&request, fineness).map_err(failed)?;
+    session.plan(&request, sampling).map_err(failed)?;
     let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true)?) } else { None };
     let start = Moment::now();
     let (frame, by) = if way.renderer == Renderer::Window {
-        let drawn = session.draw_aside(&request, fineness, false).map_err(failed)?;
+        let drawn = session.draw_in_background(&request, sampling, false).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)
     } else {
-        let (_, plan) = session.plan(&request, fineness).map_err(failed)?;
-        let renderer = double.as_ref().unwrap_or(session.aside());
+        let (_, plan) = session.plan(&request, sampling).map_err(failed)?;
+        let renderer = double.as_ref().unwrap_or(session.background_renderer());
         (renderer.render(&plan, session.library(), false).map_err(|e| e.to_string())?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
-    Ok(Half { picture: Picture { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })
+    Ok(Half { picture: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })
 }

@@ -2,14 +2,14 @@
 //!
 //! In: drawn pictures. Out: shapes. Always: what is shown belongs to one pair; differences are of display bytes, as `orrery compare` counts them.
 
-use crate::image::{self, Picture};
+use crate::image::{self, DisplayImage};
 use crate::view::panels::render_loop::colour_image;
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use std::sync::Arc;
 
 /// One drawn picture.
 pub struct Half {
-    pub picture: Picture,
+    pub picture: DisplayImage,
     /// What drew it.
     pub by: String,
     pub took_ms: f64,
@@ -19,7 +19,7 @@ pub struct Half {
 pub struct Pair {
     pub halves: [Half; 2],
     pub apart: image::Difference,
-    pub difference: Picture,
+    pub difference: DisplayImage,
 }
 
 impl Pair {
@@ -65,7 +65,7 @@ pub struct PairView {
 /// Room for the buttons above and the figures below a picture.
 const FIGURES_POINTS: f32 = 70.0;
 /// A picture may be this high even where the panel has to be scrolled for it.
-const LEAST_POINTS: f32 = 330.0;
+const MIN_POINTS: f32 = 330.0;
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
@@ -104,7 +104,7 @@ impl PairView {
         if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, pair)) {
             return;
         }
-        let load = |p: &Picture| ctx.load_texture("pair", colour_image(p.width, p.height, p.rgba.clone()), TextureOptions::LINEAR);
+        let load = |p: &DisplayImage| ctx.load_texture("pair", colour_image(p.width, p.height, p.rgba.clone()), TextureOptions::LINEAR);
         let [left, right] = &pair.halves;
         self.textures = vec![load(&left.picture), load(&right.picture), load(&pair.difference)];
         self.of = Some(Arc::clone(pair));
@@ -141,7 +141,7 @@ impl PairView {
 /// As large as there is room for across, and no higher than the panel is.
 pub fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
-    let most = (ui.available_height() - FIGURES_POINTS).max(LEAST_POINTS);
+    let most = (ui.available_height() - FIGURES_POINTS).max(MIN_POINTS);
     let scale = (width / size.x.max(1.0)).min(most / size.y.max(1.0));
     size * scale
 }

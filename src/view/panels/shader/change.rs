@@ -5,7 +5,7 @@ use super::work::{Examined, Swap, Work};
 use super::{Seen, ShaderPanel};
 use crate::scene::request::ViewRequest;
 use crate::shader::ModuleId;
-use crate::shader::compare::FeatureDifference;
+use crate::shader::compare::FeatureDiff;
 use crate::shader::key::ShaderKey;
 use crate::view::panels::accessible;
 use crate::view::panels::compare::pair::{Pair, PairView};
@@ -79,8 +79,8 @@ fn both(work: &mut Work, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Opti
     Some((first?, second?))
 }
 
-fn lines_text(by_feature: &[FeatureDifference]) -> String {
-    let count = |of: fn(&FeatureDifference) -> usize| by_feature.iter().map(of).sum::<usize>();
+fn lines_text(by_feature: &[FeatureDiff]) -> String {
+    let count = |of: fn(&FeatureDiff) -> usize| by_feature.iter().map(of).sum::<usize>();
     let (gone, new) = (count(|d| d.only_first.len()), count(|d| d.only_second.len()));
     format!("{} features differ, {gone} lines removed, {new} added", by_feature.len())
 }
@@ -174,7 +174,7 @@ fn timing(work: &mut Work, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[
     }
 }
 
-fn feature(ui: &mut egui::Ui, d: &FeatureDifference) {
+fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
     let dark = ui.visuals().dark_mode;
     let title = format!("{}: {} lines removed, {} added", d.feature, d.only_first.len(), d.only_second.len());
     let title = RichText::new(title).color(feature_colour(&d.feature, dark));

@@ -2,7 +2,7 @@
 
 use super::change::grid;
 use super::{Seen, ShaderPanel};
-use crate::shader::library::{Arrival, Statistics};
+use crate::shader::library::{CacheOutcome, Statistics};
 use crate::view::panels::accessible;
 use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
@@ -32,9 +32,9 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         ui.strong("Library");
         if let Some(origin) = module.origin {
             let how = match origin.how {
-                Arrival::Read => "loaded from disk",
-                Arrival::Emitted => "compiled",
-                Arrival::Healed => "recompiled, because its entry was damaged,",
+                CacheOutcome::Read => "loaded from disk",
+                CacheOutcome::Emitted => "compiled",
+                CacheOutcome::Rebuilt => "recompiled, because its entry was damaged,",
             };
             ui.label(format!("This module was {how} in {:.2} ms and is now in memory.", origin.took_ms));
         }

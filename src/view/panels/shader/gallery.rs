@@ -3,7 +3,7 @@
 use super::words::{is_switch, value_text};
 use super::work::{SAMPLE_PX, Work};
 use super::{Seen, ShaderPanel};
-use crate::scene::draw::Needs;
+use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
@@ -17,7 +17,7 @@ pub struct GalleryPage {
 /// One picture of the gallery.
 struct Tile {
     words: String,
-    needs: Needs,
+    features: DrawFeatures,
     key: ShaderKey,
 }
 
@@ -37,7 +37,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         });
         list.response.labelled_by(label.id).on_hover_text("The dimension of the key that varies from image to image");
     });
-    let base = panel.asked.unwrap_or(seen.draw.map_or(*drawn.needs(), |d| d.needs));
+    let base = panel.asked.unwrap_or(seen.draw.map_or(*drawn.features(), |d| d.features));
     let tiles = tiles(&base, panel.gallery.dimension);
     ui.weak(format!("{} keys one step away; click one to inspect it.", tiles.len().saturating_sub(1)));
     let mut clicked = None;
@@ -56,7 +56,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
                             ui.painter().rect_stroke(response.rect, 0.0, frame, egui::StrokeKind::Inside);
                         }
                         if response.on_hover_text(tile.key.to_string()).clicked() {
-                            clicked = Some(tile.needs);
+                            clicked = Some(tile.features);
                         }
                         ui.add(egui::Label::new(RichText::new(&tile.words).size(11.0)).wrap());
                     });
@@ -67,26 +67,26 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
             }
         });
     });
-    if let Some(needs) = clicked {
-        panel.asked = Some(needs);
+    if let Some(features) = clicked {
+        panel.asked = Some(features);
     }
 }
 
 /// The key itself, then those one step away, each once.
-fn tiles(base: &Needs, dimension: Option<&str>) -> Vec<Tile> {
-    let mut all = vec![Tile { words: "this key".into(), needs: *base, key: ShaderKey::for_draw(base) }];
+fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
+    let mut all = vec![Tile { words: "this key".into(), features: *base, key: ShaderKey::for_draw(base) }];
     for d in DIMENSIONS.iter().filter(|d| dimension.is_none_or(|name| name == d.name)) {
         for value in 0..d.texts.len() {
-            let mut needs = *base;
-            (d.set)(&mut needs, value);
-            let key = ShaderKey::for_draw(&needs);
+            let mut features = *base;
+            (d.set)(&mut features, value);
+            let key = ShaderKey::for_draw(&features);
             if all.iter().all(|t| t.key != key) {
                 let words = match (is_switch(d), value) {
                     (true, 0) => format!("without {}", d.name),
                     (true, _) => format!("with {}", d.name),
                     (false, _) => format!("{}: {}", d.name, value_text(d, value)),
                 };
-                all.push(Tile { words, needs, key });
+                all.push(Tile { words, features, key });
             }
         }
     }
@@ -124,10 +124,10 @@ mod tests {
 
     #[test]
     fn neighbours_are_each_once_and_one_step_away() {
-        let base = Needs { lights: 1, ring_shadow: RingShadow::Penumbra, ..Needs::LEAST };
+        let base = DrawFeatures { lights: 1, ring_shadow: RingShadow::Penumbra, ..DrawFeatures::MINIMAL };
         let rings = tiles(&base, Some("ring-shadow"));
         assert_eq!(
-            rings.iter().map(|t| t.needs.ring_shadow).collect::<Vec<_>>(),
+            rings.iter().map(|t| t.features.ring_shadow).collect::<Vec<_>>(),
             [RingShadow::Penumbra, RingShadow::None, RingShadow::PointSun]
         );
         let all = tiles(&base, None);

@@ -2,7 +2,7 @@
 
 use super::words::{is_switch, meaning, value_text};
 use super::{Seen, ShaderPanel};
-use crate::scene::draw::Needs;
+use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
@@ -17,22 +17,22 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
         ui.label("This module has no key: there is one variant of it.");
         return;
     };
-    let base = seen.draw.map_or(*drawn.needs(), |d| d.needs);
+    let base = seen.draw.map_or(*drawn.features(), |d| d.features);
     let mut asked = panel.asked.unwrap_or(base);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         super::change::summary(panel, ui, seen);
         typed(panel, ui, &mut asked);
-        dimensions(ui, &mut asked, drawn.needs(), key.needs());
+        dimensions(ui, &mut asked, drawn.features(), key.features());
         ui.separator();
         super::change::details(panel, ui, seen);
     });
     // Needs that draw the same picture are no change.
-    let same = asked == base || (panel.asked.is_none() && asked == *drawn.needs());
+    let same = asked == base || (panel.asked.is_none() && asked == *drawn.features());
     panel.asked = if same { None } else { Some(asked) };
 }
 
 /// A key by its text.
-fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut Needs) {
+fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut DrawFeatures) {
     let page = &mut panel.key;
     ui.horizontal(|ui| {
         let label = ui.label("Another key");
@@ -41,7 +41,7 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut Needs) {
         if response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
             match page.typed.trim().parse::<ShaderKey>() {
                 Ok(key) => {
-                    *asked = *key.needs();
+                    *asked = *key.features();
                     page.wrong.clear();
                 }
                 Err(e) => page.wrong = e.to_string(),
@@ -53,7 +53,7 @@ fn typed(panel: &mut ShaderPanel, ui: &mut egui::Ui, asked: &mut Needs) {
     }
 }
 
-fn dimensions(ui: &mut egui::Ui, asked: &mut Needs, drawn: &Needs, shown: &Needs) {
+fn dimensions(ui: &mut egui::Ui, asked: &mut DrawFeatures, drawn: &DrawFeatures, shown: &DrawFeatures) {
     // A rule that takes a value away says why; the first of each dimension counts.
     let rules = reductions(asked);
     let because = |d: &Dimension| rules.iter().find(|r| r.of == d.name).map(|r| r.because);
@@ -86,7 +86,7 @@ fn dimensions(ui: &mut egui::Ui, asked: &mut Needs, drawn: &Needs, shown: &Needs
 }
 
 /// A switch or a list, named for screen readers.
-fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, asked: &mut Needs, label: egui::Id) {
+fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, asked: &mut DrawFeatures, label: egui::Id) {
     if is_switch(d) {
         let mut on = value == 1;
         let word = if on { "on" } else { "off" };

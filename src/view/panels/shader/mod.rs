@@ -16,11 +16,11 @@ mod work;
 
 use super::Interface;
 use crate::catalog::NaifId;
-use crate::scene::draw::{Draw, Needs};
+use crate::scene::draw::{Draw, DrawFeatures};
 use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
-use crate::view::worker::render_worker::{Drawing, RenderWorker};
+use crate::view::worker::render_worker::{RenderWorker, RenderedView};
 use egui::{RichText, ScrollArea};
 use work::Work;
 
@@ -62,7 +62,7 @@ pub struct ShaderPanel {
     /// Whose draw was inspected last: with another, what was changed by hand is over.
     of: Option<(NaifId, Wanted)>,
     /// Needs changed by hand, not made canonical.
-    asked: Option<Needs>,
+    asked: Option<DrawFeatures>,
     pins: [Option<ShaderKey>; 2],
     work: Work,
     key: key::KeyPage,
@@ -76,7 +76,7 @@ pub struct ShaderPanel {
 /// What is inspected in this turn.
 struct Seen<'a> {
     worker: &'a dyn RenderWorker,
-    drawing: &'a Drawing,
+    drawing: &'a RenderedView,
     /// The draw; none for a module that all bodies share.
     draw: Option<&'a Draw>,
     /// The draw's key, as the picture has it.
@@ -136,7 +136,7 @@ impl ShaderPanel {
             Wanted::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
             Wanted::Shared(_) => None,
         };
-        let drawn = draw.map(|d| ShaderKey::for_draw(&d.needs));
+        let drawn = draw.map(|d| ShaderKey::for_draw(&d.features));
         let id = match (wanted, drawn, self.asked) {
             (_, Some(_), Some(asked)) => ModuleId::Planet(ShaderKey::for_draw(&asked)),
             (_, Some(drawn), None) => ModuleId::Planet(drawn),

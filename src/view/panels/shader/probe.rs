@@ -5,15 +5,15 @@
 use super::values::number_text;
 use super::{Seen, ShaderPanel};
 use crate::probe::Prober;
-use crate::probe::pixel::{DrawSeen, Looked, look};
-use crate::render::plan::Fineness;
+use crate::probe::pixel::{PixelDraw, PixelReport, look};
+use crate::render::plan::SamplingQuality;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
 use egui::{RichText, ScrollArea, TextEdit, TextStyle};
 
-type Both = [Looked; 2];
+type Both = [PixelReport; 2];
 
 #[derive(Default)]
 pub struct ProbePage {
@@ -30,7 +30,7 @@ pub struct ProbePage {
 fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Both, String> {
     let with = |double: bool| {
         let renderer = session.renderer_in(double)?;
-        look(&Prober { session, renderer: &renderer }, request, Fineness::of(request.quality), pixel)
+        look(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
     };
     Ok([with(false)?, with(true)?])
 }
@@ -141,7 +141,7 @@ impl Row {
 }
 
 /// Every number of a draw at the pixel; a vector's by component.
-fn rows(first: &DrawSeen, second: Option<&DrawSeen>) -> Vec<Row> {
+fn rows(first: &PixelDraw, second: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
     let of = |name: &str, k: usize| second.and_then(|s| s.seen.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
     for (k, c) in ["red", "green", "blue", "coverage"].iter().enumerate() {

@@ -23,7 +23,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     };
     let layout = &module.module.layout;
     let bytes = match (seen.draw, &seen.id) {
-        (Some(d), _) => Some(uniforms_of(layout, &d.amounts, seen.drawing.job.fineness.anisotropy)),
+        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, seen.drawing.job.sampling.anisotropy)),
         (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, seen, name).map(Ok),
         (None, _) => None,
     };
@@ -41,7 +41,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     }
     let bytes = bytes.and_then(Result::ok);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        uniforms(ui, layout, bytes.as_deref(), &panel.values.wanted);
+        uniform_bytes(ui, layout, bytes.as_deref(), &panel.values.wanted);
         ui.separator();
         ui.strong(format!("Textures: {}, samplers: {}", layout.textures.len(), layout.samplers.len()));
         textures(panel, ui, seen, layout);
@@ -50,7 +50,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
 
 /// What a shared module was given, for the draw that is chosen where it has several.
 fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, module: &str) -> Option<Vec<u8>> {
-    let draws: Vec<_> = seen.drawing.shared.iter().filter(|d| d.module == module).collect();
+    let draws: Vec<_> = seen.drawing.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
@@ -62,7 +62,7 @@ fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, mod
     } else {
         ui.weak(draws[*chosen].label.as_str());
     }
-    Some(draws[*chosen].uniforms.clone())
+    Some(draws[*chosen].uniform_bytes.clone())
 }
 
 /// The f32 numbers of a field.
@@ -81,7 +81,7 @@ pub fn number_text(v: f32) -> String {
     if (1e-4..1e6).contains(&magnitude) { format!("{v:.6}").trim_end_matches('0').to_owned() } else { format!("{v:.5e}") }
 }
 
-fn uniforms(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &str) {
+fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, wanted: &str) {
     /// Rows of four that are shown of a long array.
     const ROWS: usize = 3;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
@@ -121,7 +121,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
             ui.monospace(t.binding.to_string());
             ui.label(&t.name);
             let file = seen.draw.and_then(|d| d.map_files.bindings().find(|(b, _)| *b == t.binding)).map(|(_, file)| file.to_owned());
-            let table = seen.draw.and_then(|d| d.amounts.ring.table.as_ref()).filter(|_| t.binding == RING_PROFILE_BINDING);
+            let table = seen.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.binding == RING_PROFILE_BINDING);
             match (file, table) {
                 (Some(file), _) => {
                     ui.label(&file);
@@ -148,7 +148,7 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
             ui.monospace(s.binding.to_string());
             ui.label(&s.name);
             ui.weak("sampler");
-            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.job.fineness.anisotropy));
+            ui.label(format!("linear; at most {} taps a pixel", seen.drawing.job.sampling.anisotropy));
             ui.end_row();
         }
     });

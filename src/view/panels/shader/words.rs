@@ -37,7 +37,7 @@ pub fn meaning(d: &Dimension, value: usize) -> &'static str {
         "cloudshadow" => &["no cloud shadows", "clouds cast shadows on the surface"],
         "overlays" => &["no overlay", "one overlay image on the surface", "two overlay images on the surface"],
         "lights" => &["no light", "the Sun", "the Sun and one body's reflected light", "the Sun and two bodies' reflected light"],
-        "casters" => &["no occluder", "up to one occluder", "up to two occluders", "up to three occluders", "up to four occluders"],
+        "occluders" => &["no occluder", "up to one occluder", "up to two occluders", "up to three occluders", "up to four occluders"],
         "eclipse-model" => &[
             "no eclipse",
             "linear falloff across the penumbra",

@@ -4,14 +4,14 @@
 
 use super::text::{Text, text_of};
 use crate::catalog::NaifId;
-use crate::image::Picture;
-use crate::render::plan::{self, Fineness, Supplies};
+use crate::image::DisplayImage;
+use crate::render::plan::{self, ResourceProvider, SamplingQuality};
 use crate::scene::draw::PixelView;
 use crate::scene::draw::Shape;
-use crate::scene::effects::possible_needs;
+use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
-use crate::session::{Session, TapeCost, WITH_LIMB, ms_per_megapixel_at, sample_plan, tape_costs};
-use crate::shader::compare::{FeatureDifference, IrCost, difference, ir_cost};
+use crate::session::{HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_plan, tape_costs};
+use crate::shader::compare::{FeatureDiff, IrCost, difference, ir_cost};
 use crate::shader::key::{ShaderKey, keys_of};
 use crate::shader::library::Origin;
 use crate::shader::module::diagnosis;
@@ -89,7 +89,7 @@ pub struct Work {
     generator: Option<Arc<str>>,
     modules: QueryCache<ModuleId, Module>,
     texts: QueryCache<(ModuleId, Language), Result<Arc<Text>, String>>,
-    differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDifference>>, String>>,
+    differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDiff>>, String>>,
     reachable: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
     timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
     maps: QueryCache<(u32, String), Result<MapFacts, String>>,
@@ -129,7 +129,7 @@ impl Work {
     }
 
     /// What differs between two modules' sources, by feature.
-    pub fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDifference>>, String>> {
+    pub fn difference(&mut self, worker: &dyn RenderWorker, of: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
         let both = of.clone();
         self.differences
             .get(worker, of, move |session| {
@@ -145,14 +145,14 @@ impl Work {
 
     /// Every key that views of the catalog can need.
     pub fn reachable(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
-        self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_needs(session.catalog())))).cloned()
+        self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
     }
 
     /// Milliseconds for a million pixels, once someone asked.
     pub fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let of = id.clone();
         self.timed.get(worker, id, move |session| {
-            ms_per_megapixel_at(session.aside(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
+            ms_per_megapixel_at(session.background_renderer(), session.library(), &of, TIMED_PX).map_err(|e| e.to_string())
         });
     }
 
@@ -164,7 +164,7 @@ impl Work {
         let named = file.to_owned();
         self.maps
             .get(worker, &(binding, file.to_owned()), move |session| {
-                let reading = plan::map_reading(binding, Shape::Ellipsoid);
+                let reading = plan::map_decoding(binding, Shape::Ellipsoid);
                 let map = session.map(&named, reading).map_err(|e| e.to_string())?;
                 let first = map.levels.first().ok_or("the map is empty")?;
                 let bytes = map.levels.iter().map(|l| l.bytes.len()).sum();
@@ -208,9 +208,9 @@ impl Work {
 
 /// The sample body as display bytes: light as the sheet of pairs shows it; other views stretched, so that the greatest value is white.
 fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
-    let plan = sample_plan(session.library(), key, SAMPLE_PX, WITH_LIMB).map_err(|e| e.to_string())?;
-    let (frame, _) = session.aside().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
-    let light = key.needs().view == PixelView::Shaded;
+    let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
+    let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| e.to_string())?;
+    let light = key.features().view == PixelView::Final;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if light { 1.0 } else { 1.0 / greatest };
     let level = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
@@ -219,17 +219,17 @@ fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
 }
 
 fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&Swap>) -> Result<Half, String> {
-    let fineness = Fineness::of(request.quality);
+    let sampling = SamplingQuality::of(request.quality);
     let mut scene = session.scene(request).map_err(|e| e.to_string())?;
     for draw in &mut scene.draws {
         if let Some(swap) = swap.filter(|s| draw.body == s.body && draw.part.name() == s.part) {
-            draw.needs = *swap.key.needs();
+            draw.features = *swap.key.features();
         }
     }
-    let plan = plan::plan(&scene, session, fineness).map_err(|e| format!("this view has no uniforms for that key: {e}"))?;
+    let plan = plan::plan(&scene, session, sampling).map_err(|e| format!("this view has no uniforms for that key: {e}"))?;
     let start = Moment::now();
-    let (frame, _) = session.aside().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
+    let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| e.to_string())?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
-    let picture = Picture { width: frame.width, height: frame.height, rgba: frame.display };
+    let picture = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
     Ok(Half { picture, by: "software".into(), took_ms })
 }

@@ -1,6 +1,6 @@
-//! What a draw needs: its structure. The shader key is derived from [`Needs`] alone.
+//! The features of a draw: its structure. The shader key is derived from [`DrawFeatures`] alone.
 //!
-//! Plain values, no amounts: two draws with equal needs run the same module. Not here: what the values mean beside each other
+//! Plain values, no amounts: two draws with equal features run the same module. Not here: what the values mean beside each other
 //! (shader::key) and which draw gets what (effects, features).
 
 /// How the surface turns light into radiance.
@@ -43,7 +43,7 @@ pub enum Shape {
     Mesh,
 }
 
-/// How the Sun's disc cut by casters is computed.
+/// How the Sun's disc cut by occluders is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum EclipseModel {
     #[default]
@@ -54,7 +54,7 @@ pub enum EclipseModel {
     UniformDisc,
     /// The Sun's disc darkened to its limb by a quadratic law, per colour channel.
     LimbDarkened,
-    /// The same, and the first caster's atmosphere bends reddened light into its umbra.
+    /// The same, and the first occluder's atmosphere bends reddened light into its umbra.
     Refracted,
 }
 
@@ -78,12 +78,12 @@ impl EclipseModel {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Eclipse {
     /// 0..=4.
-    pub casters: u8,
+    pub occluders: u8,
     pub model: EclipseModel,
 }
 
-/// Most casters that one draw counts.
-pub const CASTERS_AT_MOST: u8 = 4;
+/// Most occluders that one draw counts.
+pub const MAX_OCCLUDERS: u8 = 4;
 
 /// The ring's shadow on its planet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -117,7 +117,7 @@ impl BodyShadow {
 
 /// How light scattered in the air is summed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub enum AirTier {
+pub enum AtmosphereModel {
     #[default]
     None,
     /// Five samples along the view ray at each vertex, interpolated.
@@ -130,7 +130,7 @@ pub enum AirTier {
     Table,
 }
 
-impl AirTier {
+impl AtmosphereModel {
     pub const ALL: [Self; 6] = [Self::None, Self::Vertex, Self::Pixel8, Self::Pixel16, Self::Pixel32, Self::Table];
     /// Those that a viewer may choose.
     pub const CHOICES: [Self; 5] = [Self::Vertex, Self::Pixel8, Self::Pixel16, Self::Pixel32, Self::Table];
@@ -150,7 +150,7 @@ impl AirTier {
 /// The atmosphere: Rayleigh scattering first, the rest by flag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Air {
-    pub tier: AirTier,
+    pub tier: AtmosphereModel,
     /// A haze or dust with a forward phase function.
     pub mie: bool,
     /// A layer that only absorbs.
@@ -168,13 +168,13 @@ pub struct Flags {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum PixelView {
     #[default]
-    Shaded,
+    Final,
     Depth,
     Normal,
     Albedo,
     Uv,
     Sunlight,
-    /// Part of the Sun's light that casters leave.
+    /// Part of the Sun's light that occluders leave.
     Eclipse,
     /// Part of the Sun's light that the ring leaves; of a ring, its optical depth.
     Ring,
@@ -186,7 +186,7 @@ pub enum PixelView {
 
 impl PixelView {
     pub const ALL: [Self; 10] = [
-        Self::Shaded,
+        Self::Final,
         Self::Depth,
         Self::Normal,
         Self::Albedo,
@@ -202,13 +202,13 @@ impl PixelView {
 impl PixelView {
     pub fn by_name(name: &str) -> Option<Self> {
         // `shaded` is the name of earlier versions.
-        let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Shaded)]);
+        let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Final)]);
         known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v)
     }
 
     pub fn name(self) -> &'static str {
         match self {
-            Self::Shaded => "final",
+            Self::Final => "final",
             Self::Depth => "depth",
             Self::Normal => "normal",
             Self::Albedo => "albedo",
@@ -224,7 +224,7 @@ impl PixelView {
 
 /// The structure of one draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct Needs {
+pub struct DrawFeatures {
     pub surface: Surface,
     pub maps: MapSet,
     /// Image layers laid over the albedo by their alpha: 0..=2.
@@ -242,20 +242,20 @@ pub struct Needs {
     pub view: PixelView,
 }
 
-impl Needs {
+impl DrawFeatures {
     /// The least of all: a black sphere.
-    pub const LEAST: Self = Self {
+    pub const MINIMAL: Self = Self {
         surface: Surface::Lambert,
         maps: MapSet { albedo: false, normal: false, specular: false, night: false, cloud_shadow: false },
         overlays: 0,
         lights: 0,
-        eclipse: Eclipse { casters: 0, model: EclipseModel::None },
+        eclipse: Eclipse { occluders: 0, model: EclipseModel::None },
         ring_shadow: RingShadow::None,
         ring_shine: false,
         body_shadow: BodyShadow::None,
-        air: Air { tier: AirTier::None, mie: false, absorption: false },
+        air: Air { tier: AtmosphereModel::None, mie: false, absorption: false },
         shape: Shape::Sphere,
         flags: Flags { two_sided: false, alpha_texture: false, vertex_colour: false },
-        view: PixelView::Shaded,
+        view: PixelView::Final,
     };
 }

@@ -16,15 +16,15 @@ const TERMS: usize = 14;
 const MOST: usize = 8192;
 
 /// Coefficients by axis, of a stretch.
-type Piece = [Vec<f64>; 3];
+type ChebyshevSegment = [Vec<f64>; 3];
 
 #[derive(Debug, Default)]
-pub struct Pieces {
+pub struct ChebyshevCache {
     /// By place and the number of the stretch, counted from J2000.
-    kept: Mutex<HashMap<(i32, i64), Arc<Piece>>>,
+    kept: Mutex<HashMap<(i32, i64), Arc<ChebyshevSegment>>>,
 }
 
-impl Pieces {
+impl ChebyshevCache {
     /// The state of `place`, whose position in km at TDB seconds past J2000 is `theory`'s. `days`: the length of a stretch.
     pub fn state(&self, place: i32, days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
         let radius_s = 0.5 * days * SECONDS_PER_DAY;
@@ -34,7 +34,7 @@ impl Pieces {
         let known = self.kept.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         let piece = known.unwrap_or_else(|| {
             // Without the lock: others are answered meanwhile. Two that make the same piece make the same numbers.
-            let made = Arc::new(chebyshev::through_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
+            let made = Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
             let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
             if kept.len() >= MOST {
                 kept.clear();
@@ -61,11 +61,11 @@ mod tests {
             1e6 * DVec3::new(angle.cos(), angle.sin(), 0.0)
         };
         let times = [-1.0, 0.0, 1e5, 2e5, 9e5, 1e7, -3e9];
-        let forth = Pieces::default();
+        let forth = ChebyshevCache::default();
         let there: Vec<State> = times.iter().map(|s| forth.state(3, 16.0, *s, circle)).collect();
         let first = asked.load(Ordering::Relaxed);
         assert_eq!(first as usize, 4 * TERMS, "four stretches");
-        let back = Pieces::default();
+        let back = ChebyshevCache::default();
         let mut again: Vec<State> = times.iter().rev().map(|s| back.state(3, 16.0, *s, circle)).collect();
         again.reverse();
         assert_eq!(there, again);
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_has_an_end() {
-        let pieces = Pieces::default();
+        let pieces = ChebyshevCache::default();
         for k in 0..=MOST {
             pieces.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
         }

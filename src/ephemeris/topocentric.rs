@@ -16,11 +16,11 @@ const RISE_STEP_S: f64 = 600.0;
 /// Between samples of two discs that may meet.
 const CONTACT_STEP_S: f64 = 60.0;
 /// Roots are closed in to this, seconds.
-const EXACT_S: f64 = 0.05;
+const ROOT_TOLERANCE_S: f64 = 0.05;
 
 /// A place on the ground of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct Observer {
     pub body: NaifId,
     /// Planetographic.
     pub latitude_deg: f64,
@@ -45,7 +45,7 @@ pub struct Horizontal {
 
 /// One day of a target.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Day {
+pub struct RiseSetTimes {
     pub rise: Option<Instant>,
     pub set: Option<Instant>,
     /// Highest, and how high.
@@ -56,7 +56,7 @@ pub struct Day {
 
 /// A disc passing before another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Passage {
+pub struct DiscPassage {
     /// First and last contact of the discs.
     pub begins: Instant,
     pub ends: Instant,
@@ -80,16 +80,16 @@ pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, h
 }
 
 /// A sky to look at: what all questions here share.
-pub struct Sky<'a> {
+pub struct ObserverSky<'a> {
     pub catalog: &'a Catalog,
     pub ephemeris: &'a Ephemeris,
-    pub place: Place,
+    pub place: Observer,
 }
 
-impl Sky<'_> {
+impl ObserverSky<'_> {
     /// # Errors
     /// A body that is not of the catalog, or that the ephemeris cannot place at `t`.
-    pub fn look(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
+    pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
         let known = |id: NaifId| self.catalog.body(id).ok_or_else(|| EphemerisError(format!("no body has the code {}", id.0)));
         let (ground, body) = (known(self.place.body)?, known(target)?);
         let (point, normal) = ground_point_km(ground.radii_km, self.place.latitude_deg, self.place.longitude_deg, self.place.height_km);
@@ -116,7 +116,7 @@ impl Sky<'_> {
 
     /// Height of the target's upper limb over the apparent horizon, degrees.
     fn above(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
-        let seen = self.look(target, t)?;
+        let seen = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
         // Planets and stars are points to almanacs; the Sun and the Moon have limbs, and so has whatever is as large.
         let limb = if seen.semidiameter_deg > 0.05 { seen.semidiameter_deg } else { 0.0 };
@@ -126,12 +126,12 @@ impl Sky<'_> {
     /// Rising, setting and greatest altitude within `length_s` of `start`.
     ///
     /// # Errors
-    /// As [`Self::look`].
-    pub fn day(&self, target: NaifId, start: Instant, length_s: f64) -> Result<Day, EphemerisError> {
+    /// As [`Self::topocentric`].
+    pub fn day(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
         let height = |s: f64| self.above(target, start.plus_seconds(s));
         let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
         let mut before = height(0.0)?;
-        let mut day = Day { up_at_start: before > 0.0, ..Day::default() };
+        let mut day = RiseSetTimes { up_at_start: before > 0.0, ..RiseSetTimes::default() };
         let mut highest = (0.0, before);
         for i in 1..=steps {
             let (from, to) = ((i - 1) as f64 * RISE_STEP_S, i as f64 * RISE_STEP_S);
@@ -149,19 +149,19 @@ impl Sky<'_> {
         }
         let at = greatest((highest.0 - RISE_STEP_S).max(0.0), (highest.0 + RISE_STEP_S).min(length_s), height)?;
         let when = start.plus_seconds(at);
-        day.transit = Some((when, self.look(target, when)?.altitude_deg));
+        day.transit = Some((when, self.topocentric(target, when)?.altitude_deg));
         Ok(day)
     }
 
     /// The first passage of `before` in front of `target` within `length_s` of `start`, above the horizon or not.
     ///
     /// # Errors
-    /// As [`Self::look`].
-    pub fn passage(&self, target: NaifId, before: NaifId, start: Instant, length_s: f64) -> Result<Option<Passage>, EphemerisError> {
+    /// As [`Self::topocentric`].
+    pub fn passage(&self, target: NaifId, before: NaifId, start: Instant, length_s: f64) -> Result<Option<DiscPassage>, EphemerisError> {
         // Degrees by which the discs overlap; negative apart.
         let overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
-            let (far, near) = (self.look(target, t)?, self.look(before, t)?);
+            let (far, near) = (self.topocentric(target, t)?, self.topocentric(before, t)?);
             if near.distance_km >= far.distance_km {
                 return Ok(-180.0);
             }
@@ -170,7 +170,7 @@ impl Sky<'_> {
         // Almanacs reckon first and last contact with a larger Moon than totality.
         let penumbral = if before == NaifId::MOON { self.catalog.eclipse_radii().penumbral_moon_ratio() } else { 1.0 };
         let outer_overlap = |s: f64| -> Result<f64, EphemerisError> {
-            let near = self.look(before, start.plus_seconds(s))?;
+            let near = self.topocentric(before, start.plus_seconds(s))?;
             Ok(overlap(s)? + near.semidiameter_deg * (penumbral - 1.0))
         };
         let steps = (length_s / CONTACT_STEP_S).ceil().max(1.0) as usize;
@@ -208,18 +208,18 @@ impl Sky<'_> {
             }
         };
         let t = start.plus_seconds(greatest_s);
-        let (far, near) = (self.look(target, t)?, self.look(before, t)?);
+        let (far, near) = (self.topocentric(target, t)?, self.topocentric(before, t)?);
         // Overlap at which the smaller disc touches the larger from within.
         let inner_at = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
-            Ok(overlap(s)? - 2.0 * self.look(target, t)?.semidiameter_deg.min(self.look(before, t)?.semidiameter_deg))
+            Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(before, t)?.semidiameter_deg))
         };
         let inner = if inner_at(greatest_s)? > 0.0 {
             Some((start.plus_seconds(outward(-1.0, &inner_at)?), start.plus_seconds(outward(1.0, &inner_at)?)))
         } else {
             None
         };
-        Ok(Some(Passage {
+        Ok(Some(DiscPassage {
             begins: start.plus_seconds(outward(-1.0, &outer_overlap)?),
             ends: start.plus_seconds(outward(1.0, &outer_overlap)?),
             inner,
@@ -232,7 +232,7 @@ impl Sky<'_> {
 
 /// Where `f` turns positive between `a` (where it is not) and `b` (where it is).
 fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
-    while (b - a).abs() > EXACT_S {
+    while (b - a).abs() > ROOT_TOLERANCE_S {
         let middle = 0.5 * (a + b);
         if f(middle)? > 0.0 {
             b = middle;
@@ -246,7 +246,7 @@ fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) 
 /// Where `f`, which has one peak between `a` and `b`, is greatest: golden sections.
 fn greatest(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
     const SECTION: f64 = 0.618_033_988_749_895;
-    while b - a > EXACT_S {
+    while b - a > ROOT_TOLERANCE_S {
         let (left, right) = (b - SECTION * (b - a), a + SECTION * (b - a));
         if f(left)? > f(right)? {
             b = right;

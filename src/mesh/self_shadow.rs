@@ -14,7 +14,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
 /// Heights beyond this count as this: where one vertex looks past a peak and its neighbour does not, what is between must not look steep.
-const MOST_RAD: f64 = 0.0873;
+const MAX_RAD: f64 = 0.0873;
 /// Triangles in a leaf of the tree.
 const LEAF: usize = 4;
 /// Vertices that one thread takes in one go.
@@ -183,7 +183,7 @@ impl Solid {
     pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Tree::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
-        let most = MOST_RAD / radius_rad;
+        let most = MAX_RAD / radius_rad;
         let one = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-most, most) as f32;
         (0..self.points.len()).into_par_iter().with_min_len(TOGETHER).map(one).collect()
     }
@@ -227,7 +227,7 @@ mod tests {
             let heights = solid.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
             let mut lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let over = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MOST_RAD, MOST_RAD);
+                let over = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MAX_RAD, MAX_RAD);
                 let allowed = 0.26 + 0.11 * (over / RADIUS).abs();
                 assert!((f64::from(*height) - over / RADIUS).abs() < allowed, "{altitude_deg}: {height} against {}", over / RADIUS);
                 lit[usize::from(over > 0.0)] += 1;

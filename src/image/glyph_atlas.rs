@@ -1,6 +1,6 @@
 //! Letters as a texture: each letter drawn once, side by side, with its place and how far it moves the pen.
 //!
-//! In: the letters that will be written and their size in pixels. Out: [`Letters`]: one level of coverage (all four channels alike) and a [`Cell`] for
+//! In: the letters that will be written and their size in pixels. Out: [`GlyphAtlas`]: one level of coverage (all four channels alike) and a [`Glyph`] for
 //! each letter, and for a ring, the marker of small bodies. Always: cells do not touch. A letter that the font does not have is written as its sign for
 //! that. Not here: where a text stands. The font is Ubuntu Light, as the window has it.
 
@@ -11,26 +11,26 @@ use std::sync::Arc;
 
 /// One letter's picture in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
+pub struct Glyph {
     /// Left and top texel.
     pub at: [u32; 2],
     /// Nothing is drawn where a side is 0.
     pub size: [u32; 2],
     /// From the pen, on the base line, to the cell's left top corner; y down.
-    pub from_pen: [i32; 2],
+    pub bearing: [i32; 2],
     /// How far the pen goes on, pixels.
     pub advance: f32,
 }
 
 /// The letters of one size.
 #[derive(Clone, Debug)]
-pub struct Letters {
+pub struct GlyphAtlas {
     pub texture: SharedTexture,
-    cells: BTreeMap<char, Cell>,
+    cells: BTreeMap<char, Glyph>,
     /// A ring about its middle.
-    pub marker: Cell,
+    pub marker: Glyph,
     /// From the middle of a small letter to the base line, pixels down.
-    pub middle_to_base: f32,
+    pub baseline_offset: f32,
 }
 
 /// Width of the texture in letter sizes.
@@ -41,7 +41,7 @@ const MARKER_LINE: f32 = 1.0 / 13.0;
 /// A picture before it has its place.
 struct Drawn {
     size: [u32; 2],
-    from_pen: [i32; 2],
+    bearing: [i32; 2],
     advance: f32,
     coverage: Vec<f32>,
 }
@@ -51,7 +51,7 @@ fn letter(font: &FontRef<'_>, letter: char, size_px: f32) -> Drawn {
     let id = font.glyph_id(letter);
     let advance = scaled.h_advance(id);
     let Some(outline) = scaled.outline_glyph(id.with_scale(scaled.scale())) else {
-        return Drawn { size: [0, 0], from_pen: [0, 0], advance, coverage: Vec::new() };
+        return Drawn { size: [0, 0], bearing: [0, 0], advance, coverage: Vec::new() };
     };
     let bounds = outline.px_bounds();
     let size = [bounds.width() as u32, bounds.height() as u32];
@@ -61,24 +61,24 @@ fn letter(font: &FontRef<'_>, letter: char, size_px: f32) -> Drawn {
             *texel = c.clamp(0.0, 1.0);
         }
     });
-    Drawn { size, from_pen: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
+    Drawn { size, bearing: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
 }
 
 /// Points of a font at 72 to the inch are pixels here.
 const POINTS_PER_PX: f32 = 0.75;
 
 /// A ring of a radius about the pen, its edges covered by the distance from them.
-fn ring(radius_px: f32, line_px: f32) -> Drawn {
-    let reach = (radius_px + 0.5 * line_px + 1.0).ceil() as i32;
+fn ring(radius_px: f32, line_height_px: f32) -> Drawn {
+    let reach = (radius_px + 0.5 * line_height_px + 1.0).ceil() as i32;
     let side = (2 * reach + 1) as u32;
     let of_texel = |k: u32| {
         let (x, y) = ((k % side) as f32 - reach as f32, (k / side) as f32 - reach as f32);
-        (0.5 * line_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
+        (0.5 * line_height_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
     };
-    Drawn { size: [side, side], from_pen: [-reach, -reach], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
+    Drawn { size: [side, side], bearing: [-reach, -reach], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
 }
 
-impl Letters {
+impl GlyphAtlas {
     /// The given letters for texts of `size_px`. `marker_radius`: of the ring, in sizes of the letters.
     pub fn draw(wanted: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
@@ -113,20 +113,20 @@ impl Letters {
                 }
             }
         }
-        let cell = |(d, at): (&Drawn, &[u32; 2])| Cell { at: *at, size: d.size, from_pen: d.from_pen, advance: d.advance };
-        let all: Vec<(Option<char>, Cell)> = drawn.iter().zip(&places).map(|((c, d), at)| (*c, cell((d, at)))).collect();
-        let nothing = Cell { at: [0, 0], size: [0, 0], from_pen: [0, 0], advance: 0.0 };
-        let x_height = font.as_ref().map_or(0.0, |f| -(letter(f, 'x', size_px).from_pen[1] as f32));
+        let cell = |(d, at): (&Drawn, &[u32; 2])| Glyph { at: *at, size: d.size, bearing: d.bearing, advance: d.advance };
+        let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&places).map(|((c, d), at)| (*c, cell((d, at)))).collect();
+        let nothing = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
+        let x_height = font.as_ref().map_or(0.0, |f| -(letter(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width, height, bytes }] }),
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(nothing, |(_, cell)| *cell),
             cells: all.into_iter().filter_map(|(c, cell)| Some((c?, cell))).collect(),
-            middle_to_base: (0.5 * x_height).round(),
+            baseline_offset: (0.5 * x_height).round(),
         }
     }
 
     /// The cells of a text and where the pen stands for each, pixels from its begin. Letters that were not asked for are left out.
-    pub fn lay<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Cell)> + 'a {
+    pub fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
         text.chars().filter_map(|c| self.cells.get(&c)).scan(0.0, |pen, cell| {
             let at = *pen;
             *pen += cell.advance;
@@ -139,39 +139,39 @@ impl Letters {
 mod tests {
     use super::*;
 
-    fn covered(letters: &Letters, cell: &Cell) -> f64 {
-        let level = &letters.texture.levels[0];
+    fn covered(glyphs: &GlyphAtlas, cell: &Glyph) -> f64 {
+        let level = &glyphs.texture.levels[0];
         let texel = |x: u32, y: u32| f64::from(level.bytes[4 * (y * level.width + x) as usize]) / 255.0;
         (0..cell.size[0] * cell.size[1]).map(|k| texel(cell.at[0] + k % cell.size[0], cell.at[1] + k / cell.size[0])).sum()
     }
 
     #[test]
     fn cells_lie_apart_and_hold_all_that_is_drawn() {
-        let letters = Letters::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
-        let mut all: Vec<Cell> = letters.cells.values().copied().collect();
-        all.push(letters.marker);
-        let apart = |a: &Cell, b: &Cell, k: usize| a.at[k] + a.size[k] < b.at[k] || b.at[k] + b.size[k] < a.at[k];
+        let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
+        let mut all: Vec<Glyph> = glyphs.cells.values().copied().collect();
+        all.push(glyphs.marker);
+        let apart = |a: &Glyph, b: &Glyph, k: usize| a.at[k] + a.size[k] < b.at[k] || b.at[k] + b.size[k] < a.at[k];
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
             assert!(all[k + 1..].iter().filter(|c| c.size[0] > 0).all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");
         }
-        let whole: f64 = letters.texture.levels[0].bytes.chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
-        let cells: f64 = all.iter().map(|c| covered(&letters, c)).sum();
+        let whole: f64 = glyphs.texture.levels[0].bytes.chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
+        let cells: f64 = all.iter().map(|c| covered(&glyphs, c)).sum();
         assert!((whole - cells).abs() < 1e-6 && whole > 100.0, "{whole} of texels, {cells} in cells");
-        assert!(letters.cells[&' '].advance > 2.0 && letters.cells[&' '].size[0] == 0);
-        assert!(covered(&letters, &letters.cells[&'\u{10FFFF}']) > 1.0, "a sign for what the font does not have");
+        assert!(glyphs.cells[&' '].advance > 2.0 && glyphs.cells[&' '].size[0] == 0);
+        assert!(covered(&glyphs, &glyphs.cells[&'\u{10FFFF}']) > 1.0, "a sign for what the font does not have");
     }
 
     #[test]
     fn letters_grow_with_their_size_and_the_ring_has_its_area() {
-        let [small, large] = [20.0, 40.0].map(|size| Letters::draw("Saturn".chars(), size, 0.4));
-        let ink = |l: &Letters| l.lay("Saturn").map(|(_, c)| covered(l, &c)).sum::<f64>();
+        let [small, large] = [20.0, 40.0].map(|size| GlyphAtlas::draw("Saturn".chars(), size, 0.4));
+        let ink = |l: &GlyphAtlas| l.layout("Saturn").map(|(_, c)| covered(l, &c)).sum::<f64>();
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
         let ring_px = covered(&large, &large.marker);
-        let line_px = f64::from(MARKER_LINE) * 40.0;
-        let expected = std::f64::consts::TAU * 16.0 * line_px;
+        let line_height_px = f64::from(MARKER_LINE) * 40.0;
+        let expected = std::f64::consts::TAU * 16.0 * line_height_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
-        let end = |l: &Letters| l.lay("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);
+        let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);
         assert!((end(&large) / end(&small) - 2.0).abs() < 0.02);
     }
 }

@@ -42,7 +42,7 @@ impl EclipseRadii {
     }
 
     /// Radii of the Sun and the Moon that replace the catalog's, km.
-    fn replaced_km(self) -> Option<(f64, f64)> {
+    fn replacement_km(self) -> Option<(f64, f64)> {
         match self {
             Self::Iau => None,
             Self::Almanac => Some((KM_PER_AU * (ALMANAC_SUN_ARCSEC / 3600.0).to_radians().sin(), K_UMBRA * ALMANAC_EARTH_KM)),
@@ -62,7 +62,7 @@ impl Catalog {
     /// The same catalog with the Sun and the Moon of a convention.
     pub fn with_eclipse_radii(mut self, radii: EclipseRadii) -> Self {
         self.eclipse_radii = radii;
-        if let Some((sun_km, moon_km)) = radii.replaced_km() {
+        if let Some((sun_km, moon_km)) = radii.replacement_km() {
             for body in &mut self.bodies {
                 match body.id {
                     NaifId::SUN => body.radii_km = DVec3::splat(sun_km),
@@ -80,7 +80,7 @@ impl Catalog {
     }
 
     /// The convention and its radii in words: `iau: Sun 695700.0 km, Moon 1737.4 km`.
-    pub fn eclipse_radii_in_words(&self) -> String {
+    pub fn eclipse_radii_text(&self) -> String {
         let radius_km = |id| self.body(id).map_or(f64::NAN, |b| b.radii_km.x);
         format!("{}: Sun {:.1} km, Moon {:.1} km", self.eclipse_radii.name(), radius_km(NaifId::SUN), radius_km(NaifId::MOON))
     }
@@ -95,7 +95,7 @@ mod tests {
     fn the_default_is_the_iau_and_changes_nothing() {
         let catalog = Catalog::embedded().with_eclipse_radii(EclipseRadii::default());
         assert_eq!(catalog.body(NaifId::SUN).expect("the Sun").radii_km, DVec3::splat(SUN_RADIUS_KM));
-        assert_eq!(catalog.eclipse_radii_in_words(), "iau: Sun 695700.0 km, Moon 1737.4 km");
+        assert_eq!(catalog.eclipse_radii_text(), "iau: Sun 695700.0 km, Moon 1737.4 km");
     }
 
     #[test]

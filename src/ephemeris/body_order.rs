@@ -4,7 +4,7 @@
 //! the catalog's elements, else that of the orbit which the ephemeris has them on at J2000. Nothing here depends on the instant that is shown.
 
 use super::Ephemeris;
-use crate::catalog::{Body, Catalog, Kind, Motion, NaifId};
+use crate::catalog::{Body, BodyKind, Catalog, Motion, NaifId};
 use crate::time::Instant;
 
 /// Semi-major axis about the parent: the catalog's, else by the vis-viva equation from the state at J2000. `None` for a body without a parent
@@ -24,18 +24,18 @@ pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body)
 /// Every body of the catalog once: stars, planets and the rest, each followed by its moons.
 pub fn by_distance(catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<NaifId> {
     let rank = |b: &Body| match b.kind {
-        Kind::Star => 0,
-        Kind::Planet => 1,
-        Kind::DwarfPlanet | Kind::Asteroid => 2,
-        Kind::Moon => 3,
+        BodyKind::Star => 0,
+        BodyKind::Planet => 1,
+        BodyKind::DwarfPlanet | BodyKind::Asteroid => 2,
+        BodyKind::Moon => 3,
     };
     let mut sorted: Vec<(i32, f64, &Body)> =
         catalog.bodies().iter().map(|b| (rank(b), semi_major_axis_km(catalog, ephemeris, b).unwrap_or(0.0), b)).collect();
     sorted.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.id.cmp(&b.2.id)));
     let mut order = Vec::with_capacity(sorted.len());
-    for (_, _, body) in sorted.iter().filter(|(_, _, b)| b.kind != Kind::Moon) {
+    for (_, _, body) in sorted.iter().filter(|(_, _, b)| b.kind != BodyKind::Moon) {
         order.push(body.id);
-        order.extend(sorted.iter().filter(|(_, _, m)| m.kind == Kind::Moon && m.parent == Some(body.id)).map(|(_, _, m)| m.id));
+        order.extend(sorted.iter().filter(|(_, _, m)| m.kind == BodyKind::Moon && m.parent == Some(body.id)).map(|(_, _, m)| m.id));
     }
     // A moon of a moon, which only a user's catalog can have, comes last.
     order.extend(sorted.iter().map(|(_, _, b)| b.id).filter(|id| !order.contains(id)).collect::<Vec<_>>());

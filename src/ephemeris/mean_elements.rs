@@ -3,7 +3,7 @@
 //!
 //! A planet's barycentre and an instant come in; a heliocentric state goes out, ICRF. Errors are in [`error_km`].
 
-use super::{State, frames, kepler};
+use super::{State, frames, two_body};
 use crate::units::{DAYS_PER_JULIAN_CENTURY, KM_PER_AU, SECONDS_PER_DAY};
 
 const CENTURY_S: f64 = DAYS_PER_JULIAN_CENTURY * SECONDS_PER_DAY;
@@ -27,7 +27,7 @@ const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
 const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
 /// NAIF code of the place that the theories of the planets, the Sun and the Moon count `place` from; `None` for other places.
-pub fn counts_from(place: i32) -> Option<i32> {
+pub fn relative_to(place: i32) -> Option<i32> {
     match place {
         1..=9 => Some(10),
         10 => Some(0),
@@ -46,7 +46,7 @@ pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
     let [b, c, s, f] = *extra;
     let angle = (f * t).to_radians();
     let anomaly = longitude - perihelion + b * t * t + c * angle.cos() + s * angle.sin();
-    let state = kepler::state_in_frame(
+    let state = two_body::state_in_frame(
         a * KM_PER_AU,
         e,
         inclination.to_radians(),

@@ -2,14 +2,14 @@
 //!
 //! In: places, instants, a catalog. Out: lines for the user. Always: the span that a message names is that of the theories themselves. Nothing is computed of a place here.
 
-use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, is_balanced, mean};
+use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, has_massive_moons, mean_elements};
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 
 /// A field of a body that no theory can follow, whatever the time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct CoverageFault {
     pub body: NaifId,
     /// Of the body's table in the catalog.
     pub field: &'static str,
@@ -53,7 +53,7 @@ impl Ephemeris {
             let narrower = self.series.reach(place.0);
             spans.extend(narrower.map(|(a, b)| (a.max(span_of(SERIES_YEARS).0), b.min(span_of(SERIES_YEARS).1))));
         }
-        if source.is_none_or(|s| s == Source::Mean) && mean::counts_from(place.0).is_some() {
+        if source.is_none_or(|s| s == Source::Mean) && mean_elements::relative_to(place.0).is_some() {
             spans.push(span_of(MEAN_YEARS));
         }
         if self.orbits.get(&place).is_some_and(|o| o.motion != Motion::Planetary) {
@@ -83,10 +83,10 @@ impl Ephemeris {
     }
 
     /// What a catalog asks of its bodies that no theory here can answer at any time.
-    pub fn faults(&self, catalog: &Catalog) -> Vec<Fault> {
+    pub fn faults(&self, catalog: &Catalog) -> Vec<CoverageFault> {
         let mut faults = Vec::new();
         for body in catalog.bodies() {
-            let mut add = |field, why: String| faults.push(Fault { body: body.id, field, why });
+            let mut add = |field, why: String| faults.push(CoverageFault { body: body.id, field, why });
             if let Some((field, why)) = self.fault_of_motion(body.id, &body.motion, body.parent) {
                 add(field, why);
             }
@@ -112,7 +112,7 @@ impl Ephemeris {
     }
 
     fn fault_of_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
-        let planetary = |id: NaifId| is_balanced(id) || self.in_planetary_sources(id);
+        let planetary = |id: NaifId| has_massive_moons(id) || self.in_planetary_sources(id);
         if *motion == Motion::Planetary {
             return (!planetary(id)).then(|| {
                 let why = "theory = \"planetary\", and neither kernel nor series have body";
@@ -141,6 +141,6 @@ impl Ephemeris {
     }
 
     fn in_planetary_sources(&self, id: NaifId) -> bool {
-        mean::counts_from(id.0).is_some() || self.kernels.iter().any(|k| k.reach(id.0).is_some())
+        mean_elements::relative_to(id.0).is_some() || self.kernels.iter().any(|k| k.reach(id.0).is_some())
     }
 }
