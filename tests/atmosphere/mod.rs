@@ -6,3 +6,4 @@ mod refracted_limb;
 mod shadows;
 mod single_scattering;
 mod tier_bounds;
+mod twilight;

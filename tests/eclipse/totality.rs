@@ -426,15 +426,21 @@ fn when(body: NaifId, place: (f64, f64), from: Instant, height_deg: f64, afterno
     from.plus_seconds(early)
 }
 
-/// From day to night at the Earth: the sky's light on level ground falls without a jump to that of the night, and is the published light within a factor of 2.5 (measured: 2.0 to 2.4 times it):
-/// 410 to 585 lux at sunset, 2 to 3.5 at the end of civil twilight, 0.008 of nautical, 6e-4 of astronomical and below (AMS Glossary of Meteorology).
+/// At sunset the Sun's upper limb, raised by refraction, is on the horizon.
+const SUNSET_DEG: f64 = -0.833;
+
+/// From day to night at the Earth: the sky's light on level ground falls without a jump to that of the night, and is the published light within a factor of 2.5:
+/// 410 to 585 lux at sunset, 2 to 3.5 at the end of civil twilight, 0.008 of nautical, 6e-4 of astronomical and below (AMS Glossary of Meteorology). Measured:
+/// 1.4, 2.5 and 2.3 times the middle of them. Photons followed through the same air give the same light (tests/atmosphere/twilight.rs), so it is not
+/// the sum that is too bright. A part of it is the catalog's air, which is clearer than a usual one; the rest is not explained (docs/measurements.md).
 #[test]
 fn twilight_is_as_bright_as_it_is_known_to_be() {
     let place = (0.0, 0.0);
     let noon = at("2024-03-20T12:00:00Z");
     let at_height = |deg: f64| lux(NaifId::EARTH, place, when(NaifId::EARTH, place, noon, deg, 36_000.0));
-    let heights = [60.0, 30.0, 10.0, 3.0, 0.0, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0, -14.0, -16.0, -18.0, -22.0, -30.0];
+    let heights = [60.0, 30.0, 10.0, 3.0, 0.0, SUNSET_DEG, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0, -14.0, -16.0, -18.0, -22.0, -30.0];
     let all: Vec<f64> = heights.iter().map(|h| at_height(*h)).collect();
+    println!("{heights:?} degrees: {all:?} lux");
     for (w, h) in all.windows(2).zip(heights.windows(2)) {
         assert!(w[1] < w[0] * 1.001, "at {h:?} degrees {w:?} lux");
         let decades_per_deg = (w[0] / w[1]).log10() / (h[0] - h[1]);
@@ -442,7 +448,7 @@ fn twilight_is_as_bright_as_it_is_known_to_be() {
     }
     let of = |deg: f64| all[heights.iter().position(|h| *h == deg).expect("one of them")];
     for (deg, least, most) in
-        [(0.0, 165.0, 1450.0), (-6.0, 0.8, 8.75), (-12.0, 0.0032, 0.02), (-18.0, 2.4e-4, 1.5e-3), (-30.0, 2e-4, 1.2e-3)]
+        [(SUNSET_DEG, 165.0, 1000.0), (-6.0, 0.8, 8.75), (-12.0, 0.0032, 0.02), (-18.0, 2.4e-4, 1.5e-3), (-30.0, 2e-4, 1.2e-3)]
     {
         assert!((least..most).contains(&of(deg)), "{deg} degrees: {} lux", of(deg));
     }
