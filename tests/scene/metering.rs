@@ -92,6 +92,13 @@ fn cases() -> Vec<Case> {
         case("a crescent Moon", view(NaifId::MOON, "2024-04-10T18:21:00Z", from_earth, None), 0.05, 0.01, 0.0),
         case("the Moon in the umbra", view(NaifId::MOON, "2022-11-08T11:00:00Z", from_earth, None), 0.1, 0.3, 0.0),
         case("Venus before the Sun", view(NaifId::SUN, "2012-06-06T01:30:00Z", from_earth, Some(0.7)), 0.7, 0.3, 0.0),
+        case(
+            "the ring of the Earth's air",
+            view(NaifId::EARTH, "2022-11-08T10:59:00Z", ground(NaifId::MOON, 0.0, 0.0), Some(3.0)),
+            0.01,
+            0.005,
+            15.0,
+        ),
         case("the lit Earth", view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(3.0), None), 0.2, 0.3, 12.0),
     ]
 }
@@ -231,7 +238,7 @@ fn the_field_of_view_moves_the_exposure_smoothly() {
     });
 }
 
-/// From first to last contact on the ground, and the Moon through the umbra. Around second and third contact the light that the eye sees falls by the second.
+/// From first to last contact on the ground, the Moon through the umbra, and that eclipse seen from the Moon. Around second and third contact the light that the eye sees falls by the second.
 #[test]
 fn an_eclipse_moves_the_exposure_smoothly() {
     let sun = |s: f64| {
@@ -245,6 +252,11 @@ fn an_eclipse_moves_the_exposure_smoothly() {
         ViewRequest { time: request.time.plus_seconds(120.0 * k), ..request }
     };
     sweep("the Moon through the umbra", 2.0, 180, moon);
+    let earth = |k: f64| {
+        let request = view(NaifId::EARTH, "2022-11-08T08:00:00Z", ground(NaifId::MOON, 0.0, 0.0), Some(3.0));
+        ViewRequest { time: request.time.plus_seconds(120.0 * k), ..request }
+    };
+    sweep("the Sun behind the Earth", 2.0, 180, earth);
 }
 
 /// A body that enters the frame by a pixel, and one that leaves it: the gaze turns past the full Moon and past the Sun.

@@ -109,6 +109,62 @@ impl Sky {
     }
 }
 
+/// A piece of a refracted limb as the camera sees it.
+pub(crate) struct LimbPiece {
+    /// From the camera to its middle, unit vector in ICRF.
+    pub direction: DVec3,
+    /// Solid angle, sr: of the layers that show the Sun, or of a pixel's width of the limb where that is more.
+    pub solid_angle: f64,
+    /// Mean radiance over that, of the brightest channel.
+    pub radiance: f64,
+}
+
+/// Pieces on each side of the limb.
+const PIECES: u32 = 24;
+
+/// The refracted limb in pieces, for the light meter: where the layers of a body's air show the Sun, whose disc counts as evenly bright. A sphere's limb: seen from
+/// a body's flattened side the arcs lie a little beside their places. None for air that does not bend light, from inside of it, and where the Sun is nearer.
+pub(crate) fn pieces(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbPiece> {
+    let inside = || crate::scene::atmosphere::air::shell(p.body, &p.placement).is_some_and(|shell| shell.camera_is_inside());
+    if !air::bends(p.body) || p.distance_km <= 0.0 || sun.distance_km <= p.distance_km || inside() {
+        return Vec::new();
+    }
+    let Some(layers) = air::layers(p.body, p.body.radii_km.x, 1.0, air::shown(p.distance_km, sun.distance_km)) else { return Vec::new() };
+    let sky = Sky::of(p, sun);
+    let towards = p.placement.centre_km / p.distance_km;
+    let aside = sun.placement.centre_km / sun.distance_km;
+    let x = (aside - towards * towards.dot(aside)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+    let y = towards.cross(x);
+    // Position angles whose radius crosses the Sun's disc, on its own side and on the opposite one.
+    let reach = (sky.sun_radius / sky.apart.max(1e-300)).min(1.0).asin();
+    let places = (0..2 * PIECES).map(|k| {
+        let side = if k < PIECES { 0.0 } else { std::f64::consts::PI };
+        side + reach * (2.0 * (f64::from(k % PIECES) + 0.5) / f64::from(PIECES) - 1.0)
+    });
+    let step = 2.0 * reach / f64::from(PIECES);
+    let pixel = pixel_rad * sky.distance;
+    let piece = |angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        let half_chord = (sky.sun_radius.powi(2) - (sky.apart * sin).powi(2)).max(0.0).sqrt();
+        let (from, to) = (sky.apart * cos - half_chord, sky.apart * cos + half_chord);
+        // Thickness of what shows the Sun, radii, and the light of it.
+        let (thickness, light) = layers.edges.iter().zip(&layers.passes).fold((0.0, 0.0), |(thickness, light), (edge, passes)| {
+            let at = |radius: f64, bending: f64| sky.limb + (radius - 1.0) / sky.distance - bending;
+            let (low, high) = (at(edge.x, edge.y), at(edge.z, edge.w));
+            let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (edge.z - edge.x);
+            (thickness + shown, light + shown * passes.max_element())
+        });
+        let width = thickness.max(pixel);
+        let (out, along) = sky.limb.sin_cos();
+        LimbPiece {
+            direction: towards * along + (x * cos + y * sin) * out,
+            solid_angle: step * out * width / sky.distance,
+            radiance: photometry::sun_disc_radiance() * light / width,
+        }
+    };
+    places.map(piece).filter(|piece| piece.radiance > 0.0).collect()
+}
+
 fn limb(camera: &Camera, p: &PlacedBody<'_>, sun: &PlacedBody<'_>, layers: &RefractingLayers, tint: DVec3) -> Option<RefractedLimb> {
     let place = &p.placement;
     let top = layers.edges.last()?.z;

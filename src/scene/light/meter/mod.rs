@@ -2,11 +2,13 @@
 //!
 //! In: the request, the camera, the bodies where they are seen, the air around the camera. Out: a [`Reading`]: for each kind of thing in the frame how
 //! much it weighs and how bright it is, and how bright the Sun's glare is. Nothing is rendered: each body's light is summed over points of its ground by
-//! its photometric model and mean albedo, under eclipses and other bodies' light; rings, the air's own light, the corona and the dark sky are counted beside.
+//! its photometric model and mean albedo, under eclipses and other bodies' light; rings, the air's own light, the corona, the Sun refracted at a limb and the
+//! dark sky are counted beside.
 //! Always: a reading changes continuously with place, time, field of view and phase, because every share of the frame has soft ends. Left out: maps but
 //! for lamps (a sea is as bright as a desert), relief, the air beside a disc, bodies' light through another's air but for what that air takes.
 
 mod geometry;
+mod refracted_limb;
 mod rings;
 
 use crate::catalog::{Body, NaifId};
@@ -39,7 +41,7 @@ const DUSK_STOPS_A_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// What is looked at weighs so much more than as much of the frame beside it.
 const TARGET_WEIGHS: f64 = 64.0;
-/// The same of the Sun, whose daylight sky is as bright as any ground, and of its corona.
+/// The same of the Sun, whose daylight sky is as bright as any ground, of its corona, and of its light in the limb of what is looked at.
 const SUN_WEIGHS: f64 = 256.0;
 /// Brighter ground draws the eye: a share of the frame weighs by this power of its radiance. At 2/3 the lit part of a crescent outweighs its night, and a
 /// Moon in the umbra outweighs the last two thousandths of its disc that are lit.
@@ -169,6 +171,7 @@ impl Meter<'_, '_> {
         metered.extend(beside.metered(beside_name, AUTO_EXPOSED_MEAN));
         metered.extend(frame.sun());
         metered.extend(frame.corona());
+        metered.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = Tally::default();
             sky.add((frame.open_sky() - covered).max(0.0), frame.sky, 0.0);
