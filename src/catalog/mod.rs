@@ -8,7 +8,9 @@ use glam::{DVec3, Vec3};
 use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
+mod body;
 mod eclipse_radii;
+mod fields;
 pub mod moments;
 mod overlay;
 mod read;

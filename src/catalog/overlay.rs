@@ -1,6 +1,6 @@
 //! Reading `[[overlay]]`: images laid over a body's ground.
 
-use super::read::{each, number};
+use super::fields::{each, number};
 use super::table::{TableReader, WithLine};
 use super::{MAX_OVERLAYS, Overlay, Projection};
 

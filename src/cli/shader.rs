@@ -3,9 +3,8 @@
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{put, say, write_error};
 use super::{CliError, Common};
-use crate::render::software::{TapeCost, tape_costs};
 use crate::scene::request::ViewRequest;
-use crate::session::{FileAccess, Session, ms_per_megapixel, write_whole};
+use crate::session::{FileAccess, Session, TapeCost, ms_per_megapixel, tape_costs, write_whole};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module_with;
 use crate::shader::fragments::FRAGMENTS;

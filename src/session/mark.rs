@@ -4,7 +4,8 @@
 //! a request, every catalog, map, kernel and fragment that can change the picture changes the mark; no clock, path, number of threads or folder of a cache does. Not
 //! done: to tell two builds of one version apart by more than catalogs and shaders; to tell the GPU from software where either may draw.
 
-use super::{Session, is_exr};
+use super::Session;
+use super::pictures::{PROVENANCE_CHUNK, is_exr};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
@@ -19,9 +20,6 @@ use std::path::{Path, PathBuf};
 /// Everything that decides a picture, by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance(BTreeMap<String, String>);
-
-/// The name of the PNG chunk that holds a mark.
-pub const PROVENANCE_CHUNK: &str = "Request";
 
 /// A file at the place where a picture shall be.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -21,13 +21,13 @@ mod shaders;
 mod software;
 mod stages;
 mod standard_scenes;
+mod tape_cost;
 
-pub use crate::render::software::{TapeCost, tape_costs};
 use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 use devices::Devices;
-pub use mark::{ExistingPicture, PROVENANCE_CHUNK, Provenance};
-pub use pictures::{FileAccess, is_exr, write_new, write_new_picture, write_picture, write_whole};
+pub use mark::{ExistingPicture, Provenance};
+pub use pictures::{FileAccess, PROVENANCE_CHUNK, is_exr, write_new, write_new_picture, write_picture, write_whole};
 pub use price::{EffectCost, LightChange};
 pub use renderers::{DrawnBy, Readiness, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
@@ -36,6 +36,7 @@ pub use screen::{DeviceSurface, DisplayPreference, PresenterChoice, WindowHandle
 pub use shaders::{FragmentTimes, fragment_times, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
+pub use tape_cost::{TapeCost, tape_costs};
 
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};

@@ -3,7 +3,6 @@
 //! In: a frame and what it says of itself, or any bytes. Out: a PNG or an EXR, by the name's ending, or the bytes. Always: a file that is there is complete; an interrupted
 //! run leaves no half picture to be taken for done; what is written under a new name replaces nothing, whoever writes beside it.
 
-use super::PROVENANCE_CHUNK;
 use crate::image;
 use crate::render::frame::Frame;
 use crate::wording::echo;
@@ -11,6 +10,9 @@ use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
+
+/// The name of the PNG chunk that holds what the picture is of ([`super::Provenance`]).
+pub const PROVENANCE_CHUNK: &str = "Request";
 
 /// Linear pixels, by the name's ending.
 pub fn is_exr(path: &Path) -> bool {

@@ -37,12 +37,16 @@ pub enum PresenterChoice {
 #[cfg(feature = "gpu")]
 mod some {
     use super::{DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
-    pub use crate::render::gpu::WindowHandle;
-    use crate::render::gpu::{AdapterKind, GpuRenderer, GpuSurface};
+    use crate::render::gpu::{self, AdapterKind, GpuRenderer, GpuSurface};
     use crate::render::plan;
     use crate::session::gpu_device::DeviceState;
     use std::sync::Arc;
 
+    /// A window that a device can show pictures in.
+    pub trait WindowHandle: gpu::WindowHandle {}
+    impl<T: gpu::WindowHandle> WindowHandle for T {}
+
+    /// What a window shows, and the device that shows it.
     pub struct DeviceSurface {
         renderer: Arc<GpuRenderer>,
         screen: GpuSurface,
@@ -115,7 +119,9 @@ mod some {
 mod none {
     use super::{DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
 
+    /// There is none.
     pub enum DeviceSurface {}
+    /// Any window.
     pub trait WindowHandle {}
     impl<T> WindowHandle for T {}
 

@@ -3,4 +3,5 @@
 mod overlapping_limbs;
 mod reference_tables;
 mod totality;
+mod twilight;
 mod umbra;

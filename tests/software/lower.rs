@@ -8,7 +8,7 @@ use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, LaneOutput, Program};
 use orrery::render::software::tape::{FusedOp, Instr, Op, Operand};
 
-const ALL: LaneMask = LaneMask::MAX;
+pub(super) const ALL: LaneMask = LaneMask::MAX;
 
 fn parse(wgsl: &str) -> (naga::Module, naga::valid::ModuleInfo) {
     let module = naga::front::wgsl::parse_str(wgsl).unwrap_or_else(|e| panic!("{}", e.emit_to_string(wgsl)));
@@ -18,7 +18,7 @@ fn parse(wgsl: &str) -> (naga::Module, naga::valid::ModuleInfo) {
     (module, info)
 }
 
-fn compile(wgsl: &str) -> Program {
+pub(super) fn compile(wgsl: &str) -> Program {
     let (module, info) = parse(wgsl);
     let name = module.entry_points[0].name.clone();
     let program = lower(&module, &info, &name).unwrap_or_else(|e| panic!("{}", e.with_source(wgsl)));
@@ -28,14 +28,15 @@ fn compile(wgsl: &str) -> Program {
 }
 
 /// Lane values: x = 0, 0.25, ... in every lane, y alternates by quad pixel.
-fn lane_x(i: usize) -> f32 {
+pub(super) fn lane_x(i: usize) -> f32 {
     i as f32 * 0.25
 }
-fn lane_y(i: usize) -> f32 {
+
+pub(super) fn lane_y(i: usize) -> f32 {
     10.0 - i as f32 * 0.5
 }
 
-fn run_with<R: Real>(
+pub(super) fn run_with<R: Real>(
     program: &Program,
     class: KernelClass,
     uniform_bytes: &[u8],
@@ -62,11 +63,11 @@ fn run_with<R: Real>(
 }
 
 /// Runs `body` (it sees `p: vec2f` and returns a vec4f) on all classes and in both precisions, and checks every lane.
-fn check(declarations: &str, body: &str, near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
+pub(super) fn check(declarations: &str, body: &str, near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
     check_uniform(declarations, body, &[], near, expected);
 }
 
-fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8], near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
+pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8], near: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
     let wgsl = format!("{declarations}\n@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{\n{body}\n}}");
     let program = compile(&wgsl);
     let compare = |lanes: &[Vec<f64>], near: f64, what: &str| {
@@ -189,194 +190,6 @@ fn matrices_and_vectors() {
 }
 
 #[test]
-fn branches_merge_what_they_change() {
-    check(
-        "fn inner(x: f32) -> f32 { if (x > 20.0) { return 1.0; } if (x > 10.0) { return exp(log(x)); } return -x; }",
-        "var a = 1.0; var b = vec2f(0.0);
-         if (p.x > 5.0) { a = p.x; if (p.y > 0.0) { b.x = 2.0; } else { b = p; } } else if (p.x > 2.0) { b.y = sqrt(p.x) + sqrt(p.x); }
-         return vec4f(a, b, inner(p.x));",
-        1e-5,
-        |x, y| {
-            let a = if x > 5.0 { x } else { 1.0 };
-            let b = if x > 5.0 { if y > 0.0 { [2.0, 0.0] } else { [x, y] } } else { [0.0, if x > 2.0 { 2.0 * x.sqrt() } else { 0.0 }] };
-            [
-                a,
-                b[0],
-                b[1],
-                if x > 20.0 {
-                    1.0
-                } else if x > 10.0 {
-                    x
-                } else {
-                    -x
-                },
-            ]
-        },
-    );
-}
-
-#[test]
-fn early_return_from_the_entry_point() {
-    check(
-        "",
-        "if (p.x > 8.0) { return vec4f(1.0); } let q = sin(p.x) + cos(p.x) + exp(p.x) + log(p.x + 1.0) + sqrt(p.x); return vec4f(q, p, 2.0);",
-        1e-5,
-        |x, y| {
-            if x > 8.0 { [1.0; 4] } else { [x.sin() + x.cos() + x.exp() + (x + 1.0).ln() + x.sqrt(), x, y, 2.0] }
-        },
-    );
-}
-
-#[test]
-fn counted_loops() {
-    let program = compile(
-        "@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { var s = 0.0; for (var i = 0; i < 16; i++) { s += exp(p.x * f32(i)); } return vec4f(s); }",
-    );
-    assert!(program.lane_tape.len() < 20, "sixteen turns stay a loop: {} steps", program.lane_tape.len());
-    check(
-        "",
-        "var s = 0.0; var t = 1.0; for (var i = 0; i < 10; i++) { let k = t; t = s + p.x; s = k; } return vec4f(s, t, 0.0, 0.0);",
-        1e-5,
-        |x, _| {
-            let (mut s, mut t) = (0.0, 1.0);
-            for _ in 0..10 {
-                (s, t) = (t, s + x);
-            }
-            [s, t, 0.0, 0.0]
-        },
-    );
-    check(
-        "",
-        "var s = 0.0; for (var i = 0; i < 6; i++) { for (var j = i; j < 6; j++) { if (j == 4) { continue; } s += f32(i * j) * p.x; } if (i == 4) { break; } } return vec4f(s);",
-        1e-5,
-        |x, _| {
-            let mut s = 0.0;
-            for i in 0..=4 {
-                for j in i..6 {
-                    s += if j == 4 { 0.0 } else { f64::from(i * j) * x };
-                }
-            }
-            [s; 4]
-        },
-    );
-}
-
-#[test]
-fn uniform_bound_loops_and_indexed_uniforms() {
-    let block = "struct U { n: i32, scale: vec3f, m: mat3x3f, values: array<vec4f, 5>, k: f32 } @group(0) @binding(0) var<uniform> u: U;";
-    let mut bytes = vec![0u8; 176];
-    let mut put = |at: usize, v: [u8; 4]| bytes[at..at + 4].copy_from_slice(&v);
-    put(0, 3i32.to_le_bytes());
-    for k in 0..3 {
-        put(16 + 4 * k, (k as f32 + 1.0).to_le_bytes());
-        for r in 0..3 {
-            put(32 + 16 * k + 4 * r, ((3 * k + r) as f32).to_le_bytes());
-        }
-    }
-    for k in 0..5 {
-        for r in 0..4 {
-            put(80 + 16 * k + 4 * r, ((10 * k + r) as f32).to_le_bytes());
-        }
-    }
-    put(160, 0.5f32.to_le_bytes());
-    check_uniform(
-        block,
-        "var s = 0.0; for (var i = 0; i < u.n; i++) { s += u.values[i].y * p.x; }
-         return vec4f(s, (u.m * u.scale).y, u.values[u32(p.x)].z, u.scale.z * u.k + p.y);",
-        &bytes,
-        1e-5,
-        |x, y| {
-            let k = (x as usize).min(4) as f64;
-            [(1.0 + 11.0 + 21.0) * x, 1.0 + 4.0 * 2.0 + 7.0 * 3.0, 10.0 * k + 2.0, 1.5 + y]
-        },
-    );
-}
-
-#[test]
-fn loops_that_lanes_leave_apart() {
-    check(
-        "fn steps(x: f32) -> vec2f { var n = 0.0; var v = x; loop { if (v < 1.0) { break; } v = v * 0.5; n += 1.0; if (n > 3.0 && x > 30.0) { return vec2f(-1.0, v); } continuing { n += 0.0; } } return vec2f(n, v); }",
-        "let a = steps(p.x); var c = 0.0; var i = 0; while (f32(i) < p.x) { i++; if (i % 2 == 0) { continue; } c += 1.0; } return vec4f(a, c, f32(i));",
-        1e-6,
-        |x, _| {
-            let (mut n, mut v) = (0.0, x);
-            while v >= 1.0 {
-                v *= 0.5;
-                n += 1.0;
-                if n > 3.0 && x > 30.0 {
-                    n = -1.0;
-                    break;
-                }
-            }
-            let i = x.ceil();
-            [n, v, (i / 2.0).ceil(), i]
-        },
-    );
-    check("", "var n = 0; loop { n++; continuing { break if f32(n) > p.x; } } return vec4f(f32(n));", 0.0, |x, _| [x.floor() + 1.0; 4]);
-}
-
-#[test]
-fn what_every_turn_computes_alike_is_computed_once() {
-    let body = "var sum = 0.0;
-         for (var i = 0; i < 20; i++) {
-             let fixed = sqrt(p.x * p.x + 1.0) * 0.125;
-             if p.y > f32(i) {
-                 sum += log(p.x + 2.0) * sin(p.x) * exp(p.x * -0.25);
-             }
-             sum += fixed * f32(i);
-         }
-         var product = 1.0;
-         for (var j = 0; j < 20; j++) {
-             product *= 1.0 + 1.0 / (p.x + 4.0) + f32(j);
-         }
-         return vec4f(sum, product, 0.0, 0.0);";
-    check("", body, 1e-5, |x, y| {
-        let sum = (0..20).map(|i| {
-            let i = f64::from(i);
-            let above = if y > i { (x + 2.0).ln() * x.sin() * (x * -0.25).exp() } else { 0.0 };
-            above + (x * x + 1.0).sqrt() * 0.125 * i
-        });
-        let product = (0..20).map(|j| 1.0 + 1.0 / (x + 4.0) + f64::from(j)).product();
-        [sum.sum(), product, 0.0, 0.0]
-    });
-    let program = compile(&format!("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
-    let ops = |instr: &Instr| match instr {
-        Instr::Lane { op, .. } => vec![*op],
-        Instr::FusedKernel { links, .. } => links.iter().map(|l| l.op).collect(),
-        _ => Vec::new(),
-    };
-    let turns = program.lane_tape.iter().enumerate().filter_map(|(at, instr)| match instr {
-        Instr::Jump { target } if (*target as usize) < at => Some(*target as usize..at),
-        _ => None,
-    });
-    let inside: Vec<Op> = turns.flat_map(|turn| &program.lane_tape[turn]).flat_map(ops).collect();
-    let has = |op: Op| inside.contains(&op);
-    assert!(!has(Op::Sqrt) && !has(Op::Div), "{inside:?}");
-    // To run it always would cost more than to run it where some lane asks.
-    assert!(has(Op::Exp) && has(Op::Log) && has(Op::Sin), "{inside:?}");
-    // The way out of a counted loop is one jump.
-    let over = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);
-    assert!(!program.lane_tape.windows(2).any(over), "{:?}", program.lane_tape);
-}
-
-#[test]
-fn switches() {
-    let body = |selector: &str| {
-        format!(
-            "var a = 0.0; for (var i = 0; i < 3; i++) {{ switch {selector} {{ case 0 {{ a += 1.0; }} case 1, 2 {{ if (p.y < 5.0) {{ break; }} a += 10.0; }} case 3 {{ continue; }} default {{ a += 100.0; }} }} a += 1000.0; }} return vec4f(a);"
-        )
-    };
-    let one = |k: i32, y: f64| match k {
-        0 => 1001.0,
-        1 | 2 => 1000.0 + if y < 5.0 { 0.0 } else { 10.0 },
-        3 => 0.0,
-        _ => 1100.0,
-    };
-    check("", &body("i32(p.x)"), 0.0, |x, y| [3.0 * one(x as i32, y); 4]);
-    check("", &body("i + 1"), 0.0, |_, y| [one(1, y) + one(2, y) + one(3, y); 4]);
-}
-
-#[test]
 fn pointers_arrays_and_structs() {
     check(
         "struct S { a: vec2f, b: array<f32, 4> }
@@ -413,26 +226,6 @@ fn shaping_functions() {
         1e-5,
         |x, _| [0.8 * x / (x * x + 1.0).sqrt(), 1.0, 0.0, 0.0],
     );
-}
-
-#[test]
-fn discard_removes_lanes_and_nothing_else() {
-    let program = compile(
-        "@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { var a = p.x; if (p.x > 4.0) { if (p.y < 1.0) { discard; } a = 2.0; } return vec4f(a); }",
-    );
-    assert!(program.uses_discard);
-    for class in KernelClass::available() {
-        let active = ALL ^ 0b1010;
-        let (lanes, alive) = run_with::<f32>(&program, class, &[], active, &NoTextures);
-        for (i, lane) in lanes.iter().enumerate() {
-            let (x, y) = (lane_x(i), lane_y(i));
-            let kept = !(x > 4.0 && y < 1.0) && active >> i & 1 == 1;
-            assert_eq!(alive >> i & 1 == 1, kept, "lane {i}");
-            if kept {
-                assert_eq!(lane[0], f64::from(if x > 4.0 { 2.0 } else { x }));
-            }
-        }
-    }
 }
 
 #[test]

@@ -5,5 +5,6 @@ mod hands;
 mod inspect;
 pub mod interface;
 mod panels;
+mod sharing;
 #[cfg(feature = "gpu")]
 mod window_frame;

@@ -267,7 +267,7 @@ impl GpuRenderer {
     /// Runs what draws a plan, with the device's errors caught around it.
     pub(super) fn guarded<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         self.still_there()?;
-        let counts = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.counts_operations());
+        let counts = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
         if plan.passes.iter().flat_map(|p| &p.draws).any(counts) {
             return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
         }

@@ -19,6 +19,3 @@ pub use passes::{
     SamplerBinding, SamplerState, SimpleDraw, TextureBinding, TextureSource, Vertices,
 };
 pub use provider::ResourceProvider;
-
-/// Instructions that a texture read is shown as in the picture of costs.
-pub use crate::scene::legend::SHOWN_PER_READ;

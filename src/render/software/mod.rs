@@ -6,7 +6,6 @@
 //! lanes and [`tiles`] keeps what comes out.
 
 pub mod blend;
-mod cost;
 pub mod error;
 pub mod exec;
 pub mod kernels;
@@ -26,7 +25,6 @@ pub mod tiles;
 pub mod timings;
 pub mod vertex;
 
-pub use cost::{TapeCost, tape_costs};
 pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub use lower::lowering;

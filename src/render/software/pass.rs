@@ -118,9 +118,9 @@ fn check(pass: &Pass) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// Whether a module's picture is its own cost.
-fn counts_operations(module: &ModuleId) -> bool {
-    matches!(module, ModuleId::Planet(key) if key.counts_operations())
+/// Where a module's picture is its own cost: the instructions that a texture read is shown as.
+fn instructions_per_read(module: &ModuleId) -> Option<f64> {
+    if let ModuleId::Planet(key) = module { key.instructions_per_read() } else { None }
 }
 
 fn prepare<'a, R: Real>(
@@ -140,7 +140,7 @@ fn prepare<'a, R: Real>(
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
     let fragment_plan = FragmentPlan::new(fragment.inputs(), fragment.outputs(), fragment.uses_discard(), draw.depth, pass.depth);
-    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, counts_operations: counts_operations(&draw.module) })
+    Ok(DrawJob { geometry, fragment, fragment_plan, blend: draw.blend, instructions_per_read: instructions_per_read(&draw.module) })
 }
 
 /// The picture, each pixel written once, by the thread that draws its tile: to touch 16 MB for the first time is a cost of its own.

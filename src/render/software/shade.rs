@@ -11,7 +11,7 @@ use super::raster::coverage::{TilePixels, quad_place, sample_positions, walk_til
 use super::raster::setup::{Geometry, Plane, SUBPIXEL, Surface};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use super::tiles::TileTarget;
-use crate::render::plan::{Blend, DepthState, SHOWN_PER_READ};
+use crate::render::plan::{Blend, DepthState};
 
 const QUADS: usize = LANES / 4;
 
@@ -83,8 +83,8 @@ pub struct DrawJob<'a, R: Real> {
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
-    /// The target takes what the pixel cost in place of what it shows.
-    pub counts_operations: bool,
+    /// The target takes what the pixel cost in place of what it shows: the instructions that a texture read is shown as.
+    pub instructions_per_read: Option<f64>,
 }
 
 /// One tile under work on one thread.
@@ -220,9 +220,9 @@ impl TileShader<'_> {
             Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
             None => ABSENT[usize::from(k == 3)].as_slice(),
         });
-        if job.counts_operations {
+        if let Some(per_read) = job.instructions_per_read {
             let work = run.work();
-            let reads = f64::from(work.texture_reads) * SHOWN_PER_READ;
+            let reads = f64::from(work.texture_reads) * per_read;
             let work = [work.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);
             self.store(job, &batch.quads[..count], work.each_ref().map(|v| v.as_slice()));
             return;

@@ -3,12 +3,9 @@
 //! In: the pixel view and the exposure. Out: a text of what each channel shows, its unit, and what black and white are. EXR files hold the numbers
 //! in that unit; PNG files hold them times 2^stops, cut at 1 and encoded as sRGB.
 
-use crate::scene::draw::PixelView;
+use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
-
-/// Instructions that a texture read is shown as, so that 16 reads are white.
-pub const SHOWN_PER_READ: f64 = 1024.0;
 
 /// The legend of a picture, and which of the maps and shapes in it are invented.
 pub fn legend_of(scene: &Scene) -> String {
@@ -67,9 +64,9 @@ pub fn legend(view: PixelView, exposure: &Exposure) -> String {
         ),
         PixelView::Cost => format!(
             "cost: red is what the software renderer ran for the pixel, in instructions of its tape (several operations joined into one count once, \
-             loops by their turns, all draws added up), green texture reads times {SHOWN_PER_READ}; {}; full green {} reads",
+             loops by their turns, all draws added up), green texture reads times {INSTRUCTIONS_PER_READ}; {}; full green {} reads",
             range("instructions"),
-            white / SHOWN_PER_READ
+            white / INSTRUCTIONS_PER_READ
         ),
     }
 }

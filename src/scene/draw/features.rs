@@ -164,6 +164,9 @@ pub struct Flags {
     pub vertex_colour: bool,
 }
 
+/// Instructions that [`PixelView::Cost`] shows a texture read as, so that 16 reads are white.
+pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
+
 /// What the pixel shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum PixelView {

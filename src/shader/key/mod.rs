@@ -15,7 +15,7 @@ pub use covering::{covering, nominal_size, sample, sample_features};
 pub use dimension::{DIMENSIONS, Dimension, Part, features};
 pub use text::KeyTextError;
 
-use crate::scene::draw::{DrawFeatures, PixelView};
+use crate::scene::draw::{DrawFeatures, INSTRUCTIONS_PER_READ, PixelView};
 
 /// The whole truth about one planet module: emission is a pure function of this value and the fragments in shaders/.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -32,9 +32,9 @@ impl ShaderKey {
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }
-    /// Whether the picture is the work that the shaded one takes, counted by the renderer.
-    pub fn counts_operations(&self) -> bool {
-        self.features.view == PixelView::Cost
+    /// Where the picture is the work that the shaded one takes, counted by the renderer: the instructions that a texture read is shown as.
+    pub fn instructions_per_read(&self) -> Option<f64> {
+        (self.features.view == PixelView::Cost).then_some(INSTRUCTIONS_PER_READ)
     }
 }
 

@@ -1,8 +1,8 @@
-//! What a module costs on this renderer, by its tapes. In: a module. Out: counts that do not depend on the machine.
+//! What a module costs on the software renderer, by its tapes. In: a module. Out: counts that do not depend on the machine.
 
-use super::lower::programs_from_bytes;
-use super::program::Stage;
-use super::tape::Instr;
+use crate::render::software::lower::programs_from_bytes;
+use crate::render::software::program::Stage;
+use crate::render::software::tape::Instr;
 use crate::shader::ShaderModule;
 use std::collections::BTreeMap;
 

@@ -1,0 +1,62 @@
+//! Values that several tables of a catalog have: numbers in a range, one of a few words, maps.
+//!
+//! In: a table under reading. Out: the checked value, or `None` and a problem in the shared list.
+
+use super::table::{TableReader, WithLine};
+use super::{Map, MapLatitude};
+
+pub(super) fn finite(v: &f64) -> bool {
+    v.is_finite()
+}
+
+pub(super) fn each(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
+    move |v| v.iter().all(|x| x.is_finite() && check(*x))
+}
+
+/// Reads one of a few words.
+pub(super) fn word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
+    let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
+    let found = section.take::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
+    words.iter().find(|(w, _)| *w == found.value).map(|(_, t)| *t)
+}
+
+pub(super) fn need_word<T: Copy>(section: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
+    let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
+    let found = section.need::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
+    words.iter().find(|(w, _)| *w == found.value).map(|(_, t)| *t)
+}
+
+pub(super) fn number(section: &mut TableReader, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
+    section.need::<f64>(field, allowed, |v| v.is_finite() && ok(*v)).map(|l| l.value)
+}
+
+/// What of a map or a shape is invented, in words of one line.
+pub(super) fn invented(s: &mut TableReader) -> Option<String> {
+    let said = s.take("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
+    said.map(|l| l.value)
+}
+
+/// A table's value with the line where it begins.
+pub(super) fn located<T>(s: TableReader, read: impl FnOnce(TableReader) -> Option<T>) -> Option<WithLine<T>> {
+    let place = s.place.clone();
+    Some(WithLine { value: read(s)?, place })
+}
+
+pub(super) fn map(mut s: TableReader) -> Option<Map> {
+    let file = s.need::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
+    let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
+    let latitude =
+        word(&mut s, "latitude", &[("planetographic", MapLatitude::Planetographic), ("planetocentric", MapLatitude::Planetocentric)]);
+    let invented = invented(&mut s);
+    let _ = s.take::<String>("source", "a string", |_| true);
+    s.finish();
+    let (gain, latitude) = (gain.map_or([1.0; 3], |g| g.value), latitude.unwrap_or(MapLatitude::Planetocentric));
+    Some(Map { file: file?.value, gain, latitude, invented })
+}
+
+/// Below 100: of a value that may be wholly wrong nothing is known.
+const PERCENT: &str = "percent above 0, at most 90";
+
+pub(super) fn percent(s: &mut TableReader, field: &'static str) -> Option<f64> {
+    s.take(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
+}
