@@ -17,6 +17,7 @@ mod bench;
 mod compare;
 mod doctor;
 mod documents;
+mod eclipse;
 mod ephemeris;
 mod explain;
 mod frames;
@@ -64,6 +65,8 @@ enum Verb {
     Library(library::LibraryArgs),
     /// Compute positions and orientations of bodies
     Ephemeris(ephemeris::EphemerisArgs),
+    /// Find eclipses, transits and what the moons of Jupiter and Saturn do
+    Eclipse(eclipse::EclipseArgs),
     /// Evaluate single quantities with the generated shaders
     Probe(probe::ProbeArgs),
     /// Measure the difference between two images
@@ -214,6 +217,7 @@ pub fn run() -> ExitCode {
         Some(Verb::Shader(a)) => shader::run(common, a),
         Some(Verb::Library(a)) => library::run(common, a),
         Some(Verb::Ephemeris(a)) => ephemeris::run(common, a),
+        Some(Verb::Eclipse(a)) => eclipse::run(common, a),
         Some(Verb::Probe(a)) => probe::run(common, a),
         Some(Verb::Compare(a)) => compare::run(common, a),
         Some(Verb::Bench(a)) => bench::run(common, a),

@@ -83,6 +83,16 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     })
 }
 
+/// Direction in which a viewer who moves with `velocity_km_s` sees light that comes from the unit direction `u` for one at rest.
+///
+/// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
+pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
+    let beta = velocity_km_s / SPEED_OF_LIGHT_KM_S;
+    let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
+    let along = u.dot(beta);
+    ((inverse_gamma * u + (1.0 + along / (1.0 + inverse_gamma)) * beta) / (1.0 + along)).normalize()
+}
+
 /// A point of a body's surface, degrees.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SurfacePoint {
@@ -176,6 +186,15 @@ mod tests {
         let p = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, false);
         assert!((p.lon_east_deg - 90.0).abs() < 1e-12 && (p.lon_graphic_deg - 270.0).abs() < 1e-12);
         assert!(surface_point(DVec3::Z, radii_km, true).lat_graphic_deg > 89.999);
+    }
+
+    #[test]
+    fn the_earths_speed_shifts_a_star_abeam_by_the_constant_of_aberration() {
+        // kappa = 20.49552 arcsec (IAU 1976) at the Earth's mean speed of 29.789 km/s.
+        let seen = aberrated(DVec3::Y, DVec3::X * 29.7892);
+        let shift_arcsec = seen.x.atan2(seen.y) / crate::units::RAD_PER_ARCSEC;
+        assert!((shift_arcsec - 20.4955).abs() < 0.01, "{shift_arcsec}");
+        assert_eq!(aberrated(DVec3::Y, DVec3::ZERO), DVec3::Y);
     }
 
     #[test]

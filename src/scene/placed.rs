@@ -4,6 +4,7 @@
 
 use crate::catalog::{Body, Catalog, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
+use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::viewpoint;
@@ -74,7 +75,7 @@ pub(crate) fn place<'a>(
     let mut placement = Placement { centre_km: resting_km, body_from_icrf, radii_km: body.radii_km };
     if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && stood_on.is_none() {
         let direction = resting_km / distance_km;
-        let apparent = viewpoint::aberrated(direction, viewer.velocity_km_s);
+        let apparent = aberrated(direction, viewer.velocity_km_s);
         // The whole body turns with its apparent place: the viewer sees the face that the light left, moved on the sky.
         let apparent_from_resting = viewpoint::rotation_between(direction, apparent);
         placement.centre_km = apparent * distance_km;

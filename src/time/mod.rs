@@ -94,6 +94,11 @@ impl Instant {
         text::format_utc(self)
     }
 
+    /// The same in TT: `2024-04-08T18:18:29.406`, without a Z.
+    pub fn to_tt_iso(self) -> String {
+        text::format_tt(self)
+    }
+
     pub fn plus_seconds(self, s: f64) -> Self {
         Self { tdb_s: self.tdb_s + s }
     }
@@ -203,6 +208,12 @@ mod tests {
         ] {
             assert_eq!(Instant::parse(text).expect(text).to_utc_iso(), text);
         }
+    }
+
+    #[test]
+    fn tt_text_is_ahead_of_utc_by_leap_seconds_and_tai() {
+        let t = Instant::parse("2024-04-08T18:17:20Z").expect("a time");
+        assert_eq!(t.to_tt_iso(), "2024-04-08T18:18:29.184");
     }
 
     #[test]

@@ -87,14 +87,26 @@ pub(super) fn format_utc(t: Instant) -> String {
     if !utc_s.is_finite() {
         return "not a time".to_owned();
     }
-    // A million years: the calendar's whole numbers end somewhere beyond.
-    if utc_s.abs() > 3.2e13 {
+    if utc_s.abs() > LAST_CALENDAR_S {
         return format!("jd_tdb:{:e}", t.jd_tdb());
     }
+    format!("{}Z", calendar_text(utc_s, leap))
+}
+
+pub(super) fn format_tt(t: Instant) -> String {
+    let tt_s = t.tt_seconds_past_j2000();
+    if tt_s.abs() <= LAST_CALENDAR_S { calendar_text(tt_s, None) } else { format_utc(t) }
+}
+
+/// A million years: the calendar's whole numbers end somewhere beyond.
+const LAST_CALENDAR_S: f64 = 3.2e13;
+
+/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: how far into a leap second that begins there.
+fn calendar_text(count_s: f64, leap: Option<f64>) -> String {
     // Whole milliseconds first, so that a carry reaches every field.
     let (start_ms, leap_ms) = match leap {
-        Some(part) if (part * 1e3).round() < 1000.0 => ((utc_s * 1e3).round() - 1000.0, Some((part * 1e3).round())),
-        _ => ((utc_s * 1e3).round(), None),
+        Some(part) if (part * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((part * 1e3).round())),
+        _ => ((count_s * 1e3).round(), None),
     };
     let past_midnight_ms = start_ms + 0.5 * SECONDS_PER_DAY * 1e3;
     let day_number = (past_midnight_ms / (SECONDS_PER_DAY * 1e3)).floor();
@@ -107,7 +119,7 @@ pub(super) fn format_utc(t: Instant) -> String {
     };
     let sign = if year < 0 { "-" } else { "" };
     let fraction = if ms == 0 { String::new() } else { format!(".{ms:03}") };
-    format!("{sign}{:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{fraction}Z", year.abs())
+    format!("{sign}{:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{fraction}", year.abs())
 }
 
 fn days_in_month(year: i64, month: i64) -> i64 {

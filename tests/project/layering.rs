@@ -10,6 +10,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("events", &["units", "time", "catalog", "ephemeris", "events"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("memo", &["memo"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
@@ -50,7 +51,22 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("render", &["render"], &["naga", "wgpu", "winit", "egui", "softbuffer", "std::fs"]),
     (
         "cli",
-        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe", "view", "cli", "wording"],
+        &[
+            "units",
+            "time",
+            "catalog",
+            "ephemeris",
+            "events",
+            "scene",
+            "shader",
+            "render",
+            "image",
+            "session",
+            "probe",
+            "view",
+            "cli",
+            "wording",
+        ],
         &["naga", "wgpu", "winit", "egui", "softbuffer"],
     ),
     (

@@ -6,6 +6,7 @@
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
+use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
@@ -29,16 +30,6 @@ pub struct Viewer {
 
 /// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
 const OBLIQUITY_J2000: f64 = 84_381.406 * crate::units::RAD_PER_ARCSEC;
-
-/// Direction in which a viewer who moves with `velocity_km_s` sees light that comes from the unit direction `u` for one at rest.
-///
-/// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
-pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
-    let beta = velocity_km_s / SPEED_OF_LIGHT_KM_S;
-    let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
-    let along = u.dot(beta);
-    ((inverse_gamma * u + (1.0 + along / (1.0 + inverse_gamma)) * beta) / (1.0 + along)).normalize()
-}
 
 /// The rotation that takes unit `from` to unit `to` by the shortest way.
 pub fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {
@@ -180,15 +171,6 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_earths_speed_shifts_a_star_abeam_by_the_constant_of_aberration() {
-        // kappa = 20.49552 arcsec (IAU 1976) at the Earth's mean speed of 29.789 km/s.
-        let seen = aberrated(DVec3::Y, DVec3::X * 29.7892);
-        let shift_arcsec = seen.x.atan2(seen.y) / crate::units::RAD_PER_ARCSEC;
-        assert!((shift_arcsec - 20.4955).abs() < 0.01, "{shift_arcsec}");
-        assert_eq!(aberrated(DVec3::Y, DVec3::ZERO), DVec3::Y);
-    }
 
     #[test]
     fn ground_points_of_the_earth_are_those_of_wgs84() {

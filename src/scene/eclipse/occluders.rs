@@ -8,7 +8,7 @@
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
-use crate::scene::camera::viewpoint::aberrated;
+use crate::ephemeris::apparent::aberrated;
 use crate::scene::draw::features::{Eclipse, EclipseModel, MAX_OCCLUDERS};
 use crate::scene::eclipse::air as refraction;
 use crate::scene::thresholds::VISIBLE_CHANGE;

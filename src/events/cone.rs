@@ -1,0 +1,139 @@
+//! A cone of shadow against the Earth's spheroid.
+//!
+//! In: centres of the Sun and the Moon from the Earth's, GCRS, km. Out: by how much a cone clears the spheroid, and where its axis or its nearest side
+//! meets the ground. The gap is exact: the widest slab between the spheroid and a plane that touches the cone along a side.
+
+use super::numeric::least;
+use glam::DVec3;
+
+/// The Earth in GCRS axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spheroid {
+    pub equatorial_km: f64,
+    pub polar_km: f64,
+    /// Unit vector.
+    pub pole: DVec3,
+}
+
+impl Spheroid {
+    /// Each vector's components along and across the pole, times these.
+    fn scaled(&self, v: DVec3, across: f64, along: f64) -> DVec3 {
+        v * across + self.pole * (v.dot(self.pole) * (along - across))
+    }
+
+    /// How far it reaches from its centre along a unit vector.
+    fn reach_km(&self, direction: DVec3) -> f64 {
+        self.scaled(direction, self.equatorial_km, self.polar_km).length()
+    }
+
+    /// The point of its surface that lies farthest along a direction.
+    pub fn farthest_km(&self, direction: DVec3) -> DVec3 {
+        self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.reach_km(direction)
+    }
+
+    /// How deep the line through `point_km` along the unit vector `direction` passes below its surface, in squared Earth radii; negative outside.
+    pub fn depth_of_line(&self, point_km: DVec3, direction: DVec3) -> f64 {
+        let (p, d) = self.unit_sphere(point_km, direction);
+        1.0 - (p - d * p.dot(d)).length_squared()
+    }
+
+    /// Where that line meets the surface, first as seen against `direction`.
+    pub fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
+        let (p, d) = self.unit_sphere(point_km, direction);
+        let foot = p - d * p.dot(d);
+        let half_squared = 1.0 - foot.length_squared();
+        (half_squared >= 0.0).then(|| self.scaled(foot + d * half_squared.sqrt(), self.equatorial_km, self.polar_km))
+    }
+
+    /// The line in the space where the spheroid is the unit sphere.
+    fn unit_sphere(&self, point_km: DVec3, direction: DVec3) -> (DVec3, DVec3) {
+        let squeezed = |v| self.scaled(v, 1.0 / self.equatorial_km, 1.0 / self.polar_km);
+        (squeezed(point_km), squeezed(direction).normalize())
+    }
+}
+
+/// One nappe of a cone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cone {
+    apex_km: DVec3,
+    /// Unit vector from the apex into the cone.
+    opens: DVec3,
+    sin_half: f64,
+}
+
+impl Cone {
+    /// Where a part of the Sun is hidden.
+    pub fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
+        let (to_sun, distance_km) = axis(sun_km, moon_km);
+        let sin_half = (sun_radius_km + moon_radius_km) / distance_km;
+        Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), opens: -to_sun, sin_half }
+    }
+
+    /// Where all of the Sun or a ring of it is hidden: of the two nappes that which passes the Earth's limb.
+    pub fn umbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
+        let (to_sun, distance_km) = axis(sun_km, moon_km);
+        let sin_half = (sun_radius_km - moon_radius_km) / distance_km;
+        let apex_km = moon_km - to_sun * (moon_radius_km / sin_half);
+        let total = apex_km.dot(to_sun) < 0.0;
+        Self { apex_km, opens: if total { to_sun } else { -to_sun }, sin_half }
+    }
+
+    /// The axis as a cone without width.
+    pub fn axis(sun_km: DVec3, moon_km: DVec3) -> Self {
+        Self { apex_km: moon_km, opens: -axis(sun_km, moon_km).0, sin_half: 0.0 }
+    }
+
+    /// By how much it clears the spheroid, km, negative where it does not; and the unit vector from the cone's nearest side to the spheroid.
+    pub fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
+        let to_centre = -self.apex_km;
+        let aside = to_centre - self.opens * to_centre.dot(self.opens);
+        let across = aside.try_normalize().unwrap_or_else(|| self.opens.any_orthonormal_vector());
+        let other = self.opens.cross(across);
+        let cos_half = (1.0 - self.sin_half * self.sin_half).sqrt();
+        let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half - self.opens * self.sin_half;
+        let gap = |n: DVec3| to_centre.dot(n) - earth.reach_km(n);
+        // The flattening turns the nearest side by 0.2 degrees at most where the cone grazes.
+        let best = normal(least(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
+        (gap(best), best)
+    }
+}
+
+/// Unit vector from the Moon to the Sun, and their distance.
+pub(super) fn axis(sun_km: DVec3, moon_km: DVec3) -> (DVec3, f64) {
+    let to_sun = sun_km - moon_km;
+    let distance_km = to_sun.length();
+    (to_sun / distance_km, distance_km)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EARTH: Spheroid = Spheroid { equatorial_km: 6378.0, polar_km: 6357.0, pole: DVec3::Z };
+
+    #[test]
+    fn gaps_over_pole_and_equator_are_those_of_plane_geometry() {
+        let sun = DVec3::X * 1.5e8;
+        for (aside, reach_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
+            let moon = DVec3::X * 4e5 + aside * 7000.0;
+            let (to_sun, _) = axis(sun, moon);
+            // The centre's distance from the nearest side, by the triangle of apex, centre and side.
+            let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
+            let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.opens);
+            let expected = cone.apex_km.length() * (at_apex - cone.sin_half.asin()).sin() - reach_km;
+            let (gap, towards) = cone.gap_km(&EARTH);
+            assert!((gap - expected).abs() < 0.05, "{aside}: {gap} for {expected}");
+            assert!(towards.dot(-aside) > 0.999);
+            let (gap, _) = Cone::axis(sun, moon).gap_km(&EARTH);
+            assert!(gap > 0.0 && EARTH.depth_of_line(moon, to_sun) < 0.0 && EARTH.meets_line_km(moon, to_sun).is_none());
+        }
+    }
+
+    #[test]
+    fn a_line_meets_the_ground_on_the_sunny_side() {
+        let at = EARTH.meets_line_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
+        assert!((at.y - 3000.0).abs() < 1e-9 && (at.z - 2000.0).abs() < 1e-9 && at.x > 0.0);
+        assert!(((at.x * at.x + at.y * at.y) / 6378.0_f64.powi(2) + at.z * at.z / 6357.0_f64.powi(2) - 1.0).abs() < 1e-12);
+        assert!((EARTH.farthest_km(DVec3::Z) - DVec3::Z * 6357.0).length() < 1e-9);
+    }
+}

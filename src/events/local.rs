@@ -1,0 +1,276 @@
+//! What a place on the Earth sees of an eclipse: contacts, magnitude, altitudes, with sunrise and sunset cut in.
+//!
+//! In: a place and the sky of the eclipse. Out: circumstances, or none where the discs do not meet above the horizon. Contacts are those of the mean
+//! limbs; altitudes are airless, rising and setting count the conventional refraction of 34 arcmin and the upper limb.
+
+use super::numeric::{end_of_negative, least_instant};
+use super::sky::{EarthSky, EclipseBodies};
+use crate::ephemeris::angle_rad;
+use crate::ephemeris::topocentric::ground_point_km;
+use crate::time::Instant;
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// Refraction at the horizon, as almanacs have it, radians.
+const HORIZON_REFRACTION: f64 = 34.0 / 60.0 * PI / 180.0;
+/// An eclipse of the Sun lasts 3.6 hours at a place, at most; one of the Moon 6.3.
+const SEARCH_S: f64 = 4.0 * 3600.0;
+const STEP_S: f64 = 120.0;
+
+/// A place on the Earth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Geodetic.
+    pub latitude_deg: f64,
+    /// East.
+    pub longitude_deg: f64,
+    /// Over the ellipsoid.
+    pub height_km: f64,
+}
+
+impl Place {
+    /// The place on the ground below a point of the spheroid's surface, ITRS.
+    pub(super) fn of_surface_point(point_km: DVec3, earth_km: DVec3) -> Self {
+        let normal = point_km / (earth_km * earth_km);
+        Self {
+            latitude_deg: normal.z.atan2(normal.truncate().length()).to_degrees(),
+            longitude_deg: normal.y.atan2(normal.x).to_degrees(),
+            height_km: 0.0,
+        }
+    }
+}
+
+/// An instant of an eclipse and where the body stands then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalContact {
+    pub name: &'static str,
+    pub time: Instant,
+    pub altitude_deg: f64,
+    /// From north through east.
+    pub azimuth_deg: f64,
+}
+
+impl LocalContact {
+    /// Whether the disc's upper limb is above the horizon, with refraction.
+    pub fn is_up(&self) -> bool {
+        self.altitude_deg.to_radians() + HORIZON_REFRACTION + DISC_RADIUS > 0.0
+    }
+}
+
+/// Semidiameter of the Sun and the Moon for rising and setting, radians.
+const DISC_RADIUS: f64 = 16.0 / 60.0 * PI / 180.0;
+
+/// An eclipse as a place sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LocalCircumstances {
+    /// Whether any of it is above the horizon; the rest is then geometry alone.
+    pub visible: bool,
+    /// C1 to C4 of the Sun, P1 to P4 of the Moon, by time; those below the horizon are told apart by [`LocalContact::is_up`].
+    pub contacts: Vec<LocalContact>,
+    /// The deepest that is above the horizon; where nothing is, the deepest.
+    pub maximum: LocalContact,
+    /// Part of the Sun's diameter that is covered then; where one disc lies within the other, the Moon's diameter over the Sun's. Of the Moon: as
+    /// seen from everywhere.
+    pub magnitude: f64,
+    /// Part of the Sun's disc that is covered then; not of the Moon.
+    pub obscuration: Option<f64>,
+    /// Between first and last contact.
+    pub rise: Option<Instant>,
+    pub set: Option<Instant>,
+    /// From second to third contact.
+    pub central_s: Option<f64>,
+}
+
+/// The discs of the Sun and the Moon over a place, radians.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Discs {
+    pub sun: f64,
+    pub moon: f64,
+    penumbral_moon: f64,
+    separation: f64,
+}
+
+impl Discs {
+    /// Negative where the discs overlap.
+    fn apart(&self) -> f64 {
+        self.separation - self.sun - self.penumbral_moon
+    }
+    /// Negative where one disc lies within the other.
+    pub fn outside(&self) -> f64 {
+        self.separation - (self.sun - self.moon).abs()
+    }
+
+    pub fn magnitude(&self) -> f64 {
+        if self.outside() < 0.0 {
+            return self.moon / self.sun;
+        }
+        -self.apart() / (2.0 * self.sun + self.penumbral_moon - self.moon)
+    }
+
+    fn obscuration(&self) -> f64 {
+        let (d, r) = (self.separation / self.sun, self.moon / self.sun);
+        if d >= 1.0 + r {
+            return 0.0;
+        }
+        if d <= (1.0 - r).abs() {
+            return (r * r).min(1.0);
+        }
+        // Two circular segments: half angles at both centres.
+        let at_sun = ((d * d + 1.0 - r * r) / (2.0 * d)).clamp(-1.0, 1.0).acos();
+        let at_moon = ((d * d + r * r - 1.0) / (2.0 * d * r)).clamp(-1.0, 1.0).acos();
+        (at_sun - at_sun.sin() * at_sun.cos() + r * r * (at_moon - at_moon.sin() * at_moon.cos())) / PI
+    }
+}
+
+/// A place under the sky of an eclipse.
+pub(super) struct Station<'a> {
+    sky: &'a EarthSky,
+    bodies: EclipseBodies,
+    point_km: DVec3,
+    normal: DVec3,
+}
+
+impl<'a> Station<'a> {
+    pub fn new(sky: &'a EarthSky, bodies: EclipseBodies, place: Place) -> Self {
+        let (point_km, normal) = ground_point_km(bodies.earth_km, place.latitude_deg, place.longitude_deg, place.height_km);
+        Self { sky, bodies, point_km, normal }
+    }
+
+    pub fn discs(&self, s: f64) -> Discs {
+        let point_km = self.sky.itrs_from_gcrs(s).transpose() * self.point_km;
+        let (sun, moon) = (self.sky.sun_km(s) - point_km, self.sky.moon_km(s) - point_km);
+        let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
+        Discs {
+            sun: radius(self.bodies.sun_km, sun),
+            moon: radius(self.bodies.moon_km, moon),
+            penumbral_moon: radius(self.bodies.penumbral_moon_km, moon),
+            separation: angle_rad(sun, moon),
+        }
+    }
+
+    /// Altitude and azimuth of a body, radians.
+    fn horizontal(&self, body_km: DVec3, s: f64) -> (f64, f64) {
+        let local = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
+        let east = DVec3::Z.cross(self.normal).try_normalize().unwrap_or(DVec3::Y);
+        let north = self.normal.cross(east);
+        let (e, n) = (local.dot(east), local.dot(north));
+        (local.dot(self.normal).atan2(e.hypot(n)), e.atan2(n).rem_euclid(TAU))
+    }
+
+    fn contact(&self, name: &'static str, s: f64, body: impl Fn(f64) -> DVec3) -> LocalContact {
+        let (altitude, azimuth) = self.horizontal(body(s), s);
+        LocalContact { name, time: self.sky.instant(s), altitude_deg: altitude.to_degrees(), azimuth_deg: azimuth.to_degrees() }
+    }
+
+    /// Of the Sun, degrees.
+    pub fn sun_altitude_deg(&self, s: f64) -> f64 {
+        self.horizontal(self.sky.sun_km(s), s).0.to_degrees()
+    }
+
+    /// When the discs are nearest to each other, looked for around `near_s`.
+    fn deepest(&self, near_s: f64) -> f64 {
+        let steps = (2.0 * SEARCH_S / STEP_S) as i32;
+        let at = |i: i32| near_s - SEARCH_S + f64::from(i) * STEP_S;
+        let apart = |s: f64| self.discs(s).separation;
+        let nearest = (0..=steps).min_by(|a, b| apart(at(*a)).total_cmp(&apart(at(*b)))).unwrap_or(0);
+        least_instant(at(nearest) - STEP_S, at(nearest) + STEP_S, apart)
+    }
+
+    /// Second and third contact around the deepest; `None` where no disc lies within the other.
+    pub fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
+        let deepest = self.deepest(near_s);
+        let outside = |s: f64| self.discs(s).outside();
+        let reach_s = 1800.0;
+        (outside(deepest) < 0.0)
+            .then(|| (end_of_negative(deepest, deepest - reach_s, outside), end_of_negative(deepest, deepest + reach_s, outside)))
+    }
+
+    /// What the place sees of an eclipse of the Sun that is greatest near `near_s`; `None` where the discs never meet.
+    pub fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
+        let deepest = self.deepest(near_s);
+        let apart = |s: f64| self.discs(s).apart();
+        if apart(deepest) >= 0.0 {
+            return None;
+        }
+        let sun = |s: f64| self.sky.sun_km(s);
+        let (first, last) = (end_of_negative(deepest, deepest - SEARCH_S, apart), end_of_negative(deepest, deepest + SEARCH_S, apart));
+        let central = self.central_span(near_s);
+        let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
+        if let Some((second, third)) = central {
+            contacts.splice(1..1, [self.contact("C2", second, sun), self.contact("C3", third, sun)]);
+        }
+        let up = self.up_between(first, last, sun);
+        let magnitude = |s: f64| self.discs(s).magnitude();
+        // The discs part steadily on either side of the deepest: where that is below the horizon, the best is a rising or a setting.
+        let best = up.best(deepest, magnitude);
+        Some(LocalCircumstances {
+            visible: best.is_some(),
+            contacts,
+            maximum: self.contact("maximum", best.unwrap_or(deepest), sun),
+            magnitude: magnitude(best.unwrap_or(deepest)),
+            obscuration: Some(self.discs(best.unwrap_or(deepest)).obscuration()),
+            rise: up.rise.map(|s| self.sky.instant(s)),
+            set: up.set.map(|s| self.sky.instant(s)),
+            central_s: central.map(|(a, b)| b - a),
+        })
+    }
+
+    /// What the place sees of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
+    pub fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
+        let moon = |s: f64| self.sky.moon_km(s);
+        let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
+        let up = self.up_between(first, last, moon);
+        let best = up.best(greatest_s, &magnitude);
+        LocalCircumstances {
+            visible: best.is_some(),
+            contacts: contacts.iter().map(|(name, s)| self.contact(name, *s, moon)).collect(),
+            maximum: self.contact("maximum", best.unwrap_or(greatest_s), moon),
+            magnitude: magnitude(best.unwrap_or(greatest_s)),
+            obscuration: None,
+            rise: up.rise.map(|s| self.sky.instant(s)),
+            set: up.set.map(|s| self.sky.instant(s)),
+            central_s: None,
+        }
+    }
+
+    fn up_between(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> Up {
+        let height = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION + DISC_RADIUS;
+        let mut up = Up { spans: Vec::new(), rise: None, set: None };
+        let mut since = (height(first) > 0.0).then_some(first);
+        let mut at = first;
+        while at < last {
+            let next = (at + STEP_S).min(last);
+            match (height(at) > 0.0, height(next) > 0.0) {
+                (false, true) => {
+                    let s = end_of_negative(at, next, height);
+                    up.rise = up.rise.or(Some(s));
+                    since = Some(s);
+                }
+                (true, false) => {
+                    let s = end_of_negative(at, next, |s| -height(s));
+                    up.set = up.set.or(Some(s));
+                    up.spans.extend(since.take().map(|from| (from, s)));
+                }
+                _ => {}
+            }
+            at = next;
+        }
+        up.spans.extend(since.map(|from| (from, last)));
+        up
+    }
+}
+
+/// When a body is above the horizon, seconds.
+struct Up {
+    spans: Vec<(f64, f64)>,
+    rise: Option<f64>,
+    set: Option<f64>,
+}
+
+impl Up {
+    /// The deepest instant above the horizon.
+    fn best(&self, deepest: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
+        let nearest = self.spans.iter().map(|(from, to)| deepest.clamp(*from, *to));
+        nearest.max_by(|a, b| magnitude(*a).total_cmp(&magnitude(*b)))
+    }
+}

@@ -1,0 +1,187 @@
+//! Eclipses of the Moon.
+//!
+//! In: a full moon, the ephemeris, the catalog's radii. Out: type, greatest eclipse, magnitudes and contacts with the Earth's shadow. Light takes time: the
+//! light that leaves the Moon in eclipse passed the Earth 1.3 s before and came from where the Sun was seen then, which puts the shadow's axis
+//! opposite to the Sun of 2.6 s before. Almanacs take the Sun of the same moment: their instants are 0.2 s later.
+//!
+//! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
+//! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
+
+use super::local::{LocalCircumstances, Place, Station};
+use super::lunation::{Phase, Syzygy};
+use super::numeric::{end_of_negative, least_instant};
+use super::sky::{EarthSky, EclipseBodies};
+use crate::catalog::EclipseRadii;
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::time::Instant;
+use crate::units::SPEED_OF_LIGHT_KM_S;
+use glam::DVec3;
+
+const PHASE_S: f64 = 15.0 * 3600.0;
+/// The Moon leaves the penumbra within 3.2 hours of the greatest eclipse.
+const SHADOW_S: f64 = 4.0 * 3600.0;
+/// Danjon's enlargement of the Moon's parallax: what the air adds to the Earth's radius, less the flattening at 45 degrees.
+const DANJON: f64 = 0.01;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LunarType {
+    Penumbral,
+    Partial,
+    Total,
+}
+
+impl LunarType {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Penumbral => "penumbral",
+            Self::Partial => "partial",
+            Self::Total => "total",
+        }
+    }
+}
+
+/// How the Earth's shadow is enlarged for its air, by the radii in force.
+pub fn shadow_of(radii: EclipseRadii) -> &'static str {
+    match radii {
+        EclipseRadii::Iau => "geometric",
+        EclipseRadii::Almanac => "danjon",
+    }
+}
+
+/// An eclipse of the Moon.
+#[derive(Clone, Debug)]
+pub struct LunarEclipse {
+    pub class: LunarType,
+    /// When the Moon's centre is nearest to the axis of the shadow, as the Earth's centre receives the light, like the contacts.
+    pub greatest: Instant,
+    /// Least distance of the Moon's centre from the axis, the Earth's equatorial radii, positive north of it.
+    pub gamma: f64,
+    /// Part of the Moon's diameter inside the umbra, and inside the penumbra; negative outside.
+    pub umbral_magnitude: f64,
+    pub penumbral_magnitude: f64,
+    /// Where the Moon is overhead at greatest eclipse.
+    pub place: Place,
+    /// P1, U1, U2, U3, U4, P4 by time: the Moon meets the penumbra, meets the umbra, is wholly inside it, and so back.
+    pub contacts: Vec<(&'static str, Instant)>,
+    pub saros: i64,
+    geometry: Geometry,
+}
+
+/// Times are seconds from the mean full moon.
+#[derive(Clone, Debug)]
+struct Geometry {
+    sky: EarthSky,
+    bodies: EclipseBodies,
+    greatest_s: f64,
+}
+
+/// Where the Moon is against the shadow, km.
+struct InShadow {
+    /// From the axis to the Moon's centre.
+    aside: DVec3,
+    umbra_km: f64,
+    penumbra_km: f64,
+}
+
+impl Geometry {
+    fn moon_km(&self) -> f64 {
+        self.bodies.penumbral_moon_km
+    }
+
+    fn in_shadow(&self, s: f64) -> InShadow {
+        let moon_km = self.sky.moon_km(s);
+        let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
+        let distance_km = sun_km.length();
+        let along = -sun_km / distance_km;
+        let behind_km = moon_km.dot(along);
+        let (earth_km, sun_radius_km) = (self.bodies.earth_km.x, self.bodies.sun_km);
+        // Radius of a cone with this half angle where the Moon is.
+        let radius_km = |sin_half: f64, sign: f64| {
+            let cos_half = (1.0 - sin_half * sin_half).sqrt();
+            (earth_km + sign * behind_km * sin_half) / cos_half
+        };
+        let enlarged_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON * earth_km } else { 0.0 };
+        InShadow {
+            aside: moon_km - along * behind_km,
+            umbra_km: radius_km((sun_radius_km - earth_km) / distance_km, -1.0) + enlarged_km,
+            penumbra_km: radius_km((sun_radius_km + earth_km) / distance_km, 1.0) + enlarged_km,
+        }
+    }
+
+    /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
+    fn magnitudes(&self, s: f64) -> (f64, f64) {
+        let at = self.in_shadow(s);
+        let part = |shadow_km: f64| (shadow_km + self.moon_km() - at.aside.length()) / (2.0 * self.moon_km());
+        (part(at.umbra_km), part(at.penumbra_km))
+    }
+}
+
+/// The eclipse of the Moon at a full moon, if there is one.
+pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy) -> Result<Option<LunarEclipse>, EphemerisError> {
+    debug_assert_eq!(full_moon.phase, Phase::Full);
+    if !full_moon.may_eclipse() {
+        return Ok(None);
+    }
+    let sky = EarthSky::around(ephemeris, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
+    let mut geometry = Geometry { sky, bodies, greatest_s: 0.0 };
+    let greatest_s = least_instant(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).aside.length());
+    geometry.greatest_s = greatest_s;
+    let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
+    if penumbral_magnitude <= 0.0 {
+        return Ok(None);
+    }
+    // Where the part of the diameter inside a shadow passes `part`.
+    let mut contacts = Vec::new();
+    let mut add = |first, last, magnitude: &dyn Fn(f64) -> f64, part: f64| {
+        let outside = |s: f64| part - magnitude(s);
+        if outside(greatest_s) < 0.0 {
+            contacts.push((first, end_of_negative(greatest_s, greatest_s - SHADOW_S, outside)));
+            contacts.push((last, end_of_negative(greatest_s, greatest_s + SHADOW_S, outside)));
+        }
+    };
+    add("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);
+    add("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
+    add("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
+    contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let aside = geometry.in_shadow(greatest_s).aside;
+    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.moon_km(greatest_s);
+    Ok(Some(LunarEclipse {
+        class: match umbral_magnitude {
+            m if m >= 1.0 => LunarType::Total,
+            m if m > 0.0 => LunarType::Partial,
+            _ => LunarType::Penumbral,
+        },
+        greatest: geometry.sky.instant(greatest_s),
+        gamma: aside.length().copysign(aside.dot(geometry.sky.pole())) / bodies.earth_km.x,
+        umbral_magnitude,
+        penumbral_magnitude,
+        place: Place {
+            latitude_deg: overhead.z.atan2(overhead.truncate().length()).to_degrees(),
+            longitude_deg: overhead.y.atan2(overhead.x).to_degrees(),
+            height_km: 0.0,
+        },
+        contacts: contacts.into_iter().map(|(name, s)| (name, geometry.sky.instant(s))).collect(),
+        saros: full_moon.saros(),
+        geometry,
+    }))
+}
+
+impl LunarEclipse {
+    /// From one contact to another, such as U1 to U4 for the partial and U2 to U3 for the total phase.
+    pub fn duration_s(&self, first: &str, last: &str) -> Option<f64> {
+        let of = |name: &str| Some(self.contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
+        Some(of(last)? - of(first)?)
+    }
+
+    /// What a place sees of it.
+    pub fn seen_from(&self, place: Place) -> LocalCircumstances {
+        let station = Station::new(&self.geometry.sky, self.geometry.bodies, place);
+        let past = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();
+        let contacts: Vec<_> = self.contacts.iter().map(|(name, t)| (*name, past(*t))).collect();
+        let magnitude = |s: f64| {
+            let (umbral, penumbral) = self.geometry.magnitudes(s);
+            if self.class == LunarType::Penumbral { penumbral } else { umbral }
+        };
+        station.lunar(&contacts, self.geometry.greatest_s, magnitude)
+    }
+}

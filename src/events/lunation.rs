@@ -1,0 +1,116 @@
+//! Mean new and full moons, and the Saros series that they belong to.
+//!
+//! In: instants and numbers of lunations. Out: mean phases within 15 hours of the true ones, and numbers of series. Lunation 0 is the new moon of
+//! 2000-01-06 (Meeus 1998, Astronomical Algorithms, chapter 49). Not here: the true phases.
+
+use crate::time::Instant;
+
+/// TT Julian date of the mean new moon of lunation 0, and days between mean new moons (Meeus 1998, eq. 49.1).
+const FIRST_JD_TT: f64 = 2_451_550.097_66;
+const SYNODIC_MONTH_DAYS: f64 = 29.530_588_861;
+const LUNATIONS_PER_CENTURY: f64 = 1236.85;
+
+/// New moon or full moon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    New,
+    Full,
+}
+
+/// A mean new or full moon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Syzygy {
+    pub phase: Phase,
+    /// Of the lunation that contains it.
+    pub lunation: i64,
+}
+
+impl Syzygy {
+    /// The last one whose mean instant is not after `t`.
+    pub fn before(phase: Phase, t: Instant) -> Self {
+        let part = if phase == Phase::New { 0.0 } else { 0.5 };
+        let lunation = ((t.jd_tt() - FIRST_JD_TT) / SYNODIC_MONTH_DAYS - part).floor() as i64;
+        Self { phase, lunation }
+    }
+
+    pub fn next(self) -> Self {
+        Self { lunation: self.lunation + 1, ..self }
+    }
+
+    /// Lunations past the first new moon, as Meeus counts them.
+    fn k(self) -> f64 {
+        self.lunation as f64 + if self.phase == Phase::New { 0.0 } else { 0.5 }
+    }
+
+    pub fn mean_instant(self) -> Instant {
+        let centuries = self.k() / LUNATIONS_PER_CENTURY;
+        let jd_tt = FIRST_JD_TT + SYNODIC_MONTH_DAYS * self.k() + 0.000_154_37 * centuries * centuries - 1.5e-7 * centuries.powi(3);
+        Instant::from_jd_tt(jd_tt)
+    }
+
+    /// Whether the Moon is near enough to its node: the sine of its mean argument of latitude is at most 0.36 (Meeus 1998, chapter 54).
+    pub fn may_eclipse(self) -> bool {
+        let centuries = self.k() / LUNATIONS_PER_CENTURY;
+        let argument_deg = 160.7108 + 390.670_502_84 * self.k() - 0.001_611_8 * centuries * centuries;
+        argument_deg.to_radians().sin().abs() <= 0.36
+    }
+
+    /// Number of the Saros series, as van den Bergh counts them (Periodicity and Variation of Solar (and Lunar) Eclipses, 1955).
+    ///
+    /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223, for
+    /// 38 times 358 is 1 modulo 223. Anchors: the solar eclipse of 2024-04-08 is of series 139, the lunar one of 2022-11-08 of 136 (Espenak and Meeus
+    /// 2006). Of the numbers that agree modulo 223 the answer is nearest to the series that are in their middle at that time.
+    pub fn saros(self) -> i64 {
+        let (anchor, number, middle) = match self.phase {
+            Phase::New => (300, 139, 137),
+            Phase::Full => (282, 136, 130),
+        };
+        let lunations = self.lunation - anchor;
+        let modular = number + 38 * lunations;
+        let in_middle = middle as f64 + lunations as f64 / 358.0;
+        modular + 223 * ((in_middle - modular as f64) / 223.0).round() as i64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn series_are_those_of_the_canons() {
+        // Espenak and Meeus, Five Millennium Canons: (an instant two days before the eclipse, phase, series).
+        for (before, phase, series) in [
+            ("2017-08-20", Phase::New, 145),
+            ("2024-04-07", Phase::New, 139),
+            ("1999-08-10", Phase::New, 145),
+            ("2009-07-21", Phase::New, 136),
+            ("1919-05-28", Phase::New, 136),
+            ("2015-03-19", Phase::New, 120),
+            ("2012-05-19", Phase::New, 128),
+            ("2022-11-07", Phase::Full, 136),
+            ("2018-07-26", Phase::Full, 129),
+            ("2019-01-20", Phase::Full, 134),
+            ("2025-03-13", Phase::Full, 123),
+        ] {
+            let mut at = Syzygy::before(phase, Instant::parse(before).expect("a day"));
+            if at.mean_instant() < Instant::parse(before).expect("a day").plus_seconds(-86_400.0) {
+                at = at.next();
+            }
+            assert_eq!(at.saros(), series, "{before}");
+            // One lunation on is another series.
+            assert_ne!(at.next().saros(), series, "{before}");
+        }
+    }
+
+    #[test]
+    fn a_series_goes_on_after_eighteen_years_and_the_next_begins_after_twenty_nine() {
+        for phase in [Phase::New, Phase::Full] {
+            for lunation in (-20_000..14_000).step_by(97) {
+                let at = Syzygy { phase, lunation };
+                let later = |by: i64| Syzygy { phase, lunation: lunation + by }.saros();
+                let apart = |n: i64| (n - at.saros()).rem_euclid(223);
+                assert_eq!((apart(later(223)), apart(later(358))), (0, 1), "{lunation}");
+            }
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! What happens in the sky and when: eclipses of the Sun and the Moon.
+//!
+//! In: catalog, ephemeris, a span of time. Out: events by time, with their instants as the Earth's centre receives the light, and what a place sees of
+//! them. The geometry is that of the shaders: bodies stand where the light passed them, radii are the catalog's, of the convention in force. Nothing is
+//! drawn here and no file is read.
+
+mod cone;
+mod local;
+mod lunar;
+mod lunation;
+mod numeric;
+mod sky;
+mod solar;
+
+pub use local::{LocalCircumstances, LocalContact, Place};
+pub use lunar::{LunarEclipse, LunarType, shadow_of};
+pub use solar::{SolarEclipse, SolarType};
+
+use crate::catalog::Catalog;
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::time::Instant;
+use lunation::{Phase, Syzygy};
+use sky::EclipseBodies;
+
+/// Eclipses of the Sun that are greatest from `from` to before `to`.
+///
+/// # Errors
+/// The catalog lacks a body, or the theories do not reach the span.
+pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
+    let bodies = EclipseBodies::of(catalog)?;
+    at_phases(Phase::New, from, to, |e: &SolarEclipse| e.greatest, |new_moon| solar::at(ephemeris, bodies, new_moon))
+}
+
+/// Eclipses of the Moon that are greatest from `from` to before `to`.
+///
+/// # Errors
+/// As [`solar_eclipses`].
+pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<LunarEclipse>, EphemerisError> {
+    let bodies = EclipseBodies::of(catalog)?;
+    at_phases(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, |full_moon| lunar::at(ephemeris, bodies, full_moon))
+}
+
+fn at_phases<E>(
+    phase: Phase,
+    from: Instant,
+    to: Instant,
+    greatest: impl Fn(&E) -> Instant,
+    at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
+) -> Result<Vec<E>, EphemerisError> {
+    let mut found = Vec::new();
+    // A day covers the distance between mean and true phase.
+    const MARGIN_S: f64 = 86_400.0;
+    let mut syzygy = Syzygy::before(phase, from.plus_seconds(-MARGIN_S));
+    while syzygy.mean_instant() < to.plus_seconds(MARGIN_S) {
+        found.extend(at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))));
+        syzygy = syzygy.next();
+    }
+    Ok(found)
+}

@@ -1,0 +1,58 @@
+//! Roots and minima in time of functions that are cheap and smooth.
+
+/// Instants are closed in to this, seconds.
+const TOLERANCE_S: f64 = 1e-4;
+
+/// Where `f` stops being negative on the way from `inside`, where it is, to `outside`; `outside` where it stays negative.
+pub(super) fn end_of_negative(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -> f64 {
+    if f(outside) < 0.0 {
+        return outside;
+    }
+    let (mut negative, mut other) = (inside, outside);
+    while (other - negative).abs() > TOLERANCE_S {
+        let middle = 0.5 * (negative + other);
+        if f(middle) < 0.0 {
+            negative = middle;
+        } else {
+            other = middle;
+        }
+    }
+    0.5 * (negative + other)
+}
+
+/// Where `f`, which has one minimum between `a` and `b`, is least: golden sections to `tolerance`.
+pub(super) fn least(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
+    const SECTION: f64 = 0.618_033_988_749_895;
+    let (mut left, mut right) = (b - SECTION * (b - a), a + SECTION * (b - a));
+    let (mut f_left, mut f_right) = (f(left), f(right));
+    while b - a > tolerance {
+        if f_left < f_right {
+            (b, right, f_right) = (right, left, f_left);
+            left = b - SECTION * (b - a);
+            f_left = f(left);
+        } else {
+            (a, left, f_left) = (left, right, f_right);
+            right = a + SECTION * (b - a);
+            f_right = f(right);
+        }
+    }
+    0.5 * (a + b)
+}
+
+/// The instant between `a` and `b` at which `f` is least, where `f` has one minimum.
+pub(super) fn least_instant(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
+    least(a, b, TOLERANCE_S, f)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_and_minima_are_found() {
+        assert!((end_of_negative(0.0, 9000.0, |s| s * s - 1e6) - 1000.0).abs() < 1e-3);
+        assert!((end_of_negative(0.0, -9000.0, |s| s * s - 1e6) + 1000.0).abs() < 1e-3);
+        assert_eq!(end_of_negative(0.0, 500.0, |s| s * s - 1e6), 500.0);
+        assert!((least_instant(-9000.0, 9000.0, |s| (1e6 + (s - 321.0).powi(2)).sqrt()) - 321.0).abs() < 2e-3);
+    }
+}

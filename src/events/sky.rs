@@ -1,0 +1,118 @@
+//! The Sun and the Moon as the Earth's centre sees them for some hours.
+//!
+//! In: the ephemeris and an instant. Out: apparent places by Chebyshev polynomials, exact to under a metre, so that contacts cost no ephemeris. Light time
+//! is in, and so is the aberration of the Earth's motion: in the Earth's own frame the light that passes the Moon meets the ground where the straight
+//! line says, to the 20 metres that the Moon moves while light crosses the Earth. The shader's receiver has the same frame. Not in: bending of light,
+//! refraction.
+
+use crate::catalog::{Catalog, EclipseRadii, NaifId};
+use crate::ephemeris::apparent::aberrated;
+use crate::ephemeris::{Ephemeris, EphemerisError, chebyshev};
+use crate::time::Instant;
+use glam::{DMat3, DVec3};
+use std::cell::RefCell;
+
+/// Terms of a polynomial over a day and a half.
+const TERMS: usize = 14;
+/// Turning of the Earth against the ICRF, radians a second (IERS Conventions 2010, eq. 5.15).
+const EARTH_RAD_PER_S: f64 = 7.292_115_146_7e-5;
+
+/// Where a body is seen from the Earth's centre at `t`: km, ICRF axes.
+///
+/// # Errors
+/// The theories do not reach `t`.
+pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
+    let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
+    let offset_km = ephemeris.light_time_position(body, earth.pos_km, t)?.0 - earth.pos_km;
+    let distance_km = offset_km.length();
+    Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
+}
+
+/// The catalog's radii of the three bodies of an eclipse, km.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EclipseBodies {
+    pub sun_km: f64,
+    /// For the umbra.
+    pub moon_km: f64,
+    /// For the penumbra: almanacs take a larger Moon there.
+    pub penumbral_moon_km: f64,
+    pub earth_km: DVec3,
+    pub radii: EclipseRadii,
+}
+
+impl EclipseBodies {
+    /// # Errors
+    /// The catalog lacks one of the bodies.
+    pub fn of(catalog: &Catalog) -> Result<Self, EphemerisError> {
+        let radii_km = |id, name| {
+            let body = catalog.body(id).ok_or_else(|| EphemerisError(format!("the catalog has no {name}: eclipses need it")))?;
+            Ok::<_, EphemerisError>(body.radii_km)
+        };
+        let moon_km = radii_km(NaifId::MOON, "Moon")?.x;
+        Ok(Self {
+            sun_km: radii_km(NaifId::SUN, "Sun")?.x,
+            moon_km,
+            penumbral_moon_km: moon_km * catalog.eclipse_radii().penumbral_moon_ratio(),
+            earth_km: radii_km(NaifId::EARTH, "Earth")?,
+            radii: catalog.eclipse_radii(),
+        })
+    }
+}
+
+/// Times are seconds from the middle.
+#[derive(Clone, Debug)]
+pub(super) struct EarthSky {
+    middle: Instant,
+    half_s: f64,
+    sun: [Vec<f64>; 3],
+    moon: [Vec<f64>; 3],
+    itrs_from_gcrs_at_middle: DMat3,
+}
+
+impl EarthSky {
+    /// `half_s` before and after `middle`, a day at most.
+    ///
+    /// # Errors
+    /// The theories do not reach so far.
+    pub fn around(ephemeris: &Ephemeris, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
+        let failed = RefCell::new(None);
+        let fit = |body| {
+            chebyshev::fit_nodes(TERMS, |u| {
+                seen_from_earth_km(ephemeris, body, middle.plus_seconds(u * half_s)).unwrap_or_else(|e| {
+                    failed.replace(Some(e));
+                    DVec3::ZERO
+                })
+            })
+        };
+        let (sun, moon) = (fit(NaifId::SUN), fit(NaifId::MOON));
+        if let Some(e) = failed.into_inner() {
+            return Err(e);
+        }
+        Ok(Self { middle, half_s, sun, moon, itrs_from_gcrs_at_middle: ephemeris.body_from_icrf(NaifId::EARTH, middle)? })
+    }
+
+    pub fn instant(&self, s: f64) -> Instant {
+        self.middle.plus_seconds(s)
+    }
+
+    fn sum(&self, series: &[Vec<f64>; 3], s: f64) -> DVec3 {
+        DVec3::from_array(series.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_s).0))
+    }
+
+    pub fn sun_km(&self, s: f64) -> DVec3 {
+        self.sum(&self.sun, s)
+    }
+
+    pub fn moon_km(&self, s: f64) -> DVec3 {
+        self.sum(&self.moon, s)
+    }
+
+    pub fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
+        DMat3::from_rotation_z(-EARTH_RAD_PER_S * s) * self.itrs_from_gcrs_at_middle
+    }
+
+    /// The Earth's pole of date.
+    pub fn pole(&self) -> DVec3 {
+        self.itrs_from_gcrs_at_middle.row(2)
+    }
+}

@@ -1,0 +1,192 @@
+//! Eclipses of the Sun on the Earth.
+//!
+//! In: a new moon, the ephemeris, the catalog's radii. Out: type, greatest eclipse, contacts of the shadow cones with the Earth's spheroid. Greatest
+//! eclipse is when the axis of the shadow is nearest to the Earth's centre (Explanatory Supplement, 3rd ed., section 11.3). Not here: the Moon's
+//! mountains, refraction.
+
+use super::cone::{Cone, Spheroid, axis};
+use super::local::{LocalCircumstances, Place, Station};
+use super::lunation::{Phase, Syzygy};
+use super::numeric::{end_of_negative, least_instant};
+use super::sky::{EarthSky, EclipseBodies};
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::time::Instant;
+
+/// The true new moon is nearer to the mean one than 15 hours, and the penumbra leaves the Earth within 4 hours of the greatest eclipse.
+const PHASE_S: f64 = 15.0 * 3600.0;
+const SHADOW_S: f64 = 4.0 * 3600.0;
+/// Places along the centre line at which umbra and antumbra are told apart.
+const LINE_SAMPLES: i32 = 24;
+
+/// What the place on the ground sees that sees most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolarType {
+    Partial,
+    Annular,
+    Total,
+    /// Annular on one part of the centre line, total on another.
+    Hybrid,
+}
+
+impl SolarType {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Partial => "partial",
+            Self::Annular => "annular",
+            Self::Total => "total",
+            Self::Hybrid => "hybrid",
+        }
+    }
+}
+
+/// An eclipse of the Sun.
+#[derive(Clone, Debug)]
+pub struct SolarEclipse {
+    pub class: SolarType,
+    /// Whether the axis of the shadow meets the ground.
+    pub central: bool,
+    /// As the Earth's centre receives the light, like the contacts.
+    pub greatest: Instant,
+    /// Least distance of the axis from the Earth's centre, equatorial radii, positive north of it.
+    pub gamma: f64,
+    /// At the place of greatest eclipse: part of the Sun's diameter that is covered; where one disc lies within the other, the ratio of diameters.
+    pub magnitude: f64,
+    /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis.
+    pub place: Place,
+    pub sun_altitude_deg: f64,
+    /// Of totality or annularity there.
+    pub duration_s: Option<f64>,
+    /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: umbra or antumbra.
+    pub contacts: Vec<(&'static str, Instant)>,
+    pub saros: i64,
+    pub(super) geometry: Geometry,
+}
+
+/// Sky and radii of one eclipse; times are seconds from the mean new moon.
+#[derive(Clone, Debug)]
+pub(super) struct Geometry {
+    pub sky: EarthSky,
+    pub bodies: EclipseBodies,
+    pub greatest_s: f64,
+}
+
+impl Geometry {
+    fn earth(&self) -> Spheroid {
+        let radii_km = self.bodies.earth_km;
+        Spheroid { equatorial_km: radii_km.x, polar_km: radii_km.z, pole: self.sky.pole() }
+    }
+
+    fn penumbra_gap_km(&self, s: f64) -> f64 {
+        let cone = Cone::penumbra(self.sky.sun_km(s), self.sky.moon_km(s), self.bodies.sun_km, self.bodies.penumbral_moon_km);
+        cone.gap_km(&self.earth()).0
+    }
+
+    fn umbra_gap_km(&self, s: f64) -> f64 {
+        Cone::umbra(self.sky.sun_km(s), self.sky.moon_km(s), self.bodies.sun_km, self.bodies.moon_km).gap_km(&self.earth()).0
+    }
+
+    /// Where the axis meets the ground.
+    pub fn centre(&self, s: f64) -> Option<Place> {
+        let (moon_km, (to_sun, _)) = (self.sky.moon_km(s), axis(self.sky.sun_km(s), self.sky.moon_km(s)));
+        let point_km = self.earth().meets_line_km(moon_km, to_sun)?;
+        Some(Place::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_km))
+    }
+
+    /// The place nearest to the axis where that misses the ground.
+    fn nearest_place(&self, s: f64) -> Place {
+        let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.moon_km(s)).gap_km(&self.earth());
+        Place::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().farthest_km(-towards_earth), self.bodies.earth_km)
+    }
+
+    pub fn station(&self, place: Place) -> Station<'_> {
+        Station::new(&self.sky, self.bodies, place)
+    }
+
+    /// When the axis meets and leaves the ground; `None` where it misses.
+    pub fn central_span(&self) -> Option<(f64, f64)> {
+        let earth = self.earth();
+        let misses = |s: f64| -earth.depth_of_line(self.sky.moon_km(s), axis(self.sky.sun_km(s), self.sky.moon_km(s)).0);
+        let middle = least_instant(self.greatest_s - 600.0, self.greatest_s + 600.0, misses);
+        (misses(middle) < 0.0)
+            .then(|| (end_of_negative(middle, middle - SHADOW_S, misses), end_of_negative(middle, middle + SHADOW_S, misses)))
+    }
+
+    /// Whether the Moon covers the Sun at a place and moment where both are centred.
+    fn is_total(&self, s: f64, place: Place) -> bool {
+        let discs = self.station(place).discs(s);
+        discs.moon > discs.sun
+    }
+
+    fn class_of_line(&self, (from, to): (f64, f64)) -> SolarType {
+        // A hair inside, where the line meets the ground for certain.
+        let margin = 1e-4 * (to - from);
+        let at = |i: i32| from + margin + (to - from - 2.0 * margin) * f64::from(i) / f64::from(LINE_SAMPLES);
+        let total: Vec<bool> = (0..=LINE_SAMPLES).filter_map(|i| self.centre(at(i)).map(|place| self.is_total(at(i), place))).collect();
+        match (total.contains(&true), total.contains(&false)) {
+            (true, true) => SolarType::Hybrid,
+            (true, false) => SolarType::Total,
+            _ => SolarType::Annular,
+        }
+    }
+}
+
+/// The eclipse of the Sun at a new moon, if there is one.
+pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy) -> Result<Option<SolarEclipse>, EphemerisError> {
+    debug_assert_eq!(new_moon.phase, Phase::New);
+    if !new_moon.may_eclipse() {
+        return Ok(None);
+    }
+    let sky = EarthSky::around(ephemeris, new_moon.mean_instant(), PHASE_S + SHADOW_S)?;
+    // The axis as a vector from the Earth's centre to its nearest point.
+    let foot_km = |s: f64| {
+        let (moon_km, (to_sun, _)) = (sky.moon_km(s), axis(sky.sun_km(s), sky.moon_km(s)));
+        moon_km - to_sun * moon_km.dot(to_sun)
+    };
+    let greatest_s = least_instant(-PHASE_S, PHASE_S, |s| foot_km(s).length());
+    let foot = foot_km(greatest_s);
+    let gamma = foot.length().copysign(foot.dot(sky.pole())) / bodies.earth_km.x;
+    let geometry = Geometry { sky, bodies, greatest_s };
+    if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
+        return Ok(None);
+    }
+    let span = |gap: &dyn Fn(f64) -> f64| {
+        let end = |sign: f64| end_of_negative(greatest_s, greatest_s + sign * SHADOW_S, gap);
+        (end(-1.0), end(1.0))
+    };
+    let penumbra = span(&|s| geometry.penumbra_gap_km(s));
+    let umbra = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| span(&|s| geometry.umbra_gap_km(s)));
+    let line = geometry.central_span();
+    let place = geometry.centre(greatest_s).unwrap_or_else(|| geometry.nearest_place(greatest_s));
+    let class = match (line, umbra) {
+        (Some(line), _) => geometry.class_of_line(line),
+        (None, Some(_)) if geometry.is_total(greatest_s, place) => SolarType::Total,
+        (None, Some(_)) => SolarType::Annular,
+        (None, None) => SolarType::Partial,
+    };
+    let instant = |s: f64| geometry.sky.instant(s);
+    let mut contacts = vec![("P1", instant(penumbra.0)), ("P4", instant(penumbra.1))];
+    if let Some((first, last)) = umbra {
+        contacts.splice(1..1, [("U1", instant(first)), ("U4", instant(last))]);
+    }
+    let station = geometry.station(place);
+    Ok(Some(SolarEclipse {
+        class,
+        central: line.is_some(),
+        greatest: instant(greatest_s),
+        gamma,
+        magnitude: station.discs(greatest_s).magnitude(),
+        place,
+        sun_altitude_deg: station.sun_altitude_deg(greatest_s),
+        duration_s: station.central_span(greatest_s).map(|(second, third)| third - second),
+        contacts,
+        saros: new_moon.saros(),
+        geometry,
+    }))
+}
+
+impl SolarEclipse {
+    /// What a place sees of it; `None` where the Moon misses the Sun.
+    pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
+        self.geometry.station(place).solar(self.geometry.greatest_s)
+    }
+}
