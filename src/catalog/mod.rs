@@ -389,6 +389,11 @@ impl Catalog {
         self.stars.clone().unwrap_or_else(StarCatalog::embedded)
     }
 
+    /// Of the brightest star; those that ship need not be read for it.
+    pub fn brightest_magnitude(&self) -> f32 {
+        self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST, |s| s.brightest_magnitude())
+    }
+
     /// Well-known moments, by kind and time.
     pub fn moments(&self) -> &[moments::Moment] {
         &self.moments

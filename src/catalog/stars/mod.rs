@@ -66,7 +66,10 @@ static EMBEDDED: LazyLock<Arc<StarCatalog>> = LazyLock::new(|| match StarCatalog
     Err(e) => panic!("the embedded stars are broken: {e}"),
 });
 
-/// Cells on a side of each of the six faces of a cube around the observer: 4 to 6 degrees each.
+/// Magnitude of the brightest star that ships, Sirius.
+pub(super) const EMBEDDED_BRIGHTEST: f32 = -1.44;
+
+/// Cells on a side of each of the six faces of a cube around the observer: 3 to 7 degrees each.
 const CELLS_A_SIDE: usize = 16;
 
 /// The cell of a direction: the face of the cube that it meets, and where.
@@ -133,6 +136,10 @@ impl StarCatalog {
         &self.cells
     }
 
+    pub fn brightest_magnitude(&self) -> f32 {
+        self.cells.iter().map(|c| c.brightest_magnitude).fold(f32::INFINITY, f32::min)
+    }
+
     /// The star of a Hipparcos number.
     pub fn hip(&self, number: u32) -> Option<&Star> {
         self.stars.iter().find(|s| s.hip == number && number != 0)
@@ -159,6 +166,7 @@ mod tests {
     fn cells_hold_what_they_say() {
         let catalog = StarCatalog::embedded();
         assert_eq!(catalog.stars().len(), 15_537);
+        assert_eq!(catalog.brightest_magnitude(), EMBEDDED_BRIGHTEST);
         assert_eq!(catalog.cells().iter().map(|c| c.stars.len()).sum::<usize>(), 15_537);
         for cell in catalog.cells() {
             let of = &catalog.stars()[cell.stars.clone()];
