@@ -14,9 +14,12 @@ mod fields;
 pub mod moments;
 mod overlay;
 mod read;
+pub mod stars;
 mod table;
 
 pub use eclipse_radii::EclipseRadii;
+use stars::StarCatalog;
+use std::sync::Arc;
 
 /// A NAIF integer code: a body (`399` the Earth), a system barycentre (`1`..`9`), or `0`, the solar system barycentre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -316,6 +319,8 @@ pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
     eclipse_radii: EclipseRadii,
+    /// The user's; `None`: those that ship.
+    stars: Option<Arc<StarCatalog>>,
     /// File and line of the fields that only the whole can check, by body and field; a field that is not here stands with its body, under "".
     field_lines: BTreeMap<BodyField, FileLine>,
 }
@@ -374,6 +379,21 @@ impl Catalog {
     /// Every body, by rising NAIF code.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
+    }
+
+    /// The same with other stars.
+    pub fn with_stars(self, stars: Option<Arc<StarCatalog>>) -> Self {
+        Self { stars, ..self }
+    }
+
+    /// The stars of the sky. Those that ship are read when they are first asked for.
+    pub fn stars(&self) -> Arc<StarCatalog> {
+        self.stars.clone().unwrap_or_else(StarCatalog::embedded)
+    }
+
+    /// Of the brightest star; those that ship need not be read for it.
+    pub fn brightest_magnitude(&self) -> f32 {
+        self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST, |s| s.brightest_magnitude())
     }
 
     /// Well-known moments, by kind and time.

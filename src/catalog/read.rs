@@ -98,7 +98,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     let moments = moments::assemble(moments_drafts, &bodies, &problems);
     problems.into_result()?;
-    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), field_lines })
+    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), stars: None, field_lines })
 }
 
 /// Where a body's fields stand that only the whole can check.

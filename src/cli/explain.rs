@@ -48,6 +48,7 @@ pub fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
             "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
             "eclipse_radii": session.catalog().eclipse_radii_text(),
             "purpose": scene.purpose.to_string(),
+            "sky": scene.sky,
             "bodies": bodies.iter().map(|b| as_json(b, &estimate_notes(session.catalog(), b))).collect::<Vec<_>>(),
         });
         format!("{value:#}\n")
@@ -86,6 +87,9 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
         scene.purpose
     );
     text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_text()));
+    for d in &scene.sky {
+        text.push_str(&format!("{} {} {}\n", if d.on { '+' } else { '-' }, d.feature, d.description()));
+    }
     for b in bodies {
         let magnitude = b.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
         text.push_str(&format!(

@@ -106,6 +106,9 @@ pub struct Common {
     /// SPICE SPK file, such as DE440, used before the embedded kernel
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
+    /// Stars in place of the embedded ones: CSV with named columns (ra_deg, dec_deg, v_mag, ...) or Hipparcos' hip2.dat
+    #[arg(long, global = true, value_name = "FILE")]
+    pub stars: Option<PathBuf>,
     /// Radii of the Sun and the Moon in eclipses: IAU 2015, or those of printed almanacs
     #[arg(long, global = true, value_enum, default_value = "iau")]
     pub radii: EclipseRadii,
@@ -141,6 +144,7 @@ impl Common {
             eclipse_radii: self.radii,
             textures: self.textures.clone(),
             kernel: self.kernel.clone(),
+            stars: self.stars.clone(),
             shaders: self.shaders.clone(),
             cache: self.cache.clone(),
             threads: self.threads,

@@ -16,6 +16,7 @@ pub mod orientation;
 pub mod satellites;
 pub mod series;
 pub mod spk;
+pub mod star_place;
 pub mod topocentric;
 pub mod two_body;
 

@@ -7,6 +7,7 @@
 pub mod lanes;
 mod overlap;
 pub mod pixel;
+mod project;
 mod ring;
 mod scatter;
 pub mod sunlight;
@@ -116,8 +117,8 @@ impl QuestionKind {
 }
 
 /// Every kind of question.
-pub static QUESTIONS: [&QuestionKind; 6] =
-    [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND];
+pub static QUESTIONS: [&QuestionKind; 7] =
+    [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND, &project::KIND];
 
 /// Every kind with its fields and an example, for a reader.
 pub fn questions_text() -> String {

@@ -52,21 +52,14 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
     }
     let f: Fields = fields(question)?;
-    let [width, height] = f.size.unwrap_or(SIZE);
+    let mut request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
+    let (width, height) = (request.width, request.height);
     if f.x >= width || f.y >= height {
         return Err(format!("fields \"x\" {} and \"y\" {}: the picture has {width}x{height} pixels, counted from 0", f.x, f.y));
     }
-    let time = f.time.as_deref().unwrap_or("jd_tdb:2451545");
-    let time = Instant::parse(time).map_err(|e| format!("field \"time\": {e}"))?;
-    let mut request = ViewRequest::of(NaifId::EARTH, time);
-    request.target = None;
-    (request.width, request.height) = (width, height);
-    request.purpose = Purpose::LINEAR;
-    f.view.resolve(prober.catalog(), &mut request).map_err(|e| format!("field \"view\": {e}"))?;
     if let Some(effects) = &f.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
-    request.check().map_err(|e| e.to_string())?;
     let seen = look(prober, &request, SAMPLING, [f.x, f.y])?;
     let draws: Vec<Value> = seen.draws.iter().map(one).collect();
     let first = seen.first().map_or(Value::Null, one);
@@ -79,6 +72,21 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     answer.insert("time".into(), json!(seen.time.to_utc_iso()));
     answer.insert("draws".into(), draws.into());
     Ok(Value::Object(answer))
+}
+
+/// The linear view of a question's camera file, time and size.
+pub(super) fn view_request(
+    prober: &Prober<'_>,
+    view: &CameraFile,
+    time: Option<&str>,
+    size: Option<[u32; 2]>,
+) -> Result<ViewRequest, String> {
+    let time = Instant::parse(time.unwrap_or("jd_tdb:2451545")).map_err(|e| format!("field \"time\": {e}"))?;
+    let [width, height] = size.unwrap_or(SIZE);
+    let mut request = ViewRequest { target: None, width, height, purpose: Purpose::LINEAR, ..ViewRequest::of(NaifId::EARTH, time) };
+    view.resolve(prober.catalog(), &mut request).map_err(|e| format!("field \"view\": {e}"))?;
+    request.check().map_err(|e| e.to_string())?;
+    Ok(request)
 }
 
 /// What one pixel of a picture shows, in the prober's precision.
@@ -121,9 +129,10 @@ pub fn look(prober: &Prober<'_>, request: &ViewRequest, sampling: SamplingQualit
     let (scene, plan) = prober.session.plan(request, sampling).map_err(|e| e.to_string())?;
     let radiance = picture(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
+    let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
     // Nearest last in the plan, points after all bodies.
-    for (draw, of_body) in bodies.iter().zip(&scene.draws).rev() {
+    for (draw, of_body) in bodies.into_iter().zip(&scene.draws).rev() {
         let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y]).map_err(|e| e.to_string())?;
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| PixelDraw {
             body: of_body.body,

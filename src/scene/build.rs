@@ -23,10 +23,12 @@ use crate::scene::light::exposure::Exposure;
 use crate::scene::light::lights::Reflector;
 use crate::scene::light::{auto_exposure, corona, glow, magnitude};
 use crate::scene::placed::{PlacedBody, place};
+use crate::scene::point;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
+use crate::scene::sky::stars;
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec3};
@@ -171,6 +173,9 @@ impl<'a> SceneBuilder<'a> {
         let corona = corona::corona(request, camera, placed, frame.bound, tint);
         let corona = decided(request, Effect::Corona, corona, &mut bodies);
         hidden::take(placed, camera, &mut draws, &mut points, &mut bodies);
+        let white = self.exposure.white();
+        points.iter_mut().for_each(|p| point::spread_glare(p, white));
+        let (stars, sky) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
         let draws = order::far_to_near(placed, draws);
         let corona = corona.map(|c| corona::Corona { draws_behind: order::draws_behind(placed, &draws, NaifId::SUN), ..c });
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
@@ -184,6 +189,8 @@ impl<'a> SceneBuilder<'a> {
             pixel_view: request.pixel_view,
             tone_map: request.tone_map,
             bodies,
+            stars,
+            sky: sky.into_iter().collect(),
             draws,
             points,
             lines,

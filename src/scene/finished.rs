@@ -5,7 +5,8 @@
 use crate::catalog::NaifId;
 use crate::scene::annotation::{labels, orbits};
 use crate::scene::camera::Camera;
-use crate::scene::draw::{Draw, PixelView, Point};
+use crate::scene::decision::Decision;
+use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
@@ -24,6 +25,10 @@ pub struct Scene {
     pub tone_map: ToneMap,
     /// Every body of the catalog, in its order.
     pub bodies: Vec<BodyInView>,
+    /// Behind everything.
+    pub stars: Vec<StarSprite>,
+    /// What was decided about the sky beyond all bodies.
+    pub sky: Vec<Decision>,
     /// Far to near: `order`.
     pub draws: Vec<Draw>,
     pub points: Vec<Point>,

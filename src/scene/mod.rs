@@ -4,7 +4,7 @@
 //! draws far to near and the points. Everything is f64 until [`camera`] narrows it. Nothing here knows of shaders or keeps state.
 //!
 //! A frame passes the rooms in this order: `request`, `camera` (where the viewer stands), `placed` (where each body is seen), `light` (exposure), `features`
-//! with the rooms of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `annotation`.
+//! with the rooms of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `sky`, `annotation`.
 
 pub mod annotation;
 pub mod atmosphere;
@@ -26,6 +26,7 @@ pub mod purpose;
 pub mod request;
 pub mod resources;
 pub mod rings;
+pub mod sky;
 pub mod surface;
 mod thresholds;
 pub mod tiers;
@@ -41,7 +42,7 @@ pub use finished::Scene;
 pub use in_view::{Appearance, BodyInView, SubPoint};
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 pub use light::{corona, glow, lamps, photometry};
-pub use point::disc_share;
+pub use point::{CORE_SIGMA_PX, GLARE_WIDTH_PX, disc_share, point_spread};
 pub use resources::{Caches, Requirements, Resources};
 pub use rings::ring_shine;
 pub use surface::overlays;

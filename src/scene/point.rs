@@ -1,13 +1,25 @@
-//! Bodies of a few pixels: where a point takes over from the disc, and how its light is spread.
+//! Points of light: bodies of a few pixels and stars. Where a point takes over from the disc, and how its light is spread.
+//!
+//! The spread keeps the flux: a Gaussian core of one width, and around what is brighter than white a glare that grows with it and holds a tenth of the light at most.
+//! shaders/entry/point.wesl draws it with the numbers given here. The glare's law is chosen for its look, after stars on photographs; no measurement.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};
 use crate::scene::draw::Point;
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
 
-/// Reach of a point's sprite: three standard deviations of its point-spread function, so that a star is 1.6 pixels wide at half height.
-pub(crate) const POINT_RADIUS_PX: f64 = 2.0;
+/// Least reach of a point's sprite: three standard deviations of its core, so that a star is 1.6 pixels wide at half height.
+const POINT_RADIUS_PX: f64 = 2.0;
+/// Standard deviation of the core.
+pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
+/// Radius within which the glare is flat; beyond, it falls with the third power of the distance.
+pub const GLARE_WIDTH_PX: f64 = 2.0;
+/// Part of the light that the glare of a blazing point holds.
+const GLARE_PART: f64 = 0.1;
+/// Greatest reach of the glare.
+pub(crate) const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameters between which a disc takes over from a point. Below, a pixel's one place on the disc stands for too much of it: over places
 /// in the pixel a full disc of 4 pixels is 6 % too bright, a half-lit one within 10 %; at 2 pixels 18 % and 25 % (worked outside).
 pub const BLEND_FROM_PX: f64 = 2.0;
@@ -21,7 +33,26 @@ pub fn disc_share(diameter_px: f64) -> f64 {
 
 /// Part of a point's flux that its brightest pixel gets.
 pub(crate) fn point_peak() -> f64 {
-    1.0 / (2.0 * std::f64::consts::PI * (POINT_RADIUS_PX / 3.0).powi(2))
+    1.0 / (2.0 * PI * CORE_SIGMA_PX.powi(2))
+}
+
+/// Reach of a point's sprite. `peak`: its brightest pixel over white. Where the glare would be faint it ends, smoothly: at the third root, as it falls.
+pub(crate) fn point_radius_px(peak: f64) -> f64 {
+    (POINT_RADIUS_PX * peak.max(1.0).cbrt()).min(MAX_RADIUS_PX)
+}
+
+/// Radiances at the centre, of core and glare, of a point of flux 1 whose sprite reaches this far.
+pub fn point_spread(radius_px: f64) -> [f64; 2] {
+    let part = GLARE_PART * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
+    // What a Gaussian has beyond the sides of the square, by the asymptotic series of erfc: within 3e-5 from three standard deviations on.
+    let x = radius_px / (CORE_SIGMA_PX * std::f64::consts::SQRT_2);
+    let beyond = (-x * x).exp() / (x * PI.sqrt()) * (1.0 - 0.5 / x.powi(2) + 0.75 / x.powi(4) - 1.875 / x.powi(6));
+    // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5; with v = 1 + r^2 / a^2 its integral over the circle has a closed form.
+    let v = 1.0 + (radius_px / GLARE_WIDTH_PX).powi(2);
+    let k = 1.0 / (v - 1.0);
+    let c = 1.0 + k;
+    let integral = 2.0 * c * c * (1.0 - v.powf(-0.5)) - 4.0 * c * k * (v.sqrt() - 1.0) + 2.0 / 3.0 * k * k * (v.powf(1.5) - 1.0);
+    [(1.0 - part) * point_peak() / (1.0 - beyond).powi(2), part / (PI * GLARE_WIDTH_PX.powi(2) * integral)]
 }
 
 /// Sum of the body's radiance over the pixels, linear RGB.
@@ -30,10 +61,44 @@ pub(crate) fn flux(camera: &Camera, p: &PlacedBody<'_>) -> DVec3 {
     let cos_off_axis = direction.dot(camera.forward);
     // Solid angle of the pixel at that place of the image plane.
     let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
-    p.body.colour.as_dvec3() * (p.irradiance * std::f64::consts::PI / pixel_sr)
+    p.body.colour.as_dvec3() * (p.irradiance * PI / pixel_sr)
+}
+
+/// Widens the sprite of a point that is brighter than white.
+pub(crate) fn spread_glare(point: &mut Point, white: f64) {
+    point.radius_px = camera::narrow_scalar(point_radius_px(f64::from(point.flux.max_element()) * point_peak() / white));
 }
 
 /// Drawn over all bodies: what nearer ones hide of it is taken from its flux (`crate::scene::visibility::hidden`).
 pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
     Point { body, centre: camera::narrow(clip.extend(1.0)), radius_px: camera::narrow_scalar(POINT_RADIUS_PX), flux: camera::narrow(flux) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Summed over fine steps of the sprite's square the light is the flux, whatever the reach; the glare begins at nothing and its light grows without a jump.
+    #[test]
+    fn a_points_light_is_its_flux() {
+        let mut last = 0.0;
+        for k in 0..=50 {
+            let peak = 10_f64.powf(f64::from(k) / 10.0 - 0.5);
+            let radius = point_radius_px(peak);
+            let [core, glare] = point_spread(radius);
+            let side = 800;
+            let step = 2.0 * radius / f64::from(side);
+            let at = |n: i32| (f64::from(n) + 0.5) * step - radius;
+            let light = |x: f64, y: f64| {
+                let r_sq = x * x + y * y;
+                let edge = (1.0 - r_sq / (radius * radius)).max(0.0);
+                core * (-0.5 * r_sq / CORE_SIGMA_PX.powi(2)).exp() + glare * edge * edge * (1.0 + r_sq / GLARE_WIDTH_PX.powi(2)).powf(-1.5)
+            };
+            let sum: f64 = (0..side).map(|y| (0..side).map(|x| light(at(x), at(y))).sum::<f64>()).sum::<f64>() * step * step;
+            assert!((sum - 1.0).abs() < 1e-3, "{radius}: {sum}");
+            assert!(radius - last < 0.13 * radius && radius >= last || k == 0, "{last} {radius}");
+            last = radius;
+        }
+        assert_eq!(point_spread(point_radius_px(1.0))[1], 0.0);
+    }
 }

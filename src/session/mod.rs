@@ -38,6 +38,7 @@ pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
 
+use crate::catalog::stars::{StarCatalog, StarFileError};
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::image::{GlyphAtlas, MapDecoding, MapStore, SharedTexture};
@@ -54,6 +55,7 @@ use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::ThreadId;
@@ -69,6 +71,8 @@ pub struct Sources {
     pub textures: Option<PathBuf>,
     /// An SPK that comes before the embedded one.
     pub kernel: Option<PathBuf>,
+    /// Stars in place of those built in: a table with named columns, or hip2.dat.
+    pub stars: Option<PathBuf>,
     /// Shader fragments that lie over those built in.
     pub shaders: Option<PathBuf>,
     /// Where the shader library lives; `None`: the user's cache folder.
@@ -89,6 +93,8 @@ pub enum SessionError {
     File { path: String, why: String },
     #[error(transparent)]
     Catalog(#[from] CatalogError),
+    #[error(transparent)]
+    Stars(#[from] StarFileError),
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),
     #[error(transparent)]
@@ -136,6 +142,8 @@ pub struct Session {
     count_cpu: bool,
     /// What pictures are made of, for their marks: the user's SPK, and the folders of maps and shape models.
     kernel: Option<PathBuf>,
+    /// The user's stars, for the same.
+    stars: Option<PathBuf>,
     folders: Vec<PathBuf>,
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
@@ -177,6 +185,26 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
+/// The stars of a file, where one is named.
+///
+/// # Errors
+/// A file that cannot be read, or its first wrong line.
+fn read_stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionError> {
+    /// Hipparcos' hip2.dat has 33 MB.
+    const MAX_BYTES: u64 = 1 << 30;
+    let Some(path) = path else { return Ok(None) };
+    let name = path.display().to_string();
+    let failed =
+        |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --stars takes a table with named columns or hip2.dat") };
+    let file = std::fs::File::open(path).map_err(|e| failed(e.to_string()))?;
+    let mut text = String::new();
+    let read = file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| failed(e.to_string()))?;
+    if read as u64 > MAX_BYTES {
+        return Err(failed("larger than 1 GiB".into()));
+    }
+    Ok(Some(Arc::new(StarCatalog::parse(&name, &text)?)))
+}
+
 /// The cache folder that was named, or the user's own.
 fn cache_folder(cache: Option<PathBuf>) -> Option<PathBuf> {
     cache.or_else(|| directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned()))
@@ -205,6 +233,8 @@ impl Session {
         let mut stages = Stages::default();
         let catalog =
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
+        let stars = stages.measure(Stage::Catalog, || read_stars(sources.stars.as_deref()))?;
+        let catalog = catalog.with_stars(stars);
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
         let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
@@ -228,6 +258,7 @@ impl Session {
             stages: Mutex::new(HashMap::from([(std::thread::current().id(), stages)])),
             count_cpu: false,
             kernel: sources.kernel.clone(),
+            stars: sources.stars.clone(),
             folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
             mark_sources: OnceLock::new(),
         })

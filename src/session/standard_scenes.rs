@@ -22,7 +22,7 @@ fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
 }
 
-/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, and the planets from above the Sun.
+/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, and the night sky around Orion.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
     // Northwards, 38 degrees down: the horizon, 36 degrees down from there, crosses the picture above its middle.
@@ -34,12 +34,22 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         ..ViewRequest::of(NaifId::MOON, Instant::from_jd_tdb(QUARTER_JD_TDB))
     };
     let system = ViewRequest { fov_deg: Some(60.0), ..over(10, 12_000.0, time) };
+    // Orion's belt in the middle, as the Earth sees it.
+    let night_sky = ViewRequest {
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction: glam::DVec3::new(0.105, 0.994, -0.01), axes: crate::scene::request::Axes::Icrf },
+        up: crate::scene::request::Up::Celestial,
+        target: None,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(NaifId::EARTH, time)
+    };
     let named = [
         ("earth-3-radii", over(399, 3.0, time)),
         ("saturn", over(699, 5.0, time)),
         ("moon-limb", limb),
         ("jupiter-four-moons", ViewRequest { fov_deg: Some(45.0), ..over(599, 60.0, time) }),
         ("whole-system", system),
+        ("night-sky", night_sky),
     ];
     named.into_iter().map(|(name, request)| StandardScene { name, request: ViewRequest { width, height, ..request } }).collect()
 }

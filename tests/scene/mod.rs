@@ -15,4 +15,5 @@ mod relief;
 mod shrinking;
 mod silhouette;
 mod six_cases;
+mod stars;
 mod toggles;

@@ -56,6 +56,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         (v.name, ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..base })
     };
     // The camera hangs close over ground: the other form of the intersection.
-    let limb = standard_scenes(SIDE, SIDE).into_iter().find(|s| s.name == "moon-limb").expect("a standard scene");
-    VIEWS.into_iter().map(request).chain([(limb.name, limb.request)]).collect()
+    // And the stars.
+    let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky"].contains(&s.name));
+    VIEWS.into_iter().map(request).chain(standard.map(|s| (s.name, s.request))).collect()
 }

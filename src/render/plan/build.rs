@@ -98,7 +98,7 @@ fn kind(draw: &Draw) -> &'static str {
     if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
+/// The steps of one frame. The stars come first, for everything else stands before them. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
 /// neither can wait until all of the other are drawn; the corona has its place among them. A refracted limb comes with its body: what it takes away before, what it
 /// adds after. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
@@ -114,7 +114,8 @@ pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Sampling
         depth: true,
     };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
-    let mut steps = vec![Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] }];
+    let background = Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] };
+    let mut steps = vec![background, over_light("stars", shared::stars(scene, provider)?)];
     let of_body = |body| move |d: &Draw| d.body == body;
     let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
         let mut from = first;

@@ -1,4 +1,4 @@
-//! The draws that are not planets: points, lines, corona, refracted limbs, glow, tone map, bloom, outline, names. One shared module each.
+//! The draws that are not planets: stars, points, lines, corona, refracted limbs, glow, tone map, bloom, outline, names. One shared module each.
 //!
 //! In: the scene and the layouts of the shared modules. Out: draws and steps with their uniform bytes filled by field name. Always: a module that
 //! [`modules`] does not name is not run. Not here: what is drawn (scene decides), planets.
@@ -9,15 +9,15 @@ use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances,
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use crate::image::{Glyph, GlyphAtlas};
-use crate::scene::Scene;
 use crate::scene::camera::ViewRays;
-use crate::scene::draw::{PixelView, Point};
+use crate::scene::draw::{PixelView, Point, StarSprite};
 use crate::scene::marks::{
     FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR,
 };
 use crate::scene::orbits::{self, LineSegment};
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
+use crate::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, Scene, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -51,7 +51,7 @@ const NAME_SHADOW: f32 = 0.7;
 /// The shared modules that a scene's plan runs.
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
-        (!scene.points.is_empty(), "point"),
+        (!scene.points.is_empty() || !scene.stars.is_empty(), "point"),
         (!scene.lines.is_empty(), "line"),
         (scene.corona.is_some(), "corona"),
         (!scene.limbs.is_empty(), "refracted_limb"),
@@ -116,16 +116,42 @@ fn rectangles<T>(all: &[T], attributes: &[Column<T>]) -> (Vertices, Instances) {
 /// Hidden by what is nearer.
 const BEHIND: DepthState = DepthState { test: true, write: false };
 
-pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    if scene.points.is_empty() {
+/// Reach of a sprite in pixels, and the radiances at its centre for a flux of 1.
+fn shape(radius_px: f32) -> Vec<f32> {
+    let [core, glare] = point_spread(f64::from(radius_px));
+    vec![radius_px, core as f32, glare as f32]
+}
+
+/// Points of light that are added to the frame, in one draw.
+fn sprites<T>(
+    label: &str,
+    all: &[T],
+    attributes: &[Column<T>],
+    scene: &Scene,
+    provider: &impl ResourceProvider,
+) -> Result<Vec<PlanDraw>, PlanError> {
+    if all.is_empty() {
         return Ok(Vec::new());
     }
-    let (vertices, instances) = rectangles::<Point>(
-        &scene.points,
-        &[(3, |p| p.centre.to_array().to_vec()), (1, |p| vec![p.radius_px]), (3, |p| p.flux.to_array().to_vec())],
-    );
-    let draw = of_module("point", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
-    Ok(vec![PlanDraw { label: "points".into(), vertices, instances, blend: Blend::Add, ..draw }])
+    let (vertices, instances) = rectangles(all, attributes);
+    let draw = of_module("point", scene, provider, |w| {
+        w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
+        w.f32("glare_width_px", GLARE_WIDTH_PX as f32)
+    })?;
+    Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::Add, ..draw }])
+}
+
+pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let attributes: [Column<StarSprite>; 3] =
+        [(3, |s| s.centre.to_array().to_vec()), (3, |s| shape(s.radius_px)), (3, |s| s.flux.to_array().to_vec())];
+    sprites("stars", &scene.stars, &attributes, scene, provider)
+}
+
+pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let attributes: [Column<Point>; 3] =
+        [(3, |p| p.centre.to_array().to_vec()), (3, |p| shape(p.radius_px)), (3, |p| p.flux.to_array().to_vec())];
+    sprites("points", &scene.points, &attributes, scene, provider)
 }
 
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {

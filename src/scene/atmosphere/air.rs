@@ -176,6 +176,11 @@ impl<'a> Around<'a> {
         if mean > 1e-12 { through / mean } else { DVec3::new(3.0, 0.0, 0.0) }
     }
 
+    /// Away from the body's centre at the camera, unit.
+    pub fn up(&self) -> DVec3 {
+        -self.placement.centre_km.normalize()
+    }
+
     /// Whether there is enough of it to make a day.
     pub fn is_bright(&self) -> bool {
         vertical_depth(self.air).max_element() > VISIBLE_CHANGE

@@ -21,6 +21,9 @@ pub struct Viewer {
     pub camera: Camera,
     /// Barycentric, ICRF; zero for a camera that rides on nothing.
     pub velocity_km_s: DVec3,
+    /// Of the body that the camera is placed by, with which it moves: stars are seen with its aberration. That body stands where such a viewer sees it; other
+    /// bodies do so too where `velocity_km_s` is the same.
+    pub body_velocity_km_s: DVec3,
     /// The body whose centre the camera is at: not drawn.
     pub inside: Option<NaifId>,
     /// The body whose ground the camera stands on, and its barycentric position. Viewer and body move together, so light time and
@@ -165,7 +168,8 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     };
     let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
-    Ok(Viewer { camera, velocity_km_s, inside, stands_on: ground })
+    let body_velocity_km_s = places.state(near)?.1;
+    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, inside, stands_on: ground })
 }
 
 #[cfg(test)]

@@ -89,13 +89,24 @@ impl MapFiles {
     }
 }
 
+/// A star: a sprite behind all bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StarSprite {
+    /// Clip x and y, reversed depth: 0, infinitely far.
+    pub centre: Vec3,
+    /// Reach of the sprite in pixels.
+    pub radius_px: f32,
+    /// Linear RGB sum of its radiance over the pixels it falls on.
+    pub flux: Vec3,
+}
+
 /// A body too small for a disc: a sprite that carries its light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     pub body: NaifId,
     /// Clip x and y, reversed depth.
     pub centre: Vec3,
-    /// Reach of the sprite in pixels, three standard deviations.
+    /// Reach of the sprite in pixels.
     pub radius_px: f32,
     /// Linear RGB sum of its radiance over the pixels it falls on.
     pub flux: Vec3,

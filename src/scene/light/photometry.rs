@@ -173,6 +173,11 @@ pub fn magnitude(irradiance: f64) -> f64 {
     SUN_V_MAGNITUDE_AT_1_AU - 2.5 * irradiance.log10()
 }
 
+/// The irradiance of a visual magnitude.
+pub fn irradiance_of_magnitude(magnitude: f64) -> f64 {
+    10.0_f64.powf(0.4 * (SUN_V_MAGNITUDE_AT_1_AU - magnitude))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -129,7 +129,7 @@ impl ToneMap {
 }
 
 /// What is drawn over the bodies to explain them, or as a lens would.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layers {
     /// The lines on which bodies move about their parents.
     pub orbits: bool,
@@ -139,10 +139,18 @@ pub struct Layers {
     pub outline: bool,
     /// Light beyond white spreads, as in a lens.
     pub bloom: bool,
+    /// As far as the exposure shows them.
+    pub stars: bool,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self { orbits: false, labels: false, outline: false, bloom: false, stars: true }
+    }
 }
 
 impl Layers {
-    pub const NAMES: [&str; 4] = ["orbits", "labels", "outline", "bloom"];
+    pub const NAMES: [&str; 5] = ["orbits", "labels", "outline", "bloom", "stars"];
 
     fn by_name(&mut self, name: &str) -> Option<&mut bool> {
         match name {
@@ -150,14 +158,19 @@ impl Layers {
             "labels" => Some(&mut self.labels),
             "outline" => Some(&mut self.outline),
             "bloom" => Some(&mut self.bloom),
+            "stars" => Some(&mut self.stars),
             _ => None,
         }
     }
 
-    /// Those that are on: `+orbits,+labels`.
+    /// Those that are not as usual: `+orbits,-stars`.
     pub fn to_text(mut self) -> String {
-        let on = Self::NAMES.into_iter().filter(|name| self.by_name(name).is_some_and(|on| *on));
-        on.map(|name| format!("+{name}")).collect::<Vec<_>>().join(",")
+        let mut usual = Self::default();
+        let switched = Self::NAMES.into_iter().filter_map(|name| {
+            let on = *self.by_name(name)?;
+            (on != *usual.by_name(name)?).then(|| format!("{}{name}", if on { '+' } else { '-' }))
+        });
+        switched.collect::<Vec<_>>().join(",")
     }
 
     /// Reads `+orbits,-labels`.

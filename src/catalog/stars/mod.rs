@@ -1,0 +1,200 @@
+//! Stars: place, motion, distance, brightness and colour index of each, and an index of the sky.
+//!
+//! In: the text of a catalogue ([`read`]). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view takes
+//! the cells in its frame and of each the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: where a star is seen
+//! at a date (`ephemeris::star_place`), and how bright a picture shows it (scene).
+
+mod read;
+
+use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000};
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::{Arc, LazyLock};
+
+/// One star at the catalogue's epoch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Star {
+    /// Number in the Hipparcos catalogue; 0 for none.
+    pub hip: u32,
+    /// Unit vector from the solar system's barycentre, ICRF.
+    pub direction: DVec3,
+    /// Velocity over the star's distance: radians a Julian year across the line of sight, and along it where the radial velocity is known.
+    pub motion_per_year: DVec3,
+    /// 1 au over the distance; 0 where no distance was measured.
+    pub parallax_rad: f64,
+    /// Johnson V.
+    pub v_magnitude: f32,
+    /// Colour index B-V; `None`: not measured.
+    pub b_v: Option<f32>,
+}
+
+/// Stars of one patch of the sky.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// Among the catalogue's stars, the brightest first.
+    pub stars: Range<usize>,
+    /// Every star lies within this angle of the axis at the epoch.
+    pub axis: DVec3,
+    pub radius_rad: f64,
+    pub brightest_magnitude: f32,
+    /// The greatest of its stars, as [`Star`] has them.
+    pub motion_per_year: f64,
+    pub parallax_rad: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct StarCatalog {
+    /// Julian date (TT) of the directions.
+    epoch_jd: f64,
+    stars: Vec<Star>,
+    cells: Vec<Cell>,
+}
+
+/// A wrong line of a star catalogue. One line: file, line, field, what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}: {message}")]
+pub struct StarFileError {
+    pub file: String,
+    /// First line is 1.
+    pub line: usize,
+    pub message: String,
+}
+
+static EMBEDDED: LazyLock<Arc<StarCatalog>> = LazyLock::new(|| match StarCatalog::parse("stars_v7.csv", orrery_catalogs::STARS) {
+    Ok(stars) => Arc::new(stars),
+    Err(e) => panic!("the embedded stars are broken: {e}"),
+});
+
+/// Magnitude of the brightest star that ships, Sirius.
+pub(super) const EMBEDDED_BRIGHTEST: f32 = -1.44;
+
+/// Cells on a side of each of the six faces of a cube around the observer: 3 to 7 degrees each.
+const CELLS_A_SIDE: usize = 16;
+
+/// The cell of a direction: the face of the cube that it meets, and where.
+fn cell_of(direction: DVec3) -> usize {
+    let size = direction.abs();
+    let (axis, along) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+    let face = 2 * axis + usize::from(direction[axis] < 0.0);
+    let place = |k: usize| (((direction[(axis + k) % 3] / along + 1.0) / 2.0 * CELLS_A_SIDE as f64) as usize).min(CELLS_A_SIDE - 1);
+    (face * CELLS_A_SIDE + place(1)) * CELLS_A_SIDE + place(2)
+}
+
+/// What bounds the stars of a cell.
+fn bounds(stars: &[Star], range: Range<usize>) -> Cell {
+    let of = &stars[range.clone()];
+    let axis = of.iter().map(|s| s.direction).sum::<DVec3>().normalize();
+    let most = |value: fn(&Star) -> f64| of.iter().map(value).fold(0.0, f64::max);
+    // A chord c spans the angle 2 asin(c / 2).
+    let chord = of.iter().map(|s| s.direction.distance(axis)).fold(0.0, f64::max);
+    Cell {
+        stars: range,
+        axis,
+        radius_rad: 2.0 * (chord / 2.0).min(1.0).asin(),
+        brightest_magnitude: of.iter().map(|s| s.v_magnitude).fold(f32::INFINITY, f32::min),
+        motion_per_year: most(|s| s.motion_per_year.length()),
+        parallax_rad: most(|s| s.parallax_rad),
+    }
+}
+
+impl StarCatalog {
+    /// The stars that ship inside the program: 15 537 to magnitude 7. A test holds that they can be read, so it never panics in a built program.
+    pub fn embedded() -> Arc<Self> {
+        Arc::clone(&EMBEDDED)
+    }
+
+    /// Reads a catalogue: comma-separated values with named columns, or Hipparcos' hip2.dat.
+    ///
+    /// # Errors
+    /// The first line that cannot be read.
+    pub fn parse(file: &str, text: &str) -> Result<Self, StarFileError> {
+        let (epoch_jd, stars) = read::read(file, text)?;
+        Ok(Self::new(epoch_jd, stars))
+    }
+
+    fn new(epoch_jd: f64, mut stars: Vec<Star>) -> Self {
+        let mut by_cell: BTreeMap<usize, Vec<Star>> = BTreeMap::new();
+        for star in stars.drain(..) {
+            by_cell.entry(cell_of(star.direction)).or_default().push(star);
+        }
+        let mut ranges = Vec::with_capacity(by_cell.len());
+        for mut of_cell in by_cell.into_values() {
+            of_cell.sort_by(|a, b| a.v_magnitude.total_cmp(&b.v_magnitude));
+            ranges.push(stars.len()..stars.len() + of_cell.len());
+            stars.append(&mut of_cell);
+        }
+        let cells = ranges.into_iter().map(|range| bounds(&stars, range)).collect();
+        Self { epoch_jd, stars, cells }
+    }
+
+    pub fn stars(&self) -> &[Star] {
+        &self.stars
+    }
+
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    pub fn brightest_magnitude(&self) -> f32 {
+        self.cells.iter().map(|c| c.brightest_magnitude).fold(f32::INFINITY, f32::min)
+    }
+
+    /// The star of a Hipparcos number.
+    pub fn hip(&self, number: u32) -> Option<&Star> {
+        self.stars.iter().find(|s| s.hip == number && number != 0)
+    }
+
+    /// Julian years from the epoch to a Julian date (TT).
+    pub fn years_since_epoch(&self, jd_tt: f64) -> f64 {
+        (jd_tt - self.epoch_jd) / (DAYS_PER_JULIAN_CENTURY / 100.0)
+    }
+}
+
+/// The Julian date of a Julian epoch such as 1991.25.
+fn julian_epoch(year: f64) -> f64 {
+    JD_J2000 + (year - 2000.0) * (DAYS_PER_JULIAN_CENTURY / 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::RAD_PER_ARCSEC;
+
+    /// Every star lies in one cell and within its bounds, and a cell's stars grow fainter.
+    #[test]
+    fn cells_hold_what_they_say() {
+        let catalog = StarCatalog::embedded();
+        assert_eq!(catalog.stars().len(), 15_537);
+        assert_eq!(catalog.brightest_magnitude(), EMBEDDED_BRIGHTEST);
+        assert_eq!(catalog.cells().iter().map(|c| c.stars.len()).sum::<usize>(), 15_537);
+        for cell in catalog.cells() {
+            let of = &catalog.stars()[cell.stars.clone()];
+            assert!(cell.radius_rad < 0.1, "{}", cell.radius_rad);
+            assert!(of.windows(2).all(|w| w[0].v_magnitude <= w[1].v_magnitude) && of[0].v_magnitude == cell.brightest_magnitude);
+            for star in of {
+                assert!((star.direction.length() - 1.0).abs() < 1e-12);
+                assert!(star.direction.dot(cell.axis) >= cell.radius_rad.cos() - 1e-12);
+                assert!(star.motion_per_year.length() <= cell.motion_per_year && star.parallax_rad <= cell.parallax_rad);
+            }
+        }
+    }
+
+    /// The embedded columns are what PROVENANCE says: Sirius, Barnard's absence (V 9.5), and the J1991.25 place of Vega (ESA 1997).
+    #[test]
+    fn the_embedded_stars_are_those_of_hipparcos() {
+        let catalog = StarCatalog::embedded();
+        let sirius = catalog.hip(32_349).expect("Sirius");
+        assert_eq!((sirius.v_magnitude, sirius.b_v), (-1.44, Some(0.009)));
+        assert!((sirius.parallax_rad / RAD_PER_ARCSEC - 0.379_21).abs() < 1e-9);
+        assert!((sirius.motion_per_year.length() / RAD_PER_ARCSEC - 1.339_42).abs() < 1e-4);
+        assert!(catalog.hip(87_937).is_none() && catalog.hip(0).is_none());
+        assert!((catalog.years_since_epoch(JD_J2000) - 8.75).abs() < 1e-12);
+        let vega = catalog.hip(91_262).expect("Vega").direction;
+        // 18h 36m 56.19s, +38 deg 46' 58.8" at J1991.25, to its last figures.
+        let (ra, dec) = ((18.0 + 36.0 / 60.0 + 56.19 / 3600.0) * 15.0_f64, 38.0 + 46.0 / 60.0 + 58.8 / 3600.0_f64);
+        let (ra, dec) = (ra.to_radians(), dec.to_radians());
+        let expected = DVec3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
+        assert!(vega.distance(expected) < 0.2 * RAD_PER_ARCSEC, "{}", vega.distance(expected) / RAD_PER_ARCSEC);
+    }
+}

@@ -1,0 +1,240 @@
+//! Star catalogues as text: comma-separated values with named columns, and the fixed columns of Hipparcos' hip2.dat.
+//!
+//! In: the text. Out: the epoch and the stars, or the first line that is wrong, with its field. A table's first line names its columns; a word such as J2016.0 in
+//! that line is the epoch of the places, else it is J2000. Columns of other names are passed over. A text whose first line names no columns is hip2.dat (van
+//! Leeuwen 2007, CDS I/311), whose places are of J1991.25. Not read: quotes that enclose commas, errors of the values.
+
+use super::{Star, StarFileError, julian_epoch};
+use crate::units::RAD_PER_ARCSEC;
+use crate::wording::{echo, echo_within};
+use glam::DVec3;
+use std::ops::Range;
+
+/// Stars of a file at most: 80 bytes each in memory.
+const MAX_STARS: usize = 5_000_000;
+/// One au a Julian year, km/s.
+const KM_S_PER_AU_YEAR: f64 = 4.740_470_446;
+const HIPPARCOS_EPOCH: f64 = 1991.25;
+
+/// A quantity of a star: what messages call it, the names that its column may have (letters and digits alone, lower case), its range.
+struct Field {
+    name: &'static str,
+    columns: &'static [&'static str],
+    least: f64,
+    most: f64,
+    unit: &'static str,
+}
+
+const fn field(name: &'static str, columns: &'static [&'static str], [least, most]: [f64; 2], unit: &'static str) -> Field {
+    Field { name, columns, least, most, unit }
+}
+
+const RA: usize = 0;
+const DEC: usize = 1;
+const V: usize = 2;
+const HIP: usize = 3;
+const PARALLAX: usize = 4;
+const PM_RA: usize = 5;
+const PM_DEC: usize = 6;
+const B_V: usize = 7;
+const RADIAL: usize = 8;
+/// The first three must be there.
+const REQUIRED: usize = 3;
+const FIELDS: [Field; 9] = [
+    field("ra_deg", &["radeg", "ra"], [0.0, 360.0], "degrees"),
+    field("dec_deg", &["decdeg", "dec", "dedeg"], [-90.0, 90.0], "degrees"),
+    field("v_mag", &["vmag", "v", "mag"], [-30.0, 30.0], "magnitudes"),
+    field("hip", &["hip", "id"], [0.0, 4.0e9], "a whole number"),
+    field("plx_mas", &["plxmas", "plx", "parallax"], [-1000.0, 10_000.0], "milliarcseconds"),
+    field("pm_ra_mas_yr", &["pmramasyr", "pmracosdecmasyr", "pmra"], [-1e5, 1e5], "milliarcseconds a year, times cos dec"),
+    field("pm_dec_mas_yr", &["pmdecmasyr", "pmdec", "pmde"], [-1e5, 1e5], "milliarcseconds a year"),
+    field("b_v", &["bv"], [-5.0, 15.0], "magnitudes"),
+    field("rv_km_s", &["rvkms", "radialvelocitykms", "rv"], [-1e4, 1e4], "kilometres a second"),
+];
+
+/// Columns of hip2.dat, from the first byte to behind the last. V follows from Hp.
+const HIP2: [(usize, Range<usize>); 7] =
+    [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
+const HIP2_HP: Range<usize> = 129..136;
+
+/// Where each field stands in a line of a table.
+struct Columns {
+    of_field: [Option<usize>; FIELDS.len()],
+    count: usize,
+    epoch: f64,
+}
+
+/// The line without what stands in brackets, which may hold commas.
+fn without_brackets(line: &str) -> String {
+    let mut depth = 0_u32;
+    let outside = |c: char| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth = depth.saturating_sub(1),
+            _ => return (depth == 0).then_some(c),
+        }
+        None
+    };
+    line.chars().filter_map(outside).collect()
+}
+
+impl Columns {
+    /// Of a table's first line; `None` where it names neither right ascension nor declination.
+    fn named(line: &str) -> Option<Result<Self, String>> {
+        let names: Vec<String> = without_brackets(line)
+            .split(',')
+            .map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect())
+            .collect();
+        let of_field = FIELDS.each_ref().map(|f| names.iter().position(|n| f.columns.contains(&n.as_str())));
+        if of_field[RA].is_none() && of_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
+            return None;
+        }
+        if let Some(missing) = (0..REQUIRED).find(|k| of_field[*k].is_none()) {
+            let f = &FIELDS[missing];
+            return Some(Err(format!("no column `{}` ({}); the first line must name it", f.name, f.unit)));
+        }
+        let words = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.'));
+        let years = words.filter_map(|w| w.strip_prefix('J')?.parse::<f64>().ok());
+        let epoch = years.into_iter().find(|y| (1000.0..3000.0).contains(y)).unwrap_or(2000.0);
+        Some(Ok(Self { of_field, count: names.len(), epoch }))
+    }
+}
+
+/// A number of a field in its range.
+fn number(f: &Field, text: &str) -> Result<f64, String> {
+    let value = text.trim().parse::<f64>().ok().filter(|v| (f.least..=f.most).contains(v));
+    value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.unit, f.least, f.most))
+}
+
+/// A star of its fields; what must be there is.
+fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
+    let value = |k: usize| values[k].unwrap_or(0.0);
+    let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (value(RA).to_radians().sin_cos(), value(DEC).to_radians().sin_cos());
+    let direction = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
+    let (east, north) = (DVec3::new(-sin_ra, cos_ra, 0.0), DVec3::new(-sin_dec * cos_ra, -sin_dec * sin_ra, cos_dec));
+    let mas = RAD_PER_ARCSEC / 1000.0;
+    // A parallax that its error made negative says that the star is far.
+    let parallax_rad = value(PARALLAX).max(0.0) * mas;
+    let along = value(RADIAL) / KM_S_PER_AU_YEAR * parallax_rad;
+    Star {
+        hip: value(HIP) as u32,
+        direction,
+        motion_per_year: (east * value(PM_RA) + north * value(PM_DEC)) * mas + direction * along,
+        parallax_rad,
+        v_magnitude: value(V) as f32,
+        b_v: values[B_V].map(|b_v| b_v as f32),
+    }
+}
+
+fn of_table(line: &str, columns: &Columns) -> Result<Star, String> {
+    let cells: Vec<&str> = line.split(',').collect();
+    if cells.len() != columns.count {
+        return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.count));
+    }
+    let mut values = [None; FIELDS.len()];
+    for (k, f) in FIELDS.iter().enumerate() {
+        let text = columns.of_field[k].map_or("", |column| cells[column].trim());
+        if !text.is_empty() {
+            values[k] = Some(number(f, text)?);
+        } else if k < REQUIRED {
+            return Err(format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.least, f.most));
+        }
+    }
+    Ok(star(&values))
+}
+
+/// V of Hipparcos' magnitude Hp and B-V (Harmanec 1998, Astron. Astrophys. 335, 173, with U-B = 0): within 0.02 for common stars.
+fn v_of_hp(hp: f64, b_v: f64) -> f64 {
+    let x = b_v.clamp(-0.3, 1.6);
+    hp + 0.0072 + x * (-0.2964 + x * (0.1110 + x * 0.0157))
+}
+
+fn of_hip2(line: &str) -> Result<Star, String> {
+    let short = || "too short for hip2.dat, and the first line names no columns such as ra_deg,dec_deg,v_mag".to_owned();
+    let cell = |columns: &Range<usize>| line.get(columns.clone()).ok_or_else(short);
+    let mut values = [None; FIELDS.len()];
+    for (k, columns) in &HIP2 {
+        let text = cell(columns)?;
+        // Its places are in radians.
+        let text = if matches!(*k, RA | DEC) {
+            text.trim().parse::<f64>().map_or(text.to_owned(), |v| v.to_degrees().to_string())
+        } else {
+            text.to_owned()
+        };
+        values[*k] = Some(number(&FIELDS[*k], &text)?);
+    }
+    let hp = number(&Field { name: "Hpmag", ..FIELDS[V] }, cell(&HIP2_HP)?)?;
+    values[V] = Some(v_of_hp(hp, values[B_V].unwrap_or(0.0)));
+    Ok(star(&values))
+}
+
+/// Reads a catalogue: its epoch as a Julian date (TT), and its stars.
+pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
+    let wrong = |line: usize, message: String| StarFileError { file: echo(file), line, message };
+    let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty()).peekable();
+    let Some((first, line)) = lines.peek().copied() else { return Err(wrong(1, "no stars: the file is empty".into())) };
+    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| wrong(first, e))?;
+    if columns.is_some() {
+        lines.next();
+    }
+    let mut stars = Vec::new();
+    for (number, line) in lines.filter(|(_, line)| !line.starts_with('#')) {
+        if stars.len() == MAX_STARS {
+            return Err(wrong(number, format!("more than {MAX_STARS} stars")));
+        }
+        let star = columns.as_ref().map_or_else(|| of_hip2(line), |columns| of_table(line, columns));
+        stars.push(star.map_err(|e| wrong(number, e))?);
+    }
+    if stars.is_empty() {
+        return Err(wrong(first, "no stars below the line that names the columns".into()));
+    }
+    Ok((julian_epoch(columns.map_or(HIPPARCOS_EPOCH, |c| c.epoch)), stars))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line of hip2.dat with these values, the others as its format has them.
+    fn hip2(ra_rad: f64, dec_rad: f64, hp: &str) -> String {
+        let place = format!(
+            "{:>6} {:>3} {:>1} {:>1} {ra_rad:13.10} {dec_rad:13.10} {:>7} {:>8} {:>8}",
+            91_262, 5, 0, 1, "130.23", "200.94", "286.23"
+        );
+        let errors =
+            format!("{:>6} {:>6} {:>6} {:>6} {:>6} {:>3} {:>5} {:>2} {:>6} {:>4}", 0.33, 0.36, 0.36, 0.37, 0.44, 114, 1.33, 0, 0.0, 0);
+        format!("{place} {errors} {hp:>7} 0.0017 0.005 1 {:>6} 0.003 -0.010", "-0.001")
+    }
+
+    #[test]
+    fn both_forms_say_the_same_of_a_star() {
+        let (ra_deg, dec_deg) = (279.234_108, 38.782_993);
+        let table = format!(
+            "# name,RA_deg(ICRS, J1991.25),dec_deg,V,plx,pmRA,pmDec,B-V\nVega,{ra_deg},{dec_deg},0.03,130.23,200.94,286.23,-0.001\n"
+        );
+        let (epoch, of_table) = read("a.csv", &table).expect("a table");
+        let (hip_epoch, of_hip) = read("hip2.dat", &hip2(ra_deg.to_radians(), dec_deg.to_radians(), "0.0868")).expect("hip2.dat");
+        assert_eq!((epoch, epoch), (hip_epoch, julian_epoch(1991.25)));
+        let (a, b) = (of_table[0], of_hip[0]);
+        assert!(a.direction.distance(b.direction) < 1e-9 && a.motion_per_year.distance(b.motion_per_year) < 1e-12);
+        assert_eq!((a.parallax_rad, a.b_v, b.hip), (b.parallax_rad, b.b_v, 91_262));
+        // Vega's Hp is 0.0868 and its V 0.03.
+        assert!((a.v_magnitude - b.v_magnitude).abs() < 0.07, "{} {}", a.v_magnitude, b.v_magnitude);
+        assert_eq!(read("b.csv", "ra,dec,mag\n0,0,1\n").expect("few columns").0, julian_epoch(2000.0));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_line_and_field() {
+        let why = |text: &str| read("s.csv", text).expect_err(text).to_string();
+        assert_eq!(why("ra_deg,v\n1,2\n"), "s.csv:1: no column `dec_deg` (degrees); the first line must name it");
+        assert_eq!(why("ra,dec,v\n1,2,3\n1,95,3\n"), "s.csv:3: dec_deg is `95`; expected degrees from -90 to 90");
+        assert_eq!(why("ra,dec,v\n1,2,\n"), "s.csv:2: v_mag is empty; expected magnitudes from -30 to 30");
+        assert_eq!(why("ra,dec,v\n1,2\n"), "s.csv:2: 2 values, and the first line names 3 columns");
+        assert!(why("ra,dec,v\n1,2,NaN\n").contains("v_mag is `NaN`") && why("ra,dec,v\n1,inf,1\n").contains("dec_deg"));
+        assert!(why("").contains("empty") && why("ra,dec,v\n").contains("no stars"));
+        assert!(why("12 13 14\n").contains("too short"));
+        assert!(why(&hip2(1.0, 0.5, "bright")).contains("Hpmag is `bright`"));
+        assert!(why(&hip2(7.0, 0.5, "1.0")).contains("ra_deg"));
+        assert!(!why("ra,dec,v\n1,2,\u{1b}[2J\n").contains('\u{1b}'));
+    }
+}

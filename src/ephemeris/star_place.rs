@@ -1,0 +1,47 @@
+//! Where a star stands at a date: straight motion through space, and parallax from the viewer's place.
+//!
+//! In: a star of a catalogue, the years since its epoch, the viewer's barycentric place. Out: the vector to the star in units of its distance at the epoch, so that stars
+//! without a measured distance need no case of their own: its direction is where the star is seen by a viewer at rest, and one over its square is how much brighter it
+//! is than in the catalogue. Left out: the change of the light's time on its way, as catalogues do, orbits of double stars, and bending by the Sun (0.004 arcsec abeam, 1.75 at the limb).
+
+use crate::catalog::stars::Star;
+use glam::DVec3;
+
+/// From the viewer to the star, in units of the star's distance at the epoch. `viewer_au`: from the barycentre, ICRF.
+pub fn star_from_viewer(star: &Star, years: f64, viewer_au: DVec3) -> DVec3 {
+    star.direction + star.motion_per_year * years - viewer_au * star.parallax_rad
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::stars::StarCatalog;
+    use crate::ephemeris::angle_rad;
+    use crate::units::RAD_PER_ARCSEC;
+
+    /// Half a year apart the nearest bright star moves by twice its parallax, 0.742 arcsec (alpha Centauri A, HIP 71683, parallax 754.81 mas), and seen from its
+    /// own place's half way it is four times as bright.
+    #[test]
+    fn parallax_is_the_angle_of_an_au() {
+        let catalog = StarCatalog::embedded();
+        let star = catalog.hip(71_683).expect("alpha Centauri A");
+        let abeam = star.direction.any_orthonormal_vector();
+        let [one, other] = [abeam, -abeam].map(|place| star_from_viewer(star, 0.0, place));
+        let shift_arcsec = angle_rad(one, other) / RAD_PER_ARCSEC;
+        assert!((shift_arcsec - 2.0 * star.parallax_rad / RAD_PER_ARCSEC).abs() < 1e-6, "{shift_arcsec}");
+        assert!((1.4..1.6).contains(&shift_arcsec));
+        let half_way = star_from_viewer(star, 0.0, star.direction * (0.5 / star.parallax_rad));
+        assert!((half_way.length() - 0.5).abs() < 1e-12 && angle_rad(half_way, star.direction) < 1e-12);
+    }
+
+    /// Arcturus (2.28 arcsec a year) stood 3.1 degrees away in 3000 BC, and straight motion never turns it by a right angle.
+    #[test]
+    fn proper_motion_is_straight() {
+        let catalog = StarCatalog::embedded();
+        let star = catalog.hip(69_673).expect("Arcturus");
+        let moved_deg = |years: f64| angle_rad(star.direction, star_from_viewer(star, years, DVec3::ZERO)).to_degrees();
+        assert!((moved_deg(-4990.0) - 3.16).abs() < 0.02, "{}", moved_deg(-4990.0));
+        assert!(moved_deg(1e7) < 90.0 && moved_deg(1e7) > 89.0);
+        assert_eq!(moved_deg(0.0), 0.0);
+    }
+}

@@ -1,0 +1,97 @@
+//! `project`: the pixel at which a body, a star or a direction is drawn in a view.
+//!
+//! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue and has proper motion, parallax and aberration; right ascension and
+//! declination are of the ICRF, without distance, and have aberration. Pixels count from the upper left corner of the picture. What is behind the camera has none.
+
+use super::pixel::view_request;
+use super::{Prober, QuestionKind, fields, must, one_of, or};
+use crate::scene::camera::Placement;
+use crate::scene::request::CameraFile;
+use crate::scene::sky::stars::StarPlacer;
+use crate::scene::viewpoint::{aberrated, viewer};
+use crate::scene::{BodyInView, Scene};
+use crate::wording::echo_within;
+use glam::DVec3;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Fields {
+    view: CameraFile,
+    time: Option<String>,
+    size: Option<[u32; 2]>,
+    body: Option<String>,
+    star: Option<String>,
+    ra_deg: Option<f64>,
+    dec_deg: Option<f64>,
+}
+
+pub(super) static KIND: QuestionKind = QuestionKind {
+    name: "project",
+    says: "the pixel at which a body, a star or a direction is drawn, whether it is in the frame and whether a body hides it",
+    fields: &[
+        must("view", "a camera file's object, as --camera-json takes it"),
+        or("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
+        or("size", "[width, height] in pixels", "[1024, 1024]"),
+        one_of("body", "a body's name"),
+        one_of("star", "a number of the Hipparcos catalogue, as HIP 32349"),
+        one_of("ra_deg", "right ascension in degrees, ICRF, beside dec_deg"),
+        one_of("dec_deg", "declination in degrees, ICRF, beside ra_deg"),
+    ],
+    example: r#"{"q":"project","view":{"position":{"body":"earth","radii":[4,0,0]},"look":{"direction":[0.1,1,0]}},"time":"2024-04-08T18:17:16Z","star":"HIP 32349"}"#,
+    ask,
+};
+
+/// The number of `HIP 32349`.
+fn hip_number(text: &str) -> Option<u32> {
+    let text = text.trim();
+    let digits = text.get(..3).filter(|head| head.eq_ignore_ascii_case("hip")).map_or(text, |_| &text[3..]);
+    digits.trim().parse().ok()
+}
+
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+    let f: Fields = fields(question)?;
+    let request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
+    let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;
+    let viewer = viewer(prober.catalog(), prober.ephemeris(), &request).map_err(|e| e.to_string())?;
+    let (direction, distance_km) = match (&f.body, &f.star, f.ra_deg, f.dec_deg) {
+        (Some(name), None, None, None) => {
+            let id = prober.catalog().named(name).map_err(|e| format!("field `body`: {e}"))?.id;
+            let body = scene.body(id).filter(|b| b.placement.centre_km.is_finite());
+            let body = body.ok_or_else(|| format!("field `body`: {name} cannot be placed at this time"))?;
+            (body.placement.centre_km, body.distance_km)
+        }
+        (None, Some(name), None, None) => {
+            let stars = prober.catalog().stars();
+            let known = hip_number(name).and_then(|n| stars.hip(n));
+            let star = known
+                .ok_or_else(|| format!("field `star`: no star `{}` in the catalogue; write HIP and a number", echo_within(name, 40)))?;
+            (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, f64::INFINITY)
+        }
+        (None, None, Some(ra_deg), Some(dec_deg)) if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) => {
+            let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
+            let resting = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
+            (aberrated(resting, viewer.body_velocity_km_s), f64::INFINITY)
+        }
+        (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
+        _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),
+    };
+    let Some(clip) = scene.camera.clip(direction) else {
+        return Ok(json!({ "x": null, "y": null, "in_frame": false, "hidden": is_hidden(&scene, direction, distance_km) }));
+    };
+    let at = scene.camera.pixel_from_clip(clip);
+    let in_frame = clip.abs().max_element() <= 1.0;
+    Ok(json!({ "x": at.x, "y": at.y, "in_frame": in_frame, "hidden": is_hidden(&scene, direction, distance_km) }))
+}
+
+/// Whether the line of sight to a place meets a nearer body.
+fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64) -> bool {
+    let towards = direction.normalize();
+    let meets = |place: &Placement| {
+        let (camera, along) = (place.camera_in_unit_sphere(), place.direction_in_unit_sphere(towards).normalize());
+        camera.dot(along) < 0.0 && camera.cross(along).length() < 1.0
+    };
+    let before = |b: &&BodyInView| b.distance_km < distance_km * (1.0 - 1e-12) && !b.placement.camera_is_inside();
+    scene.bodies.iter().filter(before).any(|b| meets(&b.placement))
+}

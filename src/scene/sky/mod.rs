@@ -1,0 +1,4 @@
+//! What lies beyond all bodies: the stars.
+
+mod star_colour;
+pub mod stars;

@@ -1,0 +1,99 @@
+//! The colour of a star by its colour index B-V.
+//!
+//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star counts as a black body of the temperature that Ballesteros 2012
+//! (EPL 97, 34008, eq. 14) gives its index, seen by the CIE 1931 observer. Left out: absorption bands of the coolest stars and dust before hot ones, whose
+//! spectra are no black body's; indices outside the table count as its ends.
+
+use crate::units::luminance;
+use glam::{DMat3, DVec3};
+use std::sync::LazyLock;
+
+/// Indices of the table's ends, and its steps.
+const FIRST: f64 = -0.4;
+const LAST: f64 = 2.4;
+const STEPS: usize = 56;
+/// Effective temperature of the Sun (IAU 2015 Resolution B3), kelvin.
+const SUN_K: f64 = 5772.0;
+
+static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
+    let sun = linear_srgb(SUN_K);
+    std::array::from_fn(|k| {
+        let b_v = FIRST + (LAST - FIRST) * k as f64 / STEPS as f64;
+        // Scaled so that the Sun is white.
+        let colour = (linear_srgb(temperature_k(b_v)) / sun).max(DVec3::ZERO);
+        colour / luminance(colour.to_array())
+    })
+});
+
+/// Effective temperature, kelvin: a black body of B and V filters, within 3 % of measured temperatures from 3 000 to 30 000.
+fn temperature_k(b_v: f64) -> f64 {
+    4600.0 * (1.0 / (0.92 * b_v + 1.7) + 1.0 / (0.92 * b_v + 0.62))
+}
+
+/// The CIE 1931 observer by the sums of Gaussians of Wyman, Sloan and Shirley 2013 (JCGT 2, 2, eq. 4).
+fn observer(nm: f64) -> DVec3 {
+    let lobe = |height: f64, middle: f64, below: f64, above: f64| {
+        let x = (nm - middle) / if nm < middle { below } else { above };
+        height * (-0.5 * x * x).exp()
+    };
+    DVec3::new(
+        lobe(1.056, 599.8, 37.9, 31.0) + lobe(0.362, 442.0, 16.0, 26.7) + lobe(-0.065, 501.1, 20.4, 26.2),
+        lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1),
+        lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8),
+    )
+}
+
+/// A black body's XYZ, of any scale.
+fn black_body(kelvin: f64) -> DVec3 {
+    // Planck's second radiation constant, nm K (CODATA 2018).
+    const C2: f64 = 1.438_776_877e7;
+    (380..=780).step_by(5).map(f64::from).map(|nm| observer(nm) * ((600.0 / nm).powi(5) / (C2 / (nm * kelvin)).exp_m1())).sum()
+}
+
+/// The same with the primaries of sRGB (IEC 61966-2-1).
+fn linear_srgb(kelvin: f64) -> DVec3 {
+    let rgb_from_xyz = DMat3::from_cols_array(&[3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570]);
+    rgb_from_xyz * black_body(kelvin)
+}
+
+/// Linear sRGB of luminance 1; white where no index was measured.
+pub(super) fn star_colour(b_v: Option<f32>) -> DVec3 {
+    let Some(b_v) = b_v else { return DVec3::ONE };
+    let place = (f64::from(b_v).clamp(FIRST, LAST) - FIRST) / (LAST - FIRST) * STEPS as f64;
+    let below = (place as usize).min(STEPS - 1);
+    COLOURS[below].lerp(COLOURS[below + 1], place - below as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Chromaticities of black bodies: CIE illuminant A (2856 K) and Planck's locus at 6500 K and 10 000 K (CIE 15:2004).
+    #[test]
+    fn black_bodies_have_their_chromaticity() {
+        for (kelvin, x, y) in [(2856.0, 0.447_57, 0.407_45), (6500.0, 0.313_5, 0.323_7), (10_000.0, 0.280_7, 0.288_4)] {
+            let v = black_body(kelvin);
+            let sum = v.element_sum();
+            assert!((v.x / sum - x).abs() < 0.004 && (v.y / sum - y).abs() < 0.004, "{kelvin}: {} {}", v.x / sum, v.y / sum);
+        }
+    }
+
+    /// The Sun's index (0.653, Ramirez et al. 2012) is white; bluer and redder stars are so, each redder than the one before; brightness stays that of V.
+    #[test]
+    fn the_sun_is_white_and_colours_run_from_blue_to_red() {
+        assert!((star_colour(Some(0.653)) - DVec3::ONE).abs().max_element() < 0.02, "{}", star_colour(Some(0.653)));
+        let (rigel, betelgeuse) = (star_colour(Some(-0.03)), star_colour(Some(1.85)));
+        assert!(rigel.z > 1.2 && rigel.x < 0.9 && betelgeuse.x > 1.5 && betelgeuse.z < 0.4, "{rigel} {betelgeuse}");
+        let ratio = |b_v: f32| star_colour(Some(b_v)).x / star_colour(Some(b_v)).z.max(1e-9);
+        let mut last = 0.0;
+        for k in 0..=28 {
+            let b_v = -0.4 + 0.1 * k as f32;
+            assert!(ratio(b_v) > last, "{b_v}");
+            last = ratio(b_v);
+            let colour = star_colour(Some(b_v));
+            assert!((luminance(colour.to_array()) - 1.0).abs() < 1e-3 && colour.min_element() >= 0.0, "{b_v}: {colour}");
+        }
+        assert_eq!(star_colour(Some(99.0)), star_colour(Some(2.4)));
+        assert_eq!(star_colour(None), DVec3::ONE);
+    }
+}

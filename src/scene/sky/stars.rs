@@ -1,0 +1,193 @@
+//! The stars of a frame: which of them the exposure shows, where, and how bright.
+//!
+//! In: the catalogue's stars, the viewer, what is white, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl, and the reason. They lie behind
+//! all bodies: what is drawn later hides or dims them, and its light outshines them. Always: a star too faint for a level of the display makes no sprite; a cell of the sky
+//! outside the frame, or whose brightest star is too faint, costs one comparison. A star's flux is that of a body of the same magnitude. Left out: refraction, and
+//! twinkling. Double stars closer than the catalogue parts are one.
+
+use super::star_colour::star_colour;
+use crate::catalog::Catalog;
+use crate::catalog::stars::{Cell, Star};
+use crate::ephemeris::star_place::star_from_viewer;
+use crate::scene::atmosphere::air::Around;
+use crate::scene::camera::viewpoint::{Viewer, aberrated};
+use crate::scene::camera::{Camera, narrow, narrow_scalar};
+use crate::scene::decision::Decision;
+use crate::scene::draw::{PixelView, StarSprite};
+use crate::scene::light::glow::MIN_SHOWN;
+use crate::scene::light::photometry::{irradiance_of_magnitude, magnitude};
+use crate::scene::point::{point_peak, point_radius_px};
+use crate::scene::purpose::Bound;
+use crate::scene::request::effects::Effect;
+use crate::scene::request::view_request::ViewRequest;
+use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A place on the sky as seen by the viewer, and how much brighter the star is than in the catalogue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StarPlace {
+    /// Unit vector, ICRF, with proper motion, parallax and aberration.
+    pub direction: DVec3,
+    pub brightening: f64,
+}
+
+/// What places the stars of one frame.
+pub struct StarPlacer {
+    years: f64,
+    viewer_au: DVec3,
+    velocity_km_s: DVec3,
+}
+
+impl StarPlacer {
+    pub fn of(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest) -> Self {
+        Self {
+            years: catalog.stars().years_since_epoch(request.time.jd_tt()),
+            viewer_au: viewer.camera.position_km / KM_PER_AU,
+            velocity_km_s: viewer.body_velocity_km_s,
+        }
+    }
+
+    pub fn place(&self, star: &Star) -> StarPlace {
+        let vector = star_from_viewer(star, self.years, self.viewer_au);
+        // A viewer in the star sees it everywhere.
+        let distance = vector.length().max(1e-9);
+        StarPlace { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
+    }
+
+    /// By how much of its distance a star of a cell may have moved since the epoch, as the viewer sees it.
+    fn shift(&self, cell: &Cell) -> f64 {
+        cell.motion_per_year * self.years.abs() + cell.parallax_rad * self.viewer_au.length()
+    }
+}
+
+/// The colour that the camera's air gives to light from beyond, by altitude: transmittance per channel over its mean, which the air itself takes when it is drawn.
+struct AirTint {
+    up: DVec3,
+    tints: Vec<DVec3>,
+}
+
+/// Rows of the table, from [`AirTint::LOWEST_DEG`] up, closer near the horizon.
+const TINTS: usize = 48;
+
+impl AirTint {
+    const LOWEST_DEG: f64 = -3.0;
+
+    fn of(air: &Around<'_>) -> Self {
+        let up = air.up();
+        let level = up.any_orthonormal_vector();
+        let tint = |k: usize| {
+            let altitude = (Self::LOWEST_DEG + (90.0 - Self::LOWEST_DEG) * (k as f64 / TINTS as f64).powi(2)).to_radians();
+            air.tint(up * altitude.sin() + level * altitude.cos())
+        };
+        Self { up, tints: (0..=TINTS).map(tint).collect() }
+    }
+
+    fn at(&self, direction: DVec3) -> DVec3 {
+        let altitude_deg = direction.dot(self.up).clamp(-1.0, 1.0).asin().to_degrees();
+        let place = ((altitude_deg - Self::LOWEST_DEG) / (90.0 - Self::LOWEST_DEG)).clamp(0.0, 1.0).sqrt() * TINTS as f64;
+        let below = (place as usize).min(TINTS - 1);
+        self.tints[below].lerp(self.tints[below + 1], place - below as f64)
+    }
+}
+
+/// Angle from the middle of the frame to its corner.
+fn corner_rad(camera: &Camera) -> f64 {
+    camera.tan_half_fov.length().atan()
+}
+
+/// The faintest magnitude that shows somewhere in the frame: in the corners, where a pixel takes the least of the sky.
+fn limiting_magnitude(camera: &Camera, bound: Bound) -> f64 {
+    let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
+    let least_peak = bound.least_shown(MIN_SHOWN);
+    if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
+}
+
+/// The stars of a frame, and why they are there or not; `None` where the picture shows a number.
+pub(crate) fn stars(
+    request: &ViewRequest,
+    catalog: &Catalog,
+    viewer: &Viewer,
+    bound: Bound,
+    white: f64,
+    air: Option<&Around<'_>>,
+) -> (Vec<StarSprite>, Option<Decision>) {
+    let decided = |on: bool, reason: String| Some(Decision { feature: "stars", on, reason, tier: None });
+    if request.pixel_view != PixelView::Final {
+        return (Vec::new(), None);
+    }
+    if !request.layers.stars {
+        return (Vec::new(), decided(false, "set by you".into()));
+    }
+    let camera = &viewer.camera;
+    let limit = limiting_magnitude(camera, bound);
+    let shows =
+        if limit.is_finite() { format!("the exposure shows stars to magnitude {limit:.1}") } else { "linear light shows any star".into() };
+    // Within the solar system no star is brighter by its parallax; farther out the cells know.
+    let near = viewer.camera.position_km.length() < NEAR_KM;
+    if near && f64::from(catalog.brightest_magnitude()) > limit {
+        return (Vec::new(), decided(false, shows));
+    }
+    let placer = StarPlacer::of(catalog, viewer, request);
+    let drawn = request.effects.override_of(Effect::Atmosphere) != Some(false);
+    let tint = air.filter(|_| drawn).map(AirTint::of);
+    let all = catalog.stars();
+    let in_view = InView { camera, limit, reach_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
+    let mut sprites = Vec::new();
+    for cell in all.cells().iter().filter(|cell| in_view.may_hold(cell, placer.shift(cell))) {
+        let faintest = in_view.faintest(placer.shift(cell));
+        let bright = all.stars()[cell.stars.clone()].iter().take_while(|star| f64::from(star.v_magnitude) <= faintest);
+        sprites.extend(bright.filter_map(|star| sprite(camera, star, &placer.place(star), tint.as_ref(), white)));
+    }
+    let reason = format!("{} in the frame; {shows}", sprites.len());
+    let on = !sprites.is_empty();
+    (sprites, decided(on, reason))
+}
+
+/// Nearer to the Sun than this (1000 au) no star is brighter than from the Earth by a thousandth of a magnitude.
+const NEAR_KM: f64 = 1000.0 * KM_PER_AU;
+
+/// What a cell is held against.
+struct InView<'c> {
+    camera: &'c Camera,
+    limit: f64,
+    /// From the middle of the frame to its corner, and what aberration adds.
+    reach_rad: f64,
+}
+
+impl InView<'_> {
+    /// The faintest magnitude of the catalogue that may show when a star may have come nearer by a part of its distance.
+    fn faintest(&self, shift: f64) -> f64 {
+        if shift < 1.0 { self.limit - 5.0 * (1.0 - shift).log10() } else { f64::INFINITY }
+    }
+
+    /// Whether a star of the cell may be in the frame and bright enough.
+    fn may_hold(&self, cell: &Cell, shift: f64) -> bool {
+        // A place that shifts by a part of its distance turns by the arc sine of it.
+        let turn = if shift < 1.0 { shift.asin() } else { PI };
+        let reach = self.reach_rad + cell.radius_rad + turn + self.sprite_rad();
+        let ahead = cell.axis.dot(self.camera.forward);
+        (reach >= PI || ahead >= reach.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
+    }
+
+    /// How far outside of the frame a star's glare reaches into it.
+    fn sprite_rad(&self) -> f64 {
+        (crate::scene::point::MAX_RADIUS_PX * self.camera.pixel_tangent()).min(FRAC_PI_2)
+    }
+}
+
+/// The sprite of a star in the frame.
+fn sprite(camera: &Camera, star: &Star, place: &StarPlace, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
+    let clip = camera.clip(place.direction)?;
+    let cos_off_axis = place.direction.dot(camera.forward);
+    let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
+    let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
+    let colour = star_colour(star.b_v) * tint.map_or(DVec3::ONE, |t| t.at(place.direction));
+    let radius_px = point_radius_px(flux * point_peak() / white);
+    let reach = DVec2::ONE + (radius_px + 1.0) / camera.half_size();
+    (clip.abs().cmple(reach).all()).then(|| StarSprite {
+        centre: narrow(clip.extend(0.0)),
+        radius_px: narrow_scalar(radius_px),
+        flux: narrow(colour * flux),
+    })
+}

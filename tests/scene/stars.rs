@@ -1,0 +1,345 @@
+//! Stars against an independent reduction, in the scene and as centroids and fluxes in pictures, and what hides or drowns them.
+//!
+//! tests/data/stars_public.json: skyfield 1.55 on JPL DE440; proper motion, parallax, aberration by the Earth's velocity. Its tolerance is 0.1 pixel, which is 0.18 arcsec in the
+//! narrow views. A sprite's centre is good to 0.01 pixel, so a centroid in a picture has the same tolerance.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3};
+use orrery::catalog::Catalog;
+use orrery::catalog::NaifId;
+use orrery::catalog::stars::Star;
+use orrery::ephemeris::Ephemeris;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::photometry::irradiance_of_magnitude;
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purpose, Up, ViewRequest};
+use orrery::scene::sky::stars::StarPlacer;
+use orrery::scene::viewpoint::{Viewer, viewer};
+use orrery::scene::{Scene, effects::EffectOverrides};
+use orrery::session::{DrawnFrame, Session, Sources};
+use orrery::time::Instant;
+use serde::Deserialize;
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+
+const TOLERANCE_PX: f64 = 0.1;
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
+
+#[derive(Deserialize)]
+struct Case {
+    view: String,
+    direction: [f64; 3],
+    fov_deg: f64,
+    size: [u32; 2],
+    time: String,
+    star: String,
+    x: f64,
+    y: f64,
+}
+
+impl Case {
+    fn request(&self) -> ViewRequest {
+        let time = Instant::parse(&self.time).expect("a time");
+        let position = Position::Offset { body: NaifId::EARTH, offset_km: DVec3::X * 20_000.0, axes: Axes::Icrf };
+        let look = DVec3::from_array(self.direction);
+        ViewRequest { position, width: self.size[0], height: self.size[1], ..towards(look, self.fov_deg, time) }
+    }
+
+    fn hip(&self) -> u32 {
+        self.star.strip_prefix("HIP ").and_then(|n| n.parse().ok()).expect("a number")
+    }
+
+    fn place_px(&self) -> DVec2 {
+        DVec2::new(self.x, self.y)
+    }
+}
+
+fn cases() -> Vec<Case> {
+    #[derive(Deserialize)]
+    struct File {
+        cases: Vec<Case>,
+    }
+    serde_json::from_str::<File>(include_str!("../data/stars_public.json")).expect("the table").cases
+}
+
+/// From the Earth's centre in a direction, celestial north up.
+fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
+    ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction, axes: Axes::Icrf },
+        up: Up::Celestial,
+        fov_deg: Some(fov_deg),
+        width: 400,
+        height: 400,
+        ..ViewRequest::of(NaifId::EARTH, time)
+    }
+}
+
+fn sky() -> (Catalog, Ephemeris) {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+    (catalog, ephemeris)
+}
+
+/// The pixel of a star in a view.
+fn pixel(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest, star: &Star) -> Option<DVec2> {
+    let direction = StarPlacer::of(catalog, viewer, request).place(star).direction;
+    viewer.camera.clip(direction).map(|clip| viewer.camera.pixel_from_clip(clip))
+}
+
+#[test]
+fn directions_are_those_of_an_independent_reduction() {
+    let (catalog, ephemeris) = sky();
+    let stars = catalog.stars();
+    let (mut worst, mut worst_at_rest): (f64, f64) = (0.0, 0.0);
+    let cases = cases();
+    assert_eq!(cases.len(), 62);
+    for case in cases {
+        let request = case.request();
+        let star = stars.hip(case.hip()).expect("in the catalogue");
+        let moving = viewer(&catalog, &ephemeris, &request).expect("a viewer");
+        let at_rest = Viewer { body_velocity_km_s: DVec3::ZERO, ..moving.clone() };
+        let off = |viewer: &Viewer| pixel(&catalog, viewer, &request, star).expect("in front").distance(case.place_px());
+        worst = worst.max(off(&moving));
+        worst_at_rest = worst_at_rest.max(off(&at_rest));
+        assert!(off(&moving) < TOLERANCE_PX, "{} in {}: {:.4} pixels", case.star, case.view, off(&moving));
+    }
+    println!("worst {worst:.4} pixels; without aberration {worst_at_rest:.2}");
+    // The comparison must be able to fail.
+    assert!(worst_at_rest > 50.0 * TOLERANCE_PX, "{worst_at_rest}");
+}
+
+/// A session over a catalogue of one's own.
+fn session_of(table: &str) -> (Session, tempfile::TempDir) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("stars.csv");
+    std::fs::write(&file, table).expect("written");
+    let sources = Sources { stars: Some(file), cache: Some(folder.path().join("cache")), ..Sources::default() };
+    (Session::open(&sources, |line| panic!("{line}")).expect("opens"), folder)
+}
+
+fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
+    session.draw(request, SAMPLING, true).expect("drawn")
+}
+
+/// Sum of the light around a pixel, and its centroid.
+fn light_around(drawn: &DrawnFrame, middle: DVec2, reach_px: f64) -> (DVec3, DVec2) {
+    let (width, height) = (drawn.frame.width as i64, drawn.frame.height as i64);
+    let (mut sum, mut moment) = (DVec3::ZERO, DVec2::ZERO);
+    let range = |m: f64, most: i64| ((m - reach_px).floor() as i64).max(0)..((m + reach_px).ceil() as i64).min(most);
+    for y in range(middle.y, height) {
+        for x in range(middle.x, width) {
+            let p = drawn.frame.hdr[(y * width + x) as usize];
+            let rgb = DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
+            sum += rgb;
+            moment += DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * rgb.y;
+        }
+    }
+    (sum, moment / sum.y)
+}
+
+/// Linear light of small sprites alone: white is far over every star.
+fn linear(request: ViewRequest) -> ViewRequest {
+    ViewRequest { purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(0.0), ..request }
+}
+
+/// The pictures of the reference's views: each star that stands alone has its centroid where the reference has the star.
+#[test]
+fn centroids_in_pictures_are_those_of_the_reference() {
+    let cases = cases();
+    let (mut worst, mut seen): (f64, usize) = (0.0, 0);
+    for of_view in cases.chunk_by(|a, b| a.view == b.view) {
+        let drawn = draw(&SESSION, &linear(of_view[0].request()));
+        let half = drawn.scene.camera.half_size();
+        let all: Vec<DVec2> =
+            drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
+        for case in of_view {
+            let place = case.place_px();
+            if all.iter().filter(|at| at.distance(place) < 12.0).count() != 1 {
+                continue;
+            }
+            let off = light_around(&drawn, place, 5.0).1.distance(place);
+            worst = worst.max(off);
+            seen += 1;
+            assert!(off < TOLERANCE_PX, "{} in {}: {off:.3} pixels", case.star, case.view);
+        }
+    }
+    println!("{seen} stars alone, worst {worst:.4} pixels");
+    assert!(seen >= 30, "{seen}");
+}
+
+/// From a minute of arc to 170 degrees: the centroid stands where the camera puts the direction, and the light of the image is the star's.
+#[test]
+fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
+    let (session, _folder) = session_of("ra_deg,dec_deg,v_mag\n152.093,11.967,1.36\n");
+    let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
+    let regulus = *session.catalog().stars().stars().first().expect("a star");
+    let irradiance = irradiance_of_magnitude(1.36);
+    for (k, fov_deg) in [1.0 / 60.0, 0.1, 0.5, 2.0, 10.0, 45.0, 90.0, 130.0, 170.0].into_iter().enumerate() {
+        // Off the middle, at another phase of a pixel each.
+        let part = 0.3 + 0.031 * k as f64;
+        let aside = part * (fov_deg.to_radians() / 2.0).tan();
+        let look = regulus.direction - regulus.direction.any_orthonormal_vector() * aside;
+        for stops in [0.0, 19.0] {
+            let request = ViewRequest { purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(stops), ..towards(look, fov_deg, time) };
+            let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
+            let expected = pixel(session.catalog(), &viewer, &request, &regulus).expect("in front");
+            let drawn = draw(&session, &request);
+            let (sum, centroid) = light_around(&drawn, expected, 66.0);
+            assert!(centroid.distance(expected) < TOLERANCE_PX, "{fov_deg} deg, {stops} stops: {centroid} {expected}");
+            let camera = &viewer.camera;
+            let cos = camera.ray(camera.clip_from_pixel(expected)).normalize().dot(camera.forward);
+            let measured = sum.y * camera.pixel_tangent().powi(2) * cos.powi(3) / PI;
+            assert!((measured / irradiance - 1.0).abs() < 0.02, "{fov_deg} deg, {stops} stops: {:.4}", measured / irradiance);
+        }
+    }
+}
+
+/// Twenty magnitudes in one picture, at many phases of a pixel: each star's light is its magnitude's, within 2 %, from a crisp point to a glare of many pixels.
+#[test]
+fn flux_is_kept_over_twenty_magnitudes_and_pixel_phase() {
+    let mut table = "ra_deg,dec_deg,v_mag\n".to_owned();
+    let place = |k: u32| (100.0 + (f64::from(k % 5) - 2.0) * 1.7003, (f64::from(k / 5) - 2.0) * 1.7007);
+    for k in 0..21 {
+        let (ra, dec) = place(k);
+        writeln!(table, "{ra},{dec},{}", f64::from(k) - 2.0).expect("a string");
+    }
+    let (session, _folder) = session_of(&table);
+    let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
+    let (mut worst, mut widest): (f64, f32) = (0.0, 0.0);
+    for phase in 0..4 {
+        let ra = (100.0 + 0.0031 * f64::from(phase)).to_radians();
+        let look = DVec3::new(ra.cos(), ra.sin(), 0.0017 * f64::from(phase) / 57.3);
+        for samples in [1, 4] {
+            let base = towards(look, 10.0, time);
+            let request = ViewRequest { width: 800, height: 800, purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(19.0), ..base };
+            let drawn = session.draw(&request, SamplingQuality { samples, anisotropy: 1 }, true).expect("drawn");
+            let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
+            assert_eq!(drawn.scene.stars.len(), 21);
+            widest = drawn.scene.stars.iter().map(|s| s.radius_px).fold(widest, f32::max);
+            for star in session.catalog().stars().stars() {
+                let at = pixel(session.catalog(), &viewer, &request, star).expect("in front");
+                let (sum, centroid) = light_around(&drawn, at, 65.0);
+                let cos = viewer.camera.ray(viewer.camera.clip_from_pixel(at)).normalize().dot(viewer.camera.forward);
+                let measured = sum.y * viewer.camera.pixel_tangent().powi(2) * cos.powi(3) / PI;
+                let error = measured / irradiance_of_magnitude(f64::from(star.v_magnitude)) - 1.0;
+                worst = worst.max(error.abs());
+                assert!(error.abs() < 0.02, "V {}, phase {phase}, {samples} samples: {error:.4}", star.v_magnitude);
+                assert!(centroid.distance(at) < TOLERANCE_PX, "V {}: {centroid} {at}", star.v_magnitude);
+            }
+        }
+    }
+    println!("worst {:.2} %, widest sprite {widest} pixels", 100.0 * worst);
+    assert!(widest > 20.0, "{widest}");
+    // The comparison must be able to fail: a twentieth of a magnitude is 4.7 %.
+    assert!((irradiance_of_magnitude(5.05) / irradiance_of_magnitude(5.0) - 1.0).abs() > 0.02);
+}
+
+/// A body that is a point has the flux of a star of its magnitude.
+#[test]
+fn jupiter_is_as_bright_as_a_star_of_its_magnitude() {
+    let (catalog, ephemeris) = sky();
+    let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
+    let request = ViewRequest { target: Some(NaifId(599)), look: Look::Target, ..towards(DVec3::X, 20.0, time) };
+    let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+    let jupiter = scene.body(NaifId(599)).expect("in the catalog");
+    let point = scene.points.iter().find(|p| p.body == NaifId(599)).expect("a point");
+    let pixel_sr = scene.camera.pixel_tangent().powi(2);
+    let star = irradiance_of_magnitude(jupiter.magnitude.expect("lit")) * PI / pixel_sr;
+    let luminance = orrery::units::luminance(point.flux.as_dvec3().to_array());
+    assert!((luminance / star - 1.0).abs() < 0.01, "{}", luminance / star);
+}
+
+/// Cells leave out nothing that shows: in near and far dates, from the Earth and from light years away, wide and narrow.
+#[test]
+fn cells_leave_out_no_star_that_shows() {
+    let (catalog, ephemeris) = sky();
+    let light_year_km = 9.460_730_472_580_8e12;
+    let mut shown = 0;
+    for (time, offset_ly, fov_deg, stops) in [
+        ("2024-04-08T00:00:00Z", 0.0, 60.0, 19.0),
+        ("2024-04-08T00:00:00Z", 0.0, 0.3, 8.0),
+        ("-2999-06-01T00:00:00Z", 0.0, 25.0, 17.0),
+        ("2024-04-08T00:00:00Z", 4.0, 40.0, 15.0),
+        ("2024-04-08T00:00:00Z", 90.0, 100.0, 14.0),
+        ("2024-04-08T00:00:00Z", 0.0, 170.0, 12.0),
+    ] {
+        let time = Instant::parse(time).expect("a time");
+        for direction in [DVec3::new(0.1, 1.0, 0.0), DVec3::new(-0.37, -0.31, -0.87), DVec3::new(0.2, -0.1, 0.95), DVec3::NEG_X] {
+            let offset_km = direction * (offset_ly * light_year_km);
+            let position = if offset_ly > 0.0 {
+                Position::Offset { body: NaifId::SUN, offset_km, axes: Axes::Icrf }
+            } else {
+                Position::Centre(NaifId::EARTH)
+            };
+            let request = ViewRequest { position, exposure: ExposureRequest::Stops(stops), ..towards(direction, fov_deg, time) };
+            let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+            let viewer = viewer(&catalog, &ephemeris, &request).expect("a viewer");
+            let placer = StarPlacer::of(&catalog, &viewer, &request);
+            // A level of 255 is 1/3295 of white on black; the brightest pixel has 0.358 of the flux.
+            let shows = |star: &&Star| {
+                let place = placer.place(star);
+                let inside = viewer.camera.clip(place.direction).is_some_and(|c| c.abs().max_element() < 1.0);
+                let pixel_sr = viewer.camera.pixel_tangent().powi(2) * place.direction.dot(viewer.camera.forward).powi(3);
+                let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
+                inside && flux * 0.358 * stops.exp2() > 1.0 / 3295.0
+            };
+            let expected = catalog.stars().stars().iter().filter(shows).count();
+            assert!(scene.stars.len() >= expected, "{direction}, {fov_deg} deg: {} of {expected}", scene.stars.len());
+            shown += expected;
+        }
+    }
+    assert!(shown > 5000, "{shown}");
+}
+
+/// By day none is made; a switch leaves them out; explain says why.
+#[test]
+fn the_exposure_decides_what_shows() {
+    let (catalog, ephemeris) = sky();
+    let at = |latitude_deg: f64, longitude_deg: f64, time: &str, layers: Layers| {
+        let request = ViewRequest {
+            position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.002 },
+            look: Look::Along { direction: DVec3::new(0.3, 0.2, 0.93), axes: Axes::BodyFixed },
+            up: Up::Zenith,
+            layers,
+            ..towards(DVec3::Z, 60.0, Instant::parse(time).expect("a time"))
+        };
+        Scene::build(&catalog, &ephemeris, &request).expect("a scene")
+    };
+    let (noon, midnight) = ("2024-03-20T12:00:00Z", "2024-03-20T00:00:00Z");
+    let day = at(45.0, 0.0, noon, Layers::default());
+    assert!(day.stars.is_empty() && !day.sky[0].on && day.sky[0].reason.contains("the exposure shows stars to magnitude"), "{:?}", day.sky);
+    let night = at(45.0, 0.0, midnight, Layers::default());
+    assert!(night.stars.len() > 300 && night.sky[0].on, "{:?}", night.sky);
+    let off = at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
+    assert!(off.stars.is_empty() && off.sky[0].reason == "set by you");
+    // Through civil twilight their number grows.
+    let counts: Vec<usize> =
+        [18, 19, 20].iter().map(|h| at(45.0, 0.0, &format!("2024-03-20T{h}:15:00Z"), Layers::default()).stars.len()).collect();
+    assert!(counts.windows(2).all(|w| w[0] <= w[1]), "{counts:?}");
+    // Light near the horizon is redder by the air.
+    let faint = EffectOverrides::parse("-atmosphere").expect("effects");
+    assert!(faint.override_of(orrery::scene::effects::Effect::Atmosphere) == Some(false));
+}
+
+/// A star behind the Moon adds nothing to its disc, and shines beside it.
+#[test]
+fn a_body_hides_the_stars_behind_it() {
+    let (catalog, ephemeris) = sky();
+    let time = Instant::parse("2024-04-16T01:00:00Z").expect("a time");
+    let base = ViewRequest { target: Some(NaifId::MOON), look: Look::Target, ..towards(DVec3::X, 1.5, time) };
+    let scene = Scene::build(&catalog, &ephemeris, &base).expect("a scene");
+    let moon = scene.body(NaifId::MOON).expect("in the catalog").placement.centre_km.normalize();
+    let radec = |v: DVec3| (v.y.atan2(v.x).to_degrees().rem_euclid(360.0), v.z.asin().to_degrees());
+    let beside = (moon + scene.camera.right * 0.006).normalize();
+    let ((ra, dec), (ra2, dec2)) = (radec(moon), radec(beside));
+    let (session, _folder) = session_of(&format!("ra_deg,dec_deg,v_mag\n{ra},{dec},0\n{ra2},{dec2},0\n"));
+    let with = draw(&session, &linear(base.clone()));
+    let without = draw(&session, &linear(ViewRequest { layers: Layers::parse("-stars").expect("a layer"), ..base }));
+    assert_eq!((with.scene.stars.len(), without.scene.stars.len()), (2, 0));
+    let added = |v: DVec3| {
+        let at = with.scene.camera.pixel_from_clip(with.scene.camera.clip(v).expect("in front"));
+        light_around(&with, at, 6.0).0.y - light_around(&without, at, 6.0).0.y
+    };
+    assert!(added(moon).abs() < 1e-9 && added(beside) > 1e-3, "{} {}", added(moon), added(beside));
+}
