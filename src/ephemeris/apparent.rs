@@ -192,7 +192,7 @@ mod tests {
     fn the_earths_speed_shifts_a_star_abeam_by_the_constant_of_aberration() {
         // kappa = 20.49552 arcsec (IAU 1976) at the Earth's mean speed of 29.789 km/s.
         let seen = aberrated(DVec3::Y, DVec3::X * 29.7892);
-        let shift_arcsec = seen.x.atan2(seen.y) / crate::units::RAD_PER_ARCSEC;
+        let shift_arcsec = seen.x.atan2(seen.y) / RAD_PER_ARCSEC;
         assert!((shift_arcsec - 20.4955).abs() < 0.01, "{shift_arcsec}");
         assert_eq!(aberrated(DVec3::Y, DVec3::ZERO), DVec3::Y);
     }

@@ -5,10 +5,11 @@
 
 use super::pixel::view_request;
 use super::{Prober, QuestionKind, fields, must, one_of, or};
+use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
 use crate::scene::request::CameraFile;
 use crate::scene::sky::stars::StarPlacer;
-use crate::scene::viewpoint::{aberrated, viewer};
+use crate::scene::viewpoint::viewer;
 use crate::scene::{BodyInView, Scene};
 use crate::wording::echo_within;
 use glam::DVec3;

@@ -8,9 +8,10 @@
 use super::star_colour::star_colour;
 use crate::catalog::Catalog;
 use crate::catalog::stars::{Cell, Star};
+use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::scene::atmosphere::air::Around;
-use crate::scene::camera::viewpoint::{Viewer, aberrated};
+use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{PixelView, StarSprite};
