@@ -5,6 +5,7 @@ mod catalog;
 mod cli;
 mod eclipse;
 mod ephemeris;
+mod events;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod image;

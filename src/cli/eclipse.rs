@@ -1,16 +1,23 @@
 //! `orrery eclipse find`: a span of time comes in, a table or JSON of what happens in it goes out.
 
+use super::eclipse_table::as_text;
 use super::output::put;
 use super::{CliError, Common, inputs};
-use crate::catalog::Catalog;
+use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::events::{self, LocalCircumstances, LunarEclipse, LunarType, Place, SolarEclipse};
+use crate::events::{self, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, Place, SolarEclipse, Transit};
+use crate::session::{FileAccess, write_whole};
 use crate::time::Instant;
 use crate::wording::echo;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Map, Value, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  orrery eclipse find --from 2024-01-01 --to 2030-01-01
+  orrery eclipse find --help")]
 pub struct EclipseArgs {
     #[command(subcommand)]
     verb: EclipseVerb,
@@ -26,6 +33,10 @@ enum EclipseVerb {
 enum Kind {
     Solar,
     Lunar,
+    /// Mercury and Venus before the Sun
+    Transit,
+    /// Io, Europa, Ganymede, Callisto and Titan: transits, occultations, shadow transits, eclipses
+    Moons,
 }
 
 #[derive(Args, Debug)]
@@ -33,10 +44,12 @@ enum Kind {
     after_help = "Examples:
   orrery eclipse find --from 2024-01-01 --to 2030-01-01
   orrery eclipse find --from 2015-03-01 --to 2015-04-01 --kind solar --at 78.22,15.65
+  orrery eclipse find --from 2024-04-01 --to 2024-05-01 --kind solar --path path.geojson
+  orrery eclipse find --from 2015-01-24 --to 2015-01-25 --kind moons
   orrery eclipse find --from 1901-01-01 --to 2001-01-01 --kind lunar --radii almanac --json
 
 Instants are UTC (UT1 before 1972) as the Earth's centre receives the light. Contacts: P penumbra, U umbra or antumbra; with --at also C1 to C4 of the
-discs. magnitude: covered part of the diameter; in a central solar eclipse the ratio of the diameters; of the Moon in the umbra. --radii iau: the Earth's
+discs. In transits I to IV: the limbs touch; begin and end: the centre of the moon or its shadow passes the planet's edge. magnitude: covered part of the diameter; in a central solar eclipse the ratio of the diameters; of the Moon in the umbra. --radii iau: the Earth's
 shadow on the Moon is not enlarged; almanac: enlarged by Danjon's rule. The mountains of the Moon are left out.",
     next_help_heading = "Search"
 )]
@@ -50,9 +63,12 @@ struct FindArgs {
     /// What to find; several with commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "solar,lunar")]
     kind: Vec<Kind>,
-    /// Local circumstances of a place: latitude, east longitude (degrees), height (metres)
+    /// Local circumstances of eclipses at a place: latitude, east longitude (degrees), height (metres)
     #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true)]
     at: Option<String>,
+    /// Write centre lines and limits of the central solar eclipses found as GeoJSON
+    #[arg(long, value_name = "FILE")]
+    path: Option<PathBuf>,
     /// Print a JSON list
     #[arg(long)]
     json: bool,
@@ -84,10 +100,23 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     if wants(Kind::Solar) {
         let found = events::solar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         rows.extend(found.iter().map(|e| (e.greatest, solar(e, place))));
+        if let Some(file) = &args.path {
+            write_paths(file, &found, radii.name())?;
+        }
+    } else if args.path.is_some() {
+        return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
     }
     if wants(Kind::Lunar) {
         let found = events::lunar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         rows.extend(found.iter().map(|e| (e.greatest, lunar(e, place, events::shadow_of(radii)))));
+    }
+    if wants(Kind::Transit) {
+        let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
+        rows.extend(found.iter().map(|e| (e.greatest, transit(catalog, e))));
+    }
+    if wants(Kind::Moons) {
+        let found = events::moon_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
+        rows.extend(found.iter().map(|e| (e.greatest, moon_event(catalog, e))));
     }
     rows.sort_by(|a, b| a.0.tdb_seconds_past_j2000().total_cmp(&b.0.tdb_seconds_past_j2000()));
     for (_, row) in &mut rows {
@@ -170,6 +199,78 @@ fn lunar(e: &LunarEclipse, place: Option<Place>, shadow: &str) -> Value {
     row
 }
 
+fn name_of(catalog: &Catalog, id: NaifId) -> &str {
+    catalog.body(id).map_or("", |b| b.name.as_str())
+}
+
+fn transit(catalog: &Catalog, e: &Transit) -> Value {
+    json!({
+        "kind": "transit",
+        "type": "transit",
+        "body": name_of(catalog, e.planet),
+        "greatest": e.greatest.to_utc_iso(),
+        "greatest_tt": e.greatest.to_tt_iso(),
+        "gamma": e.gamma,
+        "magnitude": e.magnitude,
+        "separation_arcsec": e.separation_arcsec,
+        "contacts": times(&e.contacts),
+        "lat": null,
+        "lon": null,
+        "duration_s": seconds_between(&e.contacts, "I", "IV"),
+        "saros": null,
+    })
+}
+
+fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {
+    json!({
+        "kind": "moons",
+        "type": e.class.name(),
+        "body": name_of(catalog, e.moon),
+        "planet": name_of(catalog, e.planet),
+        "greatest": e.greatest.to_utc_iso(),
+        "greatest_tt": e.greatest.to_tt_iso(),
+        "gamma": null,
+        "magnitude": null,
+        "contacts": times(&e.contacts),
+        "lat": null,
+        "lon": null,
+        "duration_s": seconds_between(&e.contacts, "begin", "end"),
+        "saros": null,
+    })
+}
+
+fn seconds_between(contacts: &[(&'static str, Instant)], first: &str, last: &str) -> Option<f64> {
+    let of = |name: &str| Some(contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
+    Some(of(last)? - of(first)?)
+}
+
+/// Centre lines and limits as a GeoJSON file (RFC 7946).
+fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<(), String> {
+    let mut features = Vec::new();
+    for e in eclipses {
+        let Some(path) = e.path() else { continue };
+        let centre: Vec<Place> = path.centre_line.iter().map(|(_, place)| *place).collect();
+        let mut add = |name: &str, places: &[Place], times: Value| {
+            let lines = events::cut_at_date_line(places);
+            if !lines.is_empty() {
+                features.push(json!({
+                    "type": "Feature",
+                    "properties": { "name": name, "type": e.class.name(), "greatest": e.greatest.to_utc_iso(), "saros": e.saros, "radii": radii, "times": times },
+                    "geometry": { "type": "MultiLineString", "coordinates": lines },
+                }));
+            }
+        };
+        add("centre line", &centre, path.centre_line.iter().map(|(t, _)| json!(t.to_utc_iso())).collect());
+        add("northern limit", &path.northern_limit, Value::Null);
+        add("southern limit", &path.southern_limit, Value::Null);
+    }
+    if features.is_empty() {
+        return Err("--path: no central eclipse of the Sun in this span; widen it".into());
+    }
+    let collection = json!({ "type": "FeatureCollection", "features": features });
+    write_whole(file, FileAccess::All, |out| writeln!(out, "{collection}").map_err(|e| e.to_string()))
+}
+
 /// What a place sees, under `local`; and the contacts of the discs beside the others.
 fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
     let Some(seen) = seen else {
@@ -191,96 +292,4 @@ fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
         "set": seen.set.map(Instant::to_utc_iso),
         "duration_s": seen.central_s,
     });
-}
-
-/// `2024-04-08 18:17:20` of an ISO time, to the second.
-fn short_time(iso: &Value) -> String {
-    let text = iso.as_str().unwrap_or("");
-    text.split('.').next().unwrap_or("").trim_end_matches('Z').replace('T', " ")
-}
-
-/// `18:17:20` of the same.
-fn time_of_day(iso: &Value) -> String {
-    short_time(iso).rsplit(' ').next().unwrap_or("").to_owned()
-}
-
-fn number(value: &Value, digits: usize) -> String {
-    value.as_f64().map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
-}
-
-/// `4m28s`, `1h02m`.
-fn length(seconds: &Value) -> String {
-    match seconds.as_f64().map(|s| s.round() as i64) {
-        None => "-".to_owned(),
-        Some(s) if s < 3600 => format!("{}m{:02}s", s / 60, s % 60),
-        Some(s) => format!("{}h{:02}m", s / 3600, s % 3600 / 60),
-    }
-}
-
-fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> String {
-    let mut table =
-        vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
-    let mut notes: Vec<Option<String>> = vec![None];
-    for row in rows {
-        let word = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
-        table.push([
-            short_time(&row["greatest"]),
-            word("kind"),
-            word("type"),
-            number(&row["gamma"], 4),
-            number(&row["magnitude"], 4),
-            number(&row["lat"], 2),
-            number(&row["lon"], 2),
-            length(&row["duration_s"]),
-            row["saros"].as_i64().map_or_else(|| "-".to_owned(), |n| n.to_string()),
-            contacts_text(row),
-        ]);
-        notes.push(at_place.then(|| local_text(&row["local"])));
-    }
-    let widths: [usize; 10] = std::array::from_fn(|column| table.iter().map(|r| r[column].chars().count()).max().unwrap_or(0));
-    let mut text = String::new();
-    for (row, note) in table.iter().zip(notes) {
-        let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
-        text += &format!("{}\n", cells.join("  ").trim_end());
-        text.extend(note.map(|n| format!("    {n}\n")));
-    }
-    let shadow = events::shadow_of(catalog.eclipse_radii());
-    text + &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text())
-}
-
-/// By time; those of the discs at a place are in its own line.
-fn contacts_text(row: &Value) -> String {
-    let Some(contacts) = row["contacts"].as_object() else { return String::new() };
-    let mut by_time: Vec<_> = contacts.iter().filter(|(name, _)| !name.starts_with('C')).collect();
-    by_time.sort_by_key(|(_, time)| time.as_str().unwrap_or(""));
-    by_time.iter().map(|(name, time)| format!("{name} {}", time_of_day(time))).collect::<Vec<_>>().join(" ")
-}
-
-/// `here: C1 09:11:33 (8°) … magnitude 1.018 at 10:12:02`, or `here: not visible`.
-fn local_text(local: &Value) -> String {
-    if local["visible"] != json!(true) {
-        return "here: not visible".to_owned();
-    }
-    let one = |name: &str, c: &Value| {
-        let below = if c["up"] == json!(true) { "" } else { ", below the horizon" };
-        format!("{name} {} ({}°{below})", time_of_day(&c["time"]), number(&c["altitude_deg"], 1))
-    };
-    let mut by_time: Vec<(String, &Value)> =
-        local["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.clone(), c)).collect();
-    by_time.push(("maximum".to_owned(), &local["maximum"]));
-    by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
-    let mut parts: Vec<String> = by_time.iter().map(|(name, c)| one(name, c)).collect();
-    parts.push(format!("magnitude {}", number(&local["magnitude"], 4)));
-    if !local["obscuration"].is_null() {
-        parts.push(format!("obscuration {}", number(&local["obscuration"], 4)));
-    }
-    for name in ["rise", "set"] {
-        if !local[name].is_null() {
-            parts.push(format!("{name} {}", time_of_day(&local[name])));
-        }
-    }
-    if !local["duration_s"].is_null() {
-        parts.push(format!("for {}", length(&local["duration_s"])));
-    }
-    format!("here: {}", parts.join(" · "))
 }

@@ -18,6 +18,7 @@ mod compare;
 mod doctor;
 mod documents;
 mod eclipse;
+mod eclipse_table;
 mod ephemeris;
 mod explain;
 mod frames;

@@ -185,6 +185,12 @@ impl<'a> Station<'a> {
             .then(|| (end_of_negative(deepest, deepest - reach_s, outside), end_of_negative(deepest, deepest + reach_s, outside)))
     }
 
+    /// Whether one disc lies within the other at the deepest, which is within half an hour of `near_s`.
+    pub fn is_central_near(&self, near_s: f64) -> bool {
+        let deepest = least_instant(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
+        self.discs(deepest).outside() < 0.0
+    }
+
     /// What the place sees of an eclipse of the Sun that is greatest near `near_s`; `None` where the discs never meet.
     pub fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
         let deepest = self.deepest(near_s);

@@ -1,4 +1,4 @@
-//! What happens in the sky and when: eclipses of the Sun and the Moon.
+//! What happens in the sky and when: eclipses of the Sun and the Moon, transits of Mercury and Venus, and what the Galilean moons and Titan do.
 //!
 //! In: catalog, ephemeris, a span of time. Out: events by time, with their instants as the Earth's centre receives the light, and what a place sees of
 //! them. The geometry is that of the shaders: bodies stand where the light passed them, radii are the catalog's, of the convention in force. Nothing is
@@ -8,13 +8,19 @@ mod cone;
 mod local;
 mod lunar;
 mod lunation;
+mod moons;
 mod numeric;
+mod path;
 mod sky;
 mod solar;
+mod transit;
 
 pub use local::{LocalCircumstances, LocalContact, Place};
 pub use lunar::{LunarEclipse, LunarType, shadow_of};
+pub use moons::{MoonEvent, MoonEventType, moon_events};
+pub use path::{EclipsePath, cut_at_date_line};
 pub use solar::{SolarEclipse, SolarType};
+pub use transit::{Transit, transits};
 
 use crate::catalog::Catalog;
 use crate::ephemeris::{Ephemeris, EphemerisError};

@@ -1,0 +1,97 @@
+//! The table of `orrery eclipse find`: the events' JSON objects come in, text for people goes out.
+
+use crate::catalog::Catalog;
+use crate::events;
+use serde_json::{Value, json};
+
+/// `2024-04-08 18:17:20` of an ISO time, to the second.
+fn short_time(iso: &Value) -> String {
+    let text = iso.as_str().unwrap_or("");
+    text.split('.').next().unwrap_or("").trim_end_matches('Z').replace('T', " ")
+}
+
+/// `18:17:20` of the same.
+fn time_of_day(iso: &Value) -> String {
+    short_time(iso).rsplit(' ').next().unwrap_or("").to_owned()
+}
+
+fn number(value: &Value, digits: usize) -> String {
+    value.as_f64().map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+}
+
+/// `4m28s`, `1h02m`.
+fn length(seconds: &Value) -> String {
+    match seconds.as_f64().map(|s| s.round() as i64) {
+        None => "-".to_owned(),
+        Some(s) if s < 3600 => format!("{}m{:02}s", s / 60, s % 60),
+        Some(s) => format!("{}h{:02}m", s / 3600, s % 3600 / 60),
+    }
+}
+
+pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> String {
+    let mut table =
+        vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
+    let mut notes: Vec<Option<String>> = vec![None];
+    for row in rows {
+        let word = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
+        table.push([
+            short_time(&row["greatest"]),
+            word("kind"),
+            row["body"].as_str().map_or_else(|| word("type"), |body| format!("{body} {}", word("type"))),
+            number(&row["gamma"], 4),
+            number(&row["magnitude"], 4),
+            number(&row["lat"], 2),
+            number(&row["lon"], 2),
+            length(&row["duration_s"]),
+            row["saros"].as_i64().map_or_else(|| "-".to_owned(), |n| n.to_string()),
+            contacts_text(row),
+        ]);
+        notes.push((at_place && !row["local"].is_null()).then(|| local_text(&row["local"])));
+    }
+    let widths: [usize; 10] = std::array::from_fn(|column| table.iter().map(|r| r[column].chars().count()).max().unwrap_or(0));
+    let mut text = String::new();
+    for (row, note) in table.iter().zip(notes) {
+        let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        text += &format!("{}\n", cells.join("  ").trim_end());
+        text.extend(note.map(|n| format!("    {n}\n")));
+    }
+    let shadow = events::shadow_of(catalog.eclipse_radii());
+    text + &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text())
+}
+
+/// By time; those of the discs at a place are in its own line.
+fn contacts_text(row: &Value) -> String {
+    let Some(contacts) = row["contacts"].as_object() else { return String::new() };
+    let mut by_time: Vec<_> = contacts.iter().filter(|(name, _)| !name.starts_with('C')).collect();
+    by_time.sort_by_key(|(_, time)| time.as_str().unwrap_or(""));
+    by_time.iter().map(|(name, time)| format!("{name} {}", time_of_day(time))).collect::<Vec<_>>().join(" ")
+}
+
+/// `here: C1 09:11:33 (8°) … magnitude 1.018 at 10:12:02`, or `here: not visible`.
+fn local_text(local: &Value) -> String {
+    if local["visible"] != json!(true) {
+        return "here: not visible".to_owned();
+    }
+    let one = |name: &str, c: &Value| {
+        let below = if c["up"] == json!(true) { "" } else { ", below the horizon" };
+        format!("{name} {} ({}°{below})", time_of_day(&c["time"]), number(&c["altitude_deg"], 1))
+    };
+    let mut by_time: Vec<(String, &Value)> =
+        local["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.clone(), c)).collect();
+    by_time.push(("maximum".to_owned(), &local["maximum"]));
+    by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
+    let mut parts: Vec<String> = by_time.iter().map(|(name, c)| one(name, c)).collect();
+    parts.push(format!("magnitude {}", number(&local["magnitude"], 4)));
+    if !local["obscuration"].is_null() {
+        parts.push(format!("obscuration {}", number(&local["obscuration"], 4)));
+    }
+    for name in ["rise", "set"] {
+        if !local[name].is_null() {
+            parts.push(format!("{name} {}", time_of_day(&local[name])));
+        }
+    }
+    if !local["duration_s"].is_null() {
+        parts.push(format!("for {}", length(&local["duration_s"])));
+    }
+    format!("here: {}", parts.join(" · "))
+}

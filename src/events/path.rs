@@ -1,0 +1,139 @@
+//! The path of a central eclipse on the ground: centre line and limits.
+//!
+//! In: a solar eclipse. Out: places at equal steps of time. A limit is where the umbra's edge touches a place and turns back, so it follows from the
+//! deepest moment of each place, on a line across the path. Not here: the limits beyond the ends of the centre line, where the shadow leaves the
+//! ground sideways.
+
+use super::local::Place;
+use super::solar::SolarEclipse;
+use crate::time::Instant;
+use std::f64::consts::FRAC_PI_2;
+
+/// Points of the centre line.
+const POINTS: i32 = 120;
+/// Farthest that a limit is looked for from the centre line, degrees of arc: antumbrae that graze the ground are over 1000 km wide.
+const WIDEST_DEG: f64 = 20.0;
+
+/// A path on the ground, from west to east as the shadow goes.
+#[derive(Clone, Debug, Default)]
+pub struct EclipsePath {
+    pub centre_line: Vec<(Instant, Place)>,
+    /// North and south of the centre line; a point is missing where the ground ends before the umbra.
+    pub northern_limit: Vec<Place>,
+    pub southern_limit: Vec<Place>,
+}
+
+impl SolarEclipse {
+    /// `None` where the axis of the shadow misses the ground.
+    pub fn path(&self) -> Option<EclipsePath> {
+        let geometry = &self.geometry;
+        let (from, to) = geometry.central_span()?;
+        let mut path = EclipsePath::default();
+        for i in 0..=POINTS {
+            let part = (f64::from(i) / f64::from(POINTS)).clamp(1e-5, 1.0 - 1e-5);
+            let s = from + (to - from) * part;
+            let Some(centre) = geometry.centre(s) else { continue };
+            path.centre_line.push((geometry.sky.instant(s), centre));
+            let step_s = 1e-3 * (to - from);
+            let heading_rad = match (part < 0.5, geometry.centre(s + step_s), geometry.centre(s - step_s)) {
+                (true, Some(ahead), _) => bearing_rad(centre, ahead),
+                (false, _, Some(behind)) => bearing_rad(behind, centre),
+                _ => continue,
+            };
+            // To the left of the shadow's way, which is north unless the path goes westward over a pole.
+            path.northern_limit.extend(self.limit(s, centre, heading_rad - FRAC_PI_2));
+            path.southern_limit.extend(self.limit(s, centre, heading_rad + FRAC_PI_2));
+        }
+        let mean = |limit: &[Place]| limit.iter().map(|p| p.latitude_deg).sum::<f64>() / limit.len().max(1) as f64;
+        if mean(&path.northern_limit) < mean(&path.southern_limit) {
+            std::mem::swap(&mut path.northern_limit, &mut path.southern_limit);
+        }
+        Some(path)
+    }
+
+    /// The farthest place from the centre line on a great circle that still has a central phase with the Sun up.
+    fn limit(&self, s: f64, centre: Place, bearing_rad: f64) -> Option<Place> {
+        let geometry = &self.geometry;
+        let is_central = |distance_deg: f64| geometry.station(moved(centre, bearing_rad, distance_deg)).is_central_near(s);
+        let (mut inside, mut outside) = (0.0, 0.02);
+        while is_central(outside) {
+            inside = outside;
+            outside *= 2.0;
+            if outside > WIDEST_DEG {
+                return None;
+            }
+        }
+        while outside - inside > 1e-4 {
+            let middle = 0.5 * (inside + outside);
+            if is_central(middle) { inside = middle } else { outside = middle }
+        }
+        let place = moved(centre, bearing_rad, inside);
+        (geometry.station(place).sun_altitude_deg(s) > -1.0).then_some(place)
+    }
+}
+
+/// Direction from one place to another on the sphere, from north through east.
+fn bearing_rad(from: Place, to: Place) -> f64 {
+    let (a, b) = (from.latitude_deg.to_radians(), to.latitude_deg.to_radians());
+    let east = (to.longitude_deg - from.longitude_deg).to_radians();
+    (east.sin() * b.cos()).atan2(a.cos() * b.sin() - a.sin() * b.cos() * east.cos())
+}
+
+/// The place at a distance on the sphere.
+fn moved(from: Place, bearing_rad: f64, distance_deg: f64) -> Place {
+    let (lat, d) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
+    let sine = (lat.sin() * d.cos() + lat.cos() * d.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
+    let east = (bearing_rad.sin() * d.sin() * lat.cos()).atan2(d.cos() - lat.sin() * sine);
+    let longitude_deg = (from.longitude_deg + east.to_degrees() + 540.0).rem_euclid(360.0) - 180.0;
+    Place { latitude_deg: sine.asin().to_degrees(), longitude_deg, height_km: 0.0 }
+}
+
+/// A line of places as (longitude, latitude), cut where it crosses the date line, as GeoJSON wants it (RFC 7946, section 3.1.9).
+pub fn cut_at_date_line(places: &[Place]) -> Vec<Vec<[f64; 2]>> {
+    let mut parts: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
+    for pair in places
+        .iter()
+        .map(|p| [p.longitude_deg, p.latitude_deg])
+        .scan(None, |before: &mut Option<[f64; 2]>, at| Some((before.replace(at), at)))
+    {
+        let (before, at) = pair;
+        if let Some(before) = before.filter(|b| (b[0] - at[0]).abs() > 180.0) {
+            let edge = 180.0_f64.copysign(before[0]);
+            // Degrees of longitude to the date line, and over it in all.
+            let (first, all) = ((edge - before[0]).abs(), 360.0 - (before[0] - at[0]).abs());
+            let latitude = before[1] + (at[1] - before[1]) * if all > 0.0 { first / all } else { 0.0 };
+            parts.last_mut().into_iter().for_each(|part| part.push([edge, latitude]));
+            parts.push(vec![[-edge, latitude]]);
+        }
+        parts.last_mut().into_iter().for_each(|part| part.push(at));
+    }
+    parts.retain(|part| part.len() > 1);
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(latitude_deg: f64, longitude_deg: f64) -> Place {
+        Place { latitude_deg, longitude_deg, height_km: 0.0 }
+    }
+
+    #[test]
+    fn steps_on_the_sphere_are_inverse_to_bearings() {
+        for (lat, lon) in [(0.0, 0.0), (60.0, 179.0), (-45.0, -100.0)] {
+            for bearing_deg in [10.0_f64, 100.0, 200.0, 300.0] {
+                let to = moved(place(lat, lon), bearing_deg.to_radians(), 3.0);
+                let back = bearing_rad(place(lat, lon), to).to_degrees().rem_euclid(360.0);
+                assert!((back - bearing_deg).abs() < 1e-9, "{lat} {lon} {bearing_deg}: {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_over_the_date_line_is_cut_there() {
+        let cut = cut_at_date_line(&[place(10.0, 170.0), place(12.0, 178.0), place(14.0, -178.0), place(16.0, -170.0)]);
+        assert_eq!(cut, [vec![[170.0, 10.0], [178.0, 12.0], [180.0, 13.0]], vec![[-180.0, 13.0], [-178.0, 14.0], [-170.0, 16.0]]]);
+        assert_eq!(cut_at_date_line(&[place(0.0, -10.0), place(0.0, 10.0)]).len(), 1);
+    }
+}

@@ -1,0 +1,150 @@
+//! Counts, types and series of two centuries against NASA's Five Millennium Canons (F. Espenak and J. Meeus).
+
+use super::{ALMANAC, EPHEMERIS, IAU, after, at};
+use orrery::Catalog;
+use orrery::events::{LunarEclipse, LunarType, SolarEclipse, SolarType, lunar_eclipses, solar_eclipses};
+use std::sync::LazyLock;
+
+/// Both centuries, found once.
+struct Found {
+    solar: Vec<SolarEclipse>,
+    lunar: Vec<LunarEclipse>,
+}
+
+fn found(catalog: &Catalog) -> Found {
+    let (from, to) = (at("1901-01-01"), at("2099-12-31"));
+    Found {
+        solar: solar_eclipses(catalog, &EPHEMERIS, from, to).expect("solar eclipses"),
+        lunar: lunar_eclipses(catalog, &EPHEMERIS, from, to).expect("lunar eclipses"),
+    }
+}
+
+static BY_ALMANAC: LazyLock<Found> = LazyLock::new(|| found(&ALMANAC));
+static BY_IAU: LazyLock<Found> = LazyLock::new(|| found(&IAU));
+
+/// Partial, annular, total, hybrid; penumbral, partial, total.
+type Counts = ([usize; 4], [usize; 3]);
+
+fn counts(catalog: &Catalog, from: &str, to: &str) -> Counts {
+    let (from, to) = (at(from), at(to));
+    let solar = solar_eclipses(catalog, &EPHEMERIS, from, to).expect("solar eclipses");
+    let lunar = lunar_eclipses(catalog, &EPHEMERIS, from, to).expect("lunar eclipses");
+    let of_sun = |class| solar.iter().filter(|e| e.class == class).count();
+    let of_moon = |class| lunar.iter().filter(|e| e.class == class).count();
+    (
+        [SolarType::Partial, SolarType::Annular, SolarType::Total, SolarType::Hybrid].map(of_sun),
+        [LunarType::Penumbral, LunarType::Partial, LunarType::Total].map(of_moon),
+    )
+}
+
+/// The canons' numbers for the centuries: 228 and 229, 224 and 228 eclipses.
+const TWENTIETH: Counts = ([78, 73, 71, 6], [83, 65, 81]);
+const TWENTY_FIRST: Counts = ([77, 72, 68, 7], [86, 57, 85]);
+
+#[test]
+fn each_century_has_the_canons_eclipses_of_every_type() {
+    assert_eq!(counts(&ALMANAC, "1901-01-01", "2001-01-01"), TWENTIETH);
+    assert_eq!(counts(&ALMANAC, "2001-01-01", "2101-01-01"), TWENTY_FIRST);
+    // A larger Moon makes more hybrid eclipses, and a shadow without the air fewer of the Moon.
+    let (solar, lunar) = counts(&IAU, "1901-01-01", "2001-01-01");
+    assert_eq!(solar.iter().sum::<usize>(), 228);
+    assert!(solar[3] > 6 && lunar.iter().sum::<usize>() < 229, "{solar:?} {lunar:?}");
+}
+
+#[test]
+fn known_eclipses_have_their_type_and_series() {
+    use SolarType::{Annular, Hybrid, Partial, Total};
+    // (day, type, central, series).
+    for (day, class, central, saros) in [
+        ("1919-05-29", Total, true, 136),
+        ("1967-11-02", Total, false, 152),
+        ("1986-10-03", Hybrid, true, 124),
+        ("1999-08-11", Total, true, 145),
+        ("2009-07-22", Total, true, 136),
+        ("2013-11-03", Hybrid, true, 143),
+        ("2014-04-29", Annular, false, 148),
+        ("2015-03-20", Total, true, 120),
+        ("2017-08-21", Total, true, 145),
+        ("2018-02-15", Partial, false, 150),
+        ("2020-06-21", Annular, true, 137),
+        ("2023-04-20", Hybrid, true, 129),
+        ("2024-04-08", Total, true, 139),
+    ] {
+        let e = BY_ALMANAC.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
+        assert_eq!((e.class, e.central, e.saros), (class, central, saros), "{day}");
+    }
+    for (day, class, saros) in [
+        ("2018-07-27", LunarType::Total, 129),
+        ("2020-11-30", LunarType::Penumbral, 116),
+        ("2021-11-19", LunarType::Partial, 126),
+        ("2022-11-08", LunarType::Total, 136),
+    ] {
+        let e = BY_ALMANAC.lunar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
+        assert_eq!((e.class, e.saros), (class, saros), "{day}");
+    }
+}
+
+/// Magnitude and duration at greatest eclipse by the canon, as in tests/ephemeris/horizon.rs; the durations are rounded to a second.
+#[test]
+fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
+    for (day, magnitude, duration_s, latitude_deg, longitude_deg) in [
+        ("1991-07-11", 1.0800, 413.0, 22.0, -105.2),
+        ("2009-07-22", 1.0799, 399.0, 24.2, 144.1),
+        ("2010-01-15", 0.9190, 668.0, 1.6, 69.3),
+        ("2017-08-21", 1.0306, 160.0, 37.0, -87.7),
+        ("2023-10-14", 0.9520, 317.0, 11.4, -83.1),
+        ("2024-04-08", 1.0566, 268.0, 25.3, -104.1),
+    ] {
+        let of = |found: &'static Found| found.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
+        let (e, by_iau) = (of(&BY_ALMANAC), of(&BY_IAU));
+        let duration = e.duration_s.expect("central");
+        assert!((e.magnitude - magnitude).abs() < 1e-4, "{day}: {}", e.magnitude);
+        assert!((duration - duration_s).abs() < 1.0, "{day}: {duration} s");
+        assert!(
+            (e.place.latitude_deg - latitude_deg).abs() < 0.06 && (e.place.longitude_deg - longitude_deg).abs() < 0.1,
+            "{day}: {:?}",
+            e.place
+        );
+        assert!((by_iau.magnitude - magnitude).abs() > 5e-4, "{day}: the other radii would pass");
+    }
+}
+
+#[test]
+fn contacts_come_in_order_around_the_greatest() {
+    let in_order = |contacts: &[(&'static str, orrery::Instant)], greatest| {
+        let times: Vec<_> = contacts.iter().map(|c| after(c.1, greatest)).collect();
+        times.windows(2).all(|w| w[0] < w[1]) && times[0] < 0.0 && times[times.len() - 1] > 0.0
+    };
+    for e in &BY_ALMANAC.solar {
+        assert!(in_order(&e.contacts, e.greatest), "{e:?}");
+        let (first, last) = (after(e.contacts[0].1, e.greatest), after(e.contacts[e.contacts.len() - 1].1, e.greatest));
+        // The longest time that the penumbra stays on the Earth is 6 h 16 min.
+        assert!(last - first < 6.3 * 3600.0, "{}", e.greatest.to_utc_iso());
+        assert_eq!(e.contacts.len() == 4, e.class != SolarType::Partial);
+        assert_eq!(e.duration_s.is_some(), e.central || e.class != SolarType::Partial && e.magnitude > 0.9 && e.duration_s.is_some());
+        assert!(e.gamma.abs() < 1.58 && (e.central == (e.gamma.abs() < 0.9972) || (e.gamma.abs() - 0.9972).abs() < 2e-3), "{}", e.gamma);
+        assert!(e.place.latitude_deg * e.gamma > 0.0 || e.gamma.abs() < 0.5, "{e:?}");
+    }
+    for e in &BY_ALMANAC.lunar {
+        assert!(in_order(&e.contacts, e.greatest), "{e:?}");
+        assert_eq!(
+            e.contacts.len(),
+            match e.class {
+                LunarType::Penumbral => 2,
+                LunarType::Partial => 4,
+                LunarType::Total => 6,
+            }
+        );
+        assert!(e.duration_s("U2", "U3").unwrap_or(0.0) < 108.0 * 60.0 && e.gamma.abs() < 1.6, "{e:?}");
+    }
+}
+
+#[test]
+fn two_centuries_take_less_than_ten_seconds() {
+    LazyLock::force(&EPHEMERIS);
+    let start = std::time::Instant::now();
+    let all = found(&IAU);
+    let seconds = start.elapsed().as_secs_f64();
+    println!("{} eclipses in {seconds:.2} s", all.solar.len() + all.lunar.len());
+    assert!(seconds < 10.0, "{seconds} s");
+}

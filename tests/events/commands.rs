@@ -1,0 +1,95 @@
+//! `orrery eclipse find` as a user meets it: fields, files, one clear line for each wrong word.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+fn find(words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_orrery")).args(["eclipse", "find"]).args(words).output().expect("the program starts")
+}
+
+fn json(words: &[&str]) -> Value {
+    let out = find(&[words, &["--json"]].concat());
+    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{words:?}: {e}"))
+}
+
+const APRIL: [&str; 4] = ["--from", "2024-04-01", "--to", "2024-05-01"];
+
+#[test]
+fn json_has_the_fields_of_the_contract() {
+    for (kind, from, to) in [
+        ("solar", "2024-04-01", "2024-05-01"),
+        ("lunar", "2025-03-01", "2025-04-01"),
+        ("transit", "2012-06-01", "2012-07-01"),
+        ("moons", "2015-01-24", "2015-01-25"),
+    ] {
+        let list = json(&["--from", from, "--to", to, "--kind", kind]);
+        let events = list.as_array().expect("a list");
+        assert!(!events.is_empty(), "{kind}");
+        for e in events {
+            for field in ["kind", "type", "greatest", "gamma", "magnitude", "contacts", "lat", "lon", "saros", "duration_s", "radii"] {
+                assert!(e.get(field).is_some(), "{kind}: no {field}");
+            }
+            assert_eq!((e["kind"].as_str(), e["radii"].as_str()), (Some(kind), Some("iau")));
+            assert!(e["greatest"].as_str().is_some_and(|t| t.ends_with('Z')));
+            assert!(e["contacts"].as_object().is_some_and(|c| c.len() >= 2));
+        }
+    }
+    let of = |radii: &str| json(&[&APRIL[..], &["--kind", "solar", "--radii", radii]].concat())[0].clone();
+    let (iau, almanac) = (of("iau"), of("almanac"));
+    assert_eq!((iau["saros"].as_i64(), almanac["radii"].as_str()), (Some(139), Some("almanac")));
+    let seconds = |e: &Value| e["duration_s"].as_f64().expect("a duration");
+    assert!(seconds(&iau) - seconds(&almanac) > 3.0, "the radii move totality by seconds");
+}
+
+#[test]
+fn places_and_paths_are_answered() {
+    let seen = json(&[&APRIL[..], &["--kind", "solar", "--at", "32.7767,-96.797,130"]].concat());
+    assert_eq!(seen[0]["local"]["visible"], true);
+    for contact in ["C1", "C2", "C3", "C4"] {
+        assert!(seen[0]["contacts"][contact].is_string() && seen[0]["local"]["contacts"][contact]["altitude_deg"].is_number());
+    }
+    assert_eq!(json(&[&APRIL[..], &["--kind", "solar", "--at", "-30,150"]].concat())[0]["local"]["visible"], false);
+    let text = String::from_utf8(find(&[&APRIL[..], &["--at", "-30,150"]].concat()).stdout).expect("text");
+    assert!(text.contains("here: not visible") && text.contains("radii iau"), "{text}");
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("path.geojson");
+    let file = file.to_str().expect("a path");
+    assert!(find(&[&APRIL[..], &["--path", file]].concat()).status.success());
+    let path: Value = serde_json::from_slice(&std::fs::read(file).expect("a file")).expect("GeoJSON");
+    assert_eq!(path["type"], "FeatureCollection");
+    let names: Vec<_> = path["features"].as_array().expect("features").iter().filter_map(|f| f["properties"]["name"].as_str()).collect();
+    assert_eq!(names, ["centre line", "northern limit", "southern limit"]);
+    for feature in path["features"].as_array().expect("features") {
+        assert_eq!(feature["geometry"]["type"], "MultiLineString");
+        for line in feature["geometry"]["coordinates"].as_array().expect("lines") {
+            for point in line.as_array().expect("points") {
+                let (lon, lat) = (point[0].as_f64().expect("a longitude"), point[1].as_f64().expect("a latitude"));
+                assert!((-180.0..=180.0).contains(&lon) && (-90.0..=90.0).contains(&lat));
+            }
+        }
+    }
+}
+
+#[test]
+fn wrong_words_get_one_clear_line() {
+    for (words, about) in [
+        (vec!["--from", "2024-05-01", "--to", "2024-04-01"], "swap"),
+        (vec!["--from", "soon", "--to", "2024-04-01"], "--from"),
+        (vec!["--from", "2024-04-01", "--to", "2024-13-01"], "--to"),
+        ([&APRIL[..], &["--at", "here"]].concat(), "--at"),
+        ([&APRIL[..], &["--at", "91,0"]].concat(), "latitude"),
+        ([&APRIL[..], &["--at", "nan,0"]].concat(), "latitude"),
+        ([&APRIL[..], &["--at", "1,2,3,4"]].concat(), "two or three"),
+        ([&APRIL[..], &["--kind", "lunar", "--path", "x.geojson"]].concat(), "--path"),
+        (vec!["--from", "2018-02-01", "--to", "2018-03-01", "--path", "x.geojson"], "no central eclipse"),
+        (vec!["--from", "-9000-01-01", "--to", "-8999-01-01"], "not at"),
+    ] {
+        let out = find(&words);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(1), "{words:?}: {said}");
+        assert!(said.contains(about) && said.trim_end().lines().count() == 1, "{words:?}: {said}");
+    }
+    assert_eq!(find(&["--from", "2024-04-01"]).status.code(), Some(2));
+}

@@ -1,0 +1,140 @@
+//! What places see: contacts against the topocentric search by discs, known totalities, sunrise cut in, paths on the ground.
+
+use super::{ALMANAC, EPHEMERIS, IAU, after, at};
+use orrery::Catalog;
+use orrery::catalog::NaifId;
+use orrery::ephemeris::topocentric::{Observer, ObserverSky};
+use orrery::events::{Place, SolarEclipse, lunar_eclipses, solar_eclipses};
+
+fn place(latitude_deg: f64, longitude_deg: f64) -> Place {
+    Place { latitude_deg, longitude_deg, height_km: 0.0 }
+}
+
+fn eclipse_of(catalog: &Catalog, day: &str) -> SolarEclipse {
+    let from = at(day);
+    solar_eclipses(catalog, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0)
+}
+
+fn sky(place: Place) -> ObserverSky<'static> {
+    let place =
+        Observer { body: NaifId::EARTH, latitude_deg: place.latitude_deg, longitude_deg: place.longitude_deg, height_km: place.height_km };
+    ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place }
+}
+
+#[test]
+fn contacts_are_those_of_the_discs_over_each_place() {
+    // (day, places inside and outside the path): discs over places are found by another search, without the Earth's frame and polynomials.
+    let cases = [
+        ("2024-04-08", [(32.7767, -96.797), (25.2897, -104.1477), (45.0, -60.0), (10.0, -110.0)]),
+        ("2020-06-21", [(30.5194, 79.6652), (0.0, 60.0), (20.0, 100.0), (40.0, 30.0)]),
+        ("2021-12-04", [(-76.777, -46.216), (-70.0, 0.0), (-80.0, 120.0), (-55.0, -60.0)]),
+    ];
+    let mut central = 0;
+    for (day, places) in cases {
+        let e = eclipse_of(&IAU, day);
+        for (lat, lon) in places {
+            let here = place(lat, lon);
+            let ours = e.seen_from(here);
+            let theirs =
+                sky(here).passage(NaifId::SUN, NaifId::MOON, e.greatest.plus_seconds(-4.0 * 3600.0), 8.0 * 3600.0).expect("places");
+            assert_eq!(ours.is_some(), theirs.is_some(), "{day} {lat} {lon}");
+            let (Some(ours), Some(theirs)) = (ours, theirs) else { continue };
+            let mut expected = vec![theirs.begins, theirs.ends];
+            expected.splice(1..1, theirs.inner.into_iter().flat_map(|(a, b)| [a, b]));
+            assert_eq!(ours.contacts.len(), expected.len(), "{day} {lat} {lon}");
+            central += usize::from(theirs.inner.is_some());
+            for (contact, t) in ours.contacts.iter().zip(expected) {
+                let off_s = after(contact.time, t);
+                assert!(off_s.abs() < 0.2, "{day} {lat} {lon} {}: {off_s} s", contact.name);
+                assert!(after(contact.time, t.plus_seconds(30.0)).abs() > 1.0);
+            }
+        }
+    }
+    assert!(central >= 3, "{central} of the places are in a path");
+}
+
+/// Observers' predictions for Longyearbyen (78.22 N, 15.65 E): totality from 10:10:43 to 10:13:10 UT, altitude 11 degrees.
+#[test]
+fn the_eclipse_of_2015_is_total_at_longyearbyen() {
+    let seen = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(78.22, 15.65)).expect("an eclipse");
+    let names: Vec<_> = seen.contacts.iter().map(|c| c.name).collect();
+    assert_eq!(names, ["C1", "C2", "C3", "C4"]);
+    assert!(after(seen.contacts[1].time, at("2015-03-20T10:10:43Z")).abs() < 5.0, "{}", seen.contacts[1].time.to_utc_iso());
+    assert!(after(seen.contacts[2].time, at("2015-03-20T10:13:10Z")).abs() < 5.0, "{}", seen.contacts[2].time.to_utc_iso());
+    assert!(seen.visible && seen.magnitude > 1.0 && seen.obscuration == Some(1.0));
+    assert!((seen.maximum.altitude_deg - 11.2).abs() < 0.3, "{}", seen.maximum.altitude_deg);
+    assert!((seen.central_s.expect("totality") - 147.0).abs() < 3.0);
+    // In Tromsø, 950 km to the south, a sliver is left.
+    let tromso = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(69.65, 18.96)).expect("an eclipse");
+    assert!(tromso.central_s.is_none() && (0.9..1.0).contains(&tromso.magnitude), "{}", tromso.magnitude);
+}
+
+#[test]
+fn a_rising_sun_shows_what_is_left_of_the_eclipse() {
+    let new_york = place(40.71, -74.01);
+    let e = eclipse_of(&IAU, "2021-06-10");
+    let seen = e.seen_from(new_york).expect("an eclipse");
+    let rise = seen.rise.expect("a sunrise");
+    // 5:24 to 5:25 local time; the search for risings has another horizon: without aberration.
+    let by_almanac = sky(new_york).day(NaifId::SUN, at("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
+    assert!(after(rise, by_almanac).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
+    assert!(!seen.contacts[0].is_up() && seen.contacts[1].is_up(), "first contact is before sunrise");
+    assert!(after(seen.maximum.time, rise) >= 0.0 && seen.visible);
+    assert!((seen.magnitude - 0.80).abs() < 0.01, "{}", seen.magnitude);
+    // Farther west the greatest phase is before sunrise: the best is the sunrise itself.
+    let west = e.seen_from(place(40.71, -82.0)).expect("an eclipse");
+    assert!(west.visible && after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
+    assert!(west.magnitude < e.seen_from(new_york).expect("an eclipse").magnitude);
+    // Where the Sun rises after last contact nothing is seen.
+    let farther = e.seen_from(place(40.71, -110.0));
+    assert!(farther.is_none_or(|seen| !seen.visible));
+}
+
+#[test]
+fn the_moon_rises_eclipsed_or_not_at_all() {
+    let from = at("2018-07-27");
+    let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
+    let berlin = e.seen_from(place(52.52, 13.4));
+    // The Moon rises in the partial phase; the search for risings takes its true semidiameter, the events 16 arcmin.
+    let rise = berlin.rise.expect("a moonrise");
+    let by_almanac =
+        sky(place(52.52, 13.4)).day(NaifId::MOON, at("2018-07-27T12:00:00Z"), 43_200.0).expect("a day").rise.expect("a moonrise");
+    assert!(after(rise, by_almanac).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
+    assert!(after(rise, e.contacts[1].1) > 0.0 && after(rise, e.contacts[2].1) < 0.0);
+    assert!(berlin.visible && !berlin.contacts[0].is_up() && berlin.maximum.altitude_deg > 0.0);
+    assert!((berlin.magnitude - e.umbral_magnitude).abs() < 1e-6);
+    let overhead = e.seen_from(e.place);
+    assert!(overhead.maximum.altitude_deg > 89.0);
+    assert!(!e.seen_from(place(-e.place.latitude_deg, e.place.longitude_deg + 180.0)).visible);
+}
+
+#[test]
+fn a_path_is_central_inside_its_limits_and_only_there() {
+    for (day, width_km) in [("2024-04-08", 198.0), ("2017-08-21", 115.0)] {
+        // The canon's widths at greatest eclipse, by its radii.
+        let e = eclipse_of(&ALMANAC, day);
+        let path = e.path().expect("a path");
+        assert!(path.centre_line.len() > 100 && path.northern_limit.len() > 100 && path.southern_limit.len() > 100);
+        let central = |p: Place| e.seen_from(p).is_some_and(|s| s.central_s.is_some());
+        for (_, centre) in path.centre_line.iter().skip(5).step_by(10).take(10) {
+            assert!(central(*centre), "{day} {centre:?}");
+        }
+        for (limit, outward) in [(&path.northern_limit, 1.0), (&path.southern_limit, -1.0)] {
+            for p in limit.iter().skip(10).step_by(20).take(4) {
+                let moved = |degrees: f64| Place { latitude_deg: p.latitude_deg + outward * degrees, ..*p };
+                assert!(central(moved(-0.01)) && !central(moved(0.01)), "{day} {p:?}");
+            }
+        }
+        // Across the path at greatest eclipse.
+        let nearest = |limit: &[Place]| limit.iter().map(|p| km_between(*p, e.place)).fold(f64::MAX, f64::min);
+        let across_km = nearest(&path.northern_limit) + nearest(&path.southern_limit);
+        assert!((across_km - width_km).abs() < 8.0, "{day}: {across_km} km");
+    }
+    assert!(eclipse_of(&IAU, "2018-02-15").path().is_none());
+}
+
+fn km_between(a: Place, b: Place) -> f64 {
+    let (lat, dlat) = (a.latitude_deg.to_radians(), (b.latitude_deg - a.latitude_deg).to_radians());
+    let dlon = (b.longitude_deg - a.longitude_deg).to_radians() * (lat + 0.5 * dlat).cos();
+    6371.0 * dlat.hypot(dlon)
+}

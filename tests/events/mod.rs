@@ -1,0 +1,26 @@
+//! Eclipses, transits and what moons do, as `eclipse find` answers them.
+
+mod canons;
+mod commands;
+mod local;
+mod moons;
+mod reference_table;
+mod transits;
+
+use orrery::catalog::EclipseRadii;
+use orrery::{Catalog, Ephemeris, Instant};
+use std::sync::LazyLock;
+
+/// The IAU's radii, those of almanacs, and the ephemeris, which does not depend on them.
+static IAU: LazyLock<Catalog> = LazyLock::new(Catalog::embedded);
+static ALMANAC: LazyLock<Catalog> = LazyLock::new(|| Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac));
+static EPHEMERIS: LazyLock<Ephemeris> = LazyLock::new(|| Ephemeris::embedded(&IAU).expect("the shipped ephemeris"));
+
+fn at(text: &str) -> Instant {
+    Instant::parse(text).expect(text)
+}
+
+/// Seconds from the second instant to the first.
+fn after(a: Instant, b: Instant) -> f64 {
+    a.tdb_seconds_past_j2000() - b.tdb_seconds_past_j2000()
+}

@@ -1,0 +1,69 @@
+//! What the Galilean moons and Titan do, against published times.
+
+use super::{EPHEMERIS, IAU, after, at};
+use orrery::Instant;
+use orrery::catalog::NaifId;
+use orrery::events::{MoonEvent, MoonEventType, moon_events};
+
+fn events(from: &str, to: &str) -> Vec<MoonEvent> {
+    moon_events(&IAU, &EPHEMERIS, at(from), at(to)).expect("events")
+}
+
+fn contact(e: &MoonEvent, name: &str) -> Instant {
+    e.contacts.iter().find(|c| c.0 == name).unwrap_or_else(|| panic!("{name} of {e:?}")).1
+}
+
+/// Sky & Telescope's times for the night of three shadows, UT to the minute: Callisto's shadow from 3:11 to 8:00, Io's from 4:35 to 6:52, Europa's
+/// from 6:28 to 9:22.
+#[test]
+fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
+    let found = events("2015-01-24T00:00:00Z", "2015-01-24T12:00:00Z");
+    let shadow = |moon: i32| {
+        found.iter().find(|e| e.class == MoonEventType::ShadowTransit && e.moon == NaifId(moon)).unwrap_or_else(|| panic!("{moon}"))
+    };
+    for (moon, begin, end) in [(504, "03:11", "08:00"), (501, "04:35", "06:52"), (502, "06:28", "09:22")] {
+        for (name, published) in [("begin", begin), ("end", end)] {
+            let off_s = after(contact(shadow(moon), name), at(&format!("2015-01-24T{published}:00Z")));
+            println!("{moon} {name}: {off_s:.0} s");
+            assert!(off_s.abs() < 150.0, "{moon} {name}: {off_s} s");
+            // The light from Jupiter takes 36 minutes.
+            assert!((off_s - 36.0 * 60.0).abs() > 150.0);
+        }
+    }
+    let all_three_s = after(contact(shadow(501), "end"), contact(shadow(502), "begin"));
+    assert!((all_three_s - 25.0 * 60.0).abs() < 120.0, "{all_three_s} s");
+    assert!(!found.iter().any(|e| e.class == MoonEventType::ShadowTransit && e.moon == NaifId(503)));
+}
+
+#[test]
+fn contacts_come_in_order_and_every_orbit_has_its_events() {
+    let found = events("2020-03-01", "2020-04-01");
+    for e in &found {
+        let times: Vec<_> = e.contacts.iter().map(|c| after(c.1, e.greatest)).collect();
+        assert!(times.windows(2).all(|w| w[0] < w[1]), "{e:?}");
+        assert!(times[0] < 0.0 && times[times.len() - 1] > 0.0, "{e:?}");
+    }
+    // Io takes 1.769 days: 17 or 18 of each in 31 days.
+    for class in [MoonEventType::Transit, MoonEventType::Occultation, MoonEventType::ShadowTransit, MoonEventType::Eclipse] {
+        let count = found.iter().filter(|e| e.class == class && e.moon == NaifId(501)).count();
+        assert!((17..=18).contains(&count), "{class:?}: {count}");
+    }
+}
+
+/// The Sun stands high over Saturn's rings in most years: Titan's shadow then misses the planet.
+#[test]
+fn titans_shadow_meets_saturn_only_near_the_equinox() {
+    // Titan enters Saturn's shadow for the first time after the years of open rings, and its own shadow follows half an orbit later.
+    let first = events("2024-07-01", "2024-11-10")
+        .into_iter()
+        .filter(|e| e.moon == NaifId(606) && matches!(e.class, MoonEventType::Eclipse | MoonEventType::ShadowTransit));
+    let first: Vec<_> = first.collect();
+    assert_eq!(first[0].class, MoonEventType::Eclipse);
+    assert!(contact(&first[0], "P1").to_utc_iso().starts_with("2024-10-27"), "{:?}", first[0]);
+    let shadows = |from: &str, to: &str| {
+        events(from, to).into_iter().filter(|e| e.class == MoonEventType::ShadowTransit && e.moon == NaifId(606)).collect::<Vec<_>>()
+    };
+    assert!(shadows("2017-01-01", "2018-01-01").is_empty());
+    let season = shadows("2024-06-01", "2026-06-01");
+    assert!((15..=25).contains(&season.len()), "{}", season.len());
+}
