@@ -1,6 +1,6 @@
 //! Points of light: bodies of a few pixels and stars. Where a point takes over from the disc, and how its light is spread.
 //!
-//! The spread keeps the flux: a Gaussian core of one width, and around what is brighter than white a glare that grows with it and holds a tenth of the light at most.
+//! The spread keeps the flux: a Gaussian core of one width, and around what is brighter than white a glare that grows with it and holds three tenths of the light at most.
 //! shaders/entry/point.wesl draws it with the numbers given here. The glare's law is chosen for its look, after stars on photographs; no measurement.
 
 use crate::catalog::NaifId;
@@ -17,7 +17,9 @@ pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
 /// Radius within which the glare is flat; beyond, it falls with the third power of the distance.
 pub const GLARE_WIDTH_PX: f64 = 2.0;
 /// Part of the light that the glare of a blazing point holds.
-const GLARE_PART: f64 = 0.1;
+const GLARE_PART: f64 = 0.3;
+/// Power of a point's brightness over white with which its sprite grows: a star of first magnitude reaches 1.5 times as far as one of second.
+const GLARE_GROWS: f64 = 0.45;
 /// Greatest reach of the glare.
 pub(crate) const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameters between which a disc takes over from a point. Below, a pixel's one place on the disc stands for too much of it: over places
@@ -36,9 +38,9 @@ pub(crate) fn point_peak() -> f64 {
     1.0 / (2.0 * PI * CORE_SIGMA_PX.powi(2))
 }
 
-/// Reach of a point's sprite. `peak`: its brightest pixel over white. Where the glare would be faint it ends, smoothly: at the third root, as it falls.
+/// Reach of a point's sprite, where its glare ends smoothly. `peak`: its brightest pixel over white, as if there were no glare.
 pub(crate) fn point_radius_px(peak: f64) -> f64 {
-    (POINT_RADIUS_PX * peak.max(1.0).cbrt()).min(MAX_RADIUS_PX)
+    (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_GROWS)).min(MAX_RADIUS_PX)
 }
 
 /// Radiances at the centre, of core and glare, of a point of flux 1 whose sprite reaches this far.

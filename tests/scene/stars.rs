@@ -175,7 +175,7 @@ fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
     let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
     let regulus = *session.catalog().stars().stars().first().expect("a star");
     let irradiance = irradiance_of_magnitude(1.36);
-    for (k, fov_deg) in [1.0_f64 / 60.0, 0.1, 0.5, 2.0, 10.0, 45.0, 90.0, 130.0, 170.0].into_iter().enumerate() {
+    for (k, fov_deg) in [1.0 / 60.0_f64, 0.1, 0.5, 2.0, 10.0, 45.0, 90.0, 130.0, 170.0].into_iter().enumerate() {
         // Off the middle, at another phase of a pixel each.
         let part = 0.3 + 0.031 * k as f64;
         let aside = part * (fov_deg.to_radians() / 2.0).tan();

@@ -11,6 +11,7 @@ use orrery::render::plan::{
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, DrawUniforms, Light, MapSet};
+use orrery::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, point_spread};
 use orrery::shader::Library;
 use orrery::shader::ModuleId;
 use orrery::shader::key::ShaderKey;
@@ -153,6 +154,13 @@ fn points_keep_their_flux() {
     let module = LIBRARY.module(&name).expect("emitted");
     let mut writer = module.layout.writer();
     writer.vec2("pixel_size", Vec2::new(2.0 / 200.0, 2.0 / 100.0)).expect("a field");
+    writer.f32("core_sigma_px", CORE_SIGMA_PX as f32).expect("a field");
+    writer.f32("glare_width_px", GLARE_WIDTH_PX as f32).expect("a field");
+    // A crisp point, one with a little glare, and one with much.
+    let shape = |radius_px: f32| {
+        let [core, glare] = point_spread(f64::from(radius_px));
+        [radius_px, core as f32, glare as f32]
+    };
     let mut d = draw("points", name, writer.finish().expect("filled"), Vertices::Count(6));
     d.blend = Blend::Add;
     d.depth.write = false;
@@ -161,7 +169,7 @@ fn points_keep_their_flux() {
         count: 3,
         attributes: vec![
             attribute(3, vec![-0.613, 0.17, 0.5, 0.3301, -0.2, 0.5, 0.8, 0.77, 0.5]),
-            attribute(1, vec![3.0, 4.7, 2.4]),
+            attribute(3, [2.0, 3.1, 9.0].map(shape).concat()),
             attribute(3, vec![1.0, 0.5, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 2.0]),
         ],
     };
