@@ -2,11 +2,8 @@
 //!
 //!     cargo run --release --example render_picture -- saturn.png
 
-use orrery::catalog::NaifId;
-use orrery::render::plan::SamplingQuality;
-use orrery::scene::request::ViewRequest;
-use orrery::session::{Session, Sources, is_exr, write_picture};
-use orrery::time::Instant;
+use orrery::session::is_exr;
+use orrery::{Instant, NaifId, SamplingQuality, Session, Sources, ViewRequest, write_picture};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::path::PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "saturn.png".into()));

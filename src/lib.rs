@@ -7,7 +7,11 @@
 //!
 //! # Use as a library
 //!
-//! The names below, re-exported here, are where most uses begin. All of them report errors as values; none reads the clock or the
+//! The facade is what this documentation shows: the names re-exported here, where most uses begin, and the modules [`catalog`], [`time`],
+//! [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`] and [`units`]. Each of its items has a doc comment
+//! (`missing_docs` holds it). Every other module is public for the tests and benches of this package alone and is hidden here: it may change with
+//! any commit.
+//! All of them report errors as values; none reads the clock or the
 //! network.
 //!
 //! Render an image:
@@ -45,14 +49,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![warn(missing_docs)]
+
 pub mod catalog;
+#[doc(hidden)]
 pub mod cli;
 pub mod ephemeris;
+#[doc(hidden)]
 pub mod events;
+#[doc(hidden)]
 pub mod image;
 mod memo;
+#[doc(hidden)]
 pub mod mesh;
+#[doc(hidden)]
 pub mod probe;
+#[doc(hidden)]
 pub mod render;
 pub mod scene;
 pub mod session;
@@ -60,11 +72,14 @@ pub mod shader;
 pub mod time;
 pub mod units;
 #[cfg(feature = "view")]
+#[doc(hidden)]
 pub mod view;
+#[doc(hidden)]
 pub mod wording;
 
 pub use catalog::{Catalog, NaifId};
 pub use ephemeris::Ephemeris;
+pub use render::frame::Frame;
 pub use render::plan::SamplingQuality;
 pub use render::software::lowering;
 pub use scene::request::ViewRequest;

@@ -10,7 +10,7 @@ use orrery::render::plan::{
 use orrery::render::software::lowering;
 use orrery::shader::ModuleId;
 use orrery::shader::reflect::Layout;
-use orrery::shader::{ShaderModule, SourceMap};
+use orrery::shader::{ShaderError, ShaderModule, SourceMap};
 use std::sync::Arc;
 
 pub const WGSL: &str = include_str!("heavy.wgsl");
@@ -35,7 +35,7 @@ pub fn map() -> Texture {
 pub struct Only(pub Arc<ShaderModule>);
 
 impl ModuleProvider for Only {
-    fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, String> {
+    fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         Ok(Arc::clone(&self.0))
     }
 }
@@ -91,7 +91,7 @@ pub fn plan(size: u32) -> Plan {
     Plan { passes: vec![pass] }
 }
 
-/// The tone map with its dither over a picture of all brightnesses up to ten times white, `size` x `size`.
+/// The tone map over a picture of all brightnesses up to ten times white, `size` x `size`.
 pub fn tone_map_plan(size: u32) -> Plan {
     let mut bytes = Vec::new();
     for k in 0..size * size {
@@ -104,8 +104,8 @@ pub fn tone_map_plan(size: u32) -> Plan {
     let pass = &mut plan.passes[0];
     (pass.name, pass.format) = ("tone map", ColourFormat::Rgba8Unorm);
     let draw = &mut pass.draws[0];
-    // Exposure, dither, and the radiance up to which the picture is true.
-    draw.uniform_bytes = [1.0_f32, 1.0, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
+    // Exposure, and the radiance up to which the picture is true.
+    draw.uniform_bytes = [1.0_f32, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
     draw.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(hdr)) }];
     draw.samplers.clear();
     plan

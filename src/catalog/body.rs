@@ -1,253 +1,397 @@
-//! Reading `[[body]]`: what one file says of a body, over what earlier files said.
+//! A body's record: identity, figure, light, maps, motion, rotation, rings, air.
 //!
-//! A field replaces that field; photometry, motion, rotation, clouds and mesh are replaced whole, maps one by one.
+//! Plain values, as the reader of catalog files makes them.
 
-use super::fields::{each, finite, invented, located, map, need_word, number, percent, word};
-use super::table::{SourceLine, TableReader, WithLine};
-use super::{BodyKind, Clouds, Estimates, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
+use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
-/// What the files say of one body so far.
-pub(super) struct BodyDraft {
-    pub place: SourceLine,
-    pub name: Option<String>,
-    pub aliases: Option<Vec<String>>,
-    pub kind: Option<BodyKind>,
-    pub parent: Option<WithLine<String>>,
-    pub radii_km: Option<[f64; 3]>,
+/// A NAIF integer code: a body (`399` the Earth), a system barycentre (`1`..`9`), or `0`, the solar system barycentre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(transparent)]
+pub struct NaifId(pub i32);
+
+impl NaifId {
+    /// The root of all positions.
+    pub const SOLAR_SYSTEM_BARYCENTER: Self = Self(0);
+    /// What the planetary theories place in place of the Earth.
+    pub const EARTH_MOON_BARYCENTER: Self = Self(3);
+    /// The star of the system.
+    pub const SUN: Self = Self(10);
+    /// The planet, not its system.
+    pub const EARTH: Self = Self(399);
+    /// The Earth's moon.
+    pub const MOON: Self = Self(301);
+}
+
+/// What a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyKind {
+    /// It shines by itself.
+    Star,
+    /// One of the eight.
+    Planet,
+    /// Round, in an orbit that it shares.
+    DwarfPlanet,
+    /// Its parent is no star.
+    Moon,
+    /// A small body about the Sun.
+    Asteroid,
+}
+
+/// How a surface turns sunlight into radiance. The numbers are uniforms; the variant is structure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Photometry {
+    /// Glows by itself; limb darkening I(mu)/I(1) = 1 - u1 (1-mu) - u2 (1-mu)^2 per linear RGB channel.
+    Emissive {
+        /// Linear term, per linear RGB channel.
+        u1: [f64; 3],
+        /// Quadratic term, per linear RGB channel.
+        u2: [f64; 3],
+    },
+    /// Equally bright from every direction.
+    Lambert,
+    /// mu0/(mu+mu0): dark, porous ground.
+    LommelSeeliger,
+    /// McEwen's blend: 2 L mu0/(mu+mu0) + (1-L) mu0.
+    LunarLambert {
+        /// L, 0 to 1.
+        lunar_weight: f64,
+    },
+    /// Roughness as the standard deviation of facet slopes, degrees.
+    OrenNayar {
+        /// 0 to 60.
+        roughness_deg: f64,
+    },
+}
+
+/// Which latitude the rows of a map count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapLatitude {
+    /// Angle of the ellipsoid's normal to the equator.
+    Planetographic,
+    /// Angle of the line from the centre to the equator.
+    Planetocentric,
+}
+
+/// One equirectangular map: longitude 0 at the centre, east to the right, north up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// File name inside textures/ (embedded) or `--textures`.
+    pub file: String,
+    /// Linear factor per channel that brings the decoded map to the body's published colour and albedo.
+    pub gain: [f64; 3],
+    /// Which latitude its rows count.
+    pub latitude: MapLatitude,
+    /// What of it nobody has measured, and what it was made from; `None`: all of it is pictures or measurements.
+    pub invented: Option<String>,
+}
+
+/// A body's maps; a missing one is drawn by its mean or not at all.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Maps {
+    /// Colour of the ground.
+    pub albedo: Option<Map>,
+    /// Slopes of the ground, tangent space: red east, green north.
+    pub normal: Option<Map>,
+    /// White where water mirrors the Sun.
+    pub specular: Option<Map>,
+    /// Lamps of the night side.
+    pub night: Option<Map>,
+}
+
+/// A shell of cloud over the whole body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clouds {
+    /// Opacity, linear in the texel's first channel; the gain is not used.
+    pub map: Map,
+    /// Above the ellipsoid.
+    pub height_km: f64,
+    /// Lambert albedo of a closed deck.
+    pub albedo: f64,
+    /// Texels, 0 to 1, at which the sky is clear, and closed.
+    pub clear_texel: f64,
+    /// Of a closed deck.
+    pub closed_texel: f64,
+}
+
+/// Which theory places a body, relative to its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// The kernel and the planetary series know this code.
+    Planetary,
+    /// L1.2, index 0 Io .. 3 Callisto.
+    GalileanL12 {
+        /// 0 Io to 3 Callisto.
+        index: usize,
+    },
+    /// TASS 1.7, index in the table's order.
+    Tass17 {
+        /// 0 Mimas to 7 Hyperion.
+        index: usize,
+    },
+    /// Mean elements; see catalogs/README.md for the formula.
+    MeanElements(MeanElements),
+}
+
+/// Mean orbital elements about the parent, in the frame whose pole is given (x axis at the pole's RA + 90 degrees).
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeanElements {
+    /// Right ascension of the frame's pole, ICRF.
+    pub pole_ra_deg: f64,
+    /// Declination of the frame's pole, ICRF.
+    pub pole_dec_deg: f64,
+    /// Julian date, TT, at which the elements hold.
+    pub epoch_jd_tt: f64,
+    /// Of the ellipse.
+    pub semi_major_axis_km: f64,
+    /// 0 to below 1.
+    pub eccentricity: f64,
+    /// Against the frame's equator.
+    pub inclination_deg: f64,
+    /// Longitude of the ascending node, from the frame's x axis.
+    pub node_deg: f64,
+    /// From the ascending node.
+    pub argument_of_periapsis_deg: f64,
+    /// At the epoch.
+    pub mean_anomaly_deg: f64,
+    /// Of the mean anomaly.
+    pub mean_motion_deg_day: f64,
+    /// Julian years; 0 = does not precess.
+    pub node_period_yr: f64,
+    /// Of the argument of periapsis, Julian years; 0 = does not precess.
+    pub argument_period_yr: f64,
+    /// Coefficient of T² in the mean longitude, degrees per Julian century squared, T from the epoch: what a tide does to the motion. 0 = none known.
+    pub longitude_quadratic_deg_cy2: f64,
+}
+
+/// Which model turns a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rotation {
+    /// IAU 2006 precession, nutation, UT1.
+    EarthIau2006,
+    /// The text PCK has this body's pole and prime meridian.
+    Pck,
+    /// Turns once an orbit, the same face to the parent, pole along the orbit's normal.
+    Synchronous,
+    /// Pole and spin given here (bodies that the PCK lacks).
+    Fixed {
+        /// Right ascension of the north pole, ICRF.
+        pole_ra_deg: f64,
+        /// Declination of the north pole, ICRF.
+        pole_dec_deg: f64,
+        /// Angle of the prime meridian at J2000 (TDB).
+        w0_deg: f64,
+        /// Its change a day.
+        w_deg_day: f64,
+    },
+}
+
+/// One ring, flat and even, in the plane of its body's equator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ring {
+    /// As astronomers call it.
+    pub name: String,
+    /// Radius of the inner edge.
+    pub inner_km: f64,
+    /// Radius of the outer edge.
+    pub outer_km: f64,
+    /// Optical depth along the normal.
+    pub tau_normal: f64,
+    /// Single-scattering albedo per linear RGB channel that makes single scattering as bright as what is observed.
+    pub albedo: [f64; 3],
+    /// Part of its light that dust scatters forward.
+    pub dust: f64,
+}
+
+/// A gas or aerosol with an exponential profile (or a tent when `tent_centre_km` is set).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Species {
+    /// Of the gas or aerosol.
+    pub name: String,
+    /// Of the exponential; of a tent its half width.
+    pub scale_height_km: f64,
+    /// Height of a tent's peak; `None`: an exponential profile.
+    pub tent_centre_km: Option<f64>,
+    /// Linear sRGB channel means, per kilometre, at the reference level.
+    pub scattering_per_km: [f64; 3],
+    /// As the scattering.
+    pub absorption_per_km: [f64; 3],
+    /// Henyey-Greenstein asymmetry; `None` is Rayleigh's phase function.
+    pub asymmetry: Option<f64>,
+    /// By how much scattering and absorption may be off, where no published table was read.
+    pub estimate_percent: Option<f64>,
+}
+
+/// By how much a value may be off that was not read in a published table, percent of it; `None` was read there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimates {
+    /// Of the geometric albedo.
+    pub albedo_percent: Option<f64>,
+    /// Of the colour.
+    pub colour_percent: Option<f64>,
+}
+
+/// Images that one body may have.
+pub const MAX_OVERLAYS: u8 = 2;
+
+/// Where an overlay's image lies. Latitudes are planetographic, longitudes east; north is up in the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Even in longitude and latitude.
+    Equirectangular {
+        /// Longitude of the left edge.
+        west_deg: f64,
+        /// Longitude of the right edge, by 360 at most above the left.
+        east_deg: f64,
+        /// Latitude of the lower edge.
+        south_deg: f64,
+        /// Latitude of the upper edge.
+        north_deg: f64,
+    },
+    /// Seen from far above a place, straight down.
+    Orthographic {
+        /// Of the place below the image's middle.
+        latitude_deg: f64,
+        /// Of the place below the image's middle.
+        longitude_deg: f64,
+        /// Of the whole image.
+        width_km: f64,
+        /// Of the whole image.
+        height_km: f64,
+    },
+}
+
+/// An image laid over a body's ground by its alpha.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    /// What users switch it by; single within its body.
+    pub name: String,
+    /// File name inside `--textures` or textures/.
+    pub file: String,
+    /// Linear factor per channel from the image's colour to albedo.
+    pub gain: [f64; 3],
+    /// On its alpha.
+    pub opacity: f64,
+    /// Where it lies.
+    pub projection: Projection,
+}
+
+/// A shape given by triangles in place of the ellipsoid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeModel {
+    /// A Wavefront OBJ in `--textures` or beside the catalog files; body axes: x through the prime meridian, z the pole.
+    pub file: String,
+    /// Kilometres to one unit of the file.
+    pub scale_km: f64,
+    /// Both sides of each triangle are seen.
+    pub two_sided: bool,
+    /// The albedo map's alpha cuts it out.
+    pub alpha: bool,
+    /// The colours of the file's vertices multiply the albedo, where it has any.
+    pub vertex_colours: bool,
+    /// What of it nobody has measured; `None`: a measured shape.
+    pub invented: Option<String>,
+}
+
+/// The air around a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Atmosphere {
+    /// Height above which there is none.
+    pub top_km: f64,
+    /// Refractive index less 1 at the reference level, green light; `None`: its bending of light is not counted.
+    pub refractivity: Option<f64>,
+    /// Luminance of its glow at night, straight up; `None`: not known, and left out.
+    pub airglow_cd_m2: Option<f64>,
+    /// Rayleigh gas, Mie aerosol and absorption layers.
+    pub species: Vec<Species>,
+}
+
+/// Everything known of one body. Lengths in kilometres, angles in degrees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Its NAIF code.
+    pub id: NaifId,
+    /// In English, without an article.
+    pub name: String,
+    /// Other names that [`Catalog::find_body_or_barycenter`] takes.
+    pub aliases: Vec<String>,
+    /// Star, planet, moon and so on.
+    pub kind: BodyKind,
+    /// What it moves about; `None`: the Sun.
+    pub parent: Option<NaifId>,
+    /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
+    pub radii_km: DVec3,
+    /// Gravitational parameter, km³/s².
     pub gm_km3_s2: Option<f64>,
-    pub geometric_albedo: Option<f64>,
+    /// V-band geometric albedo (0 for the Sun).
+    pub geometric_albedo: f64,
+    /// Reflected part of all sunlight.
     pub bond_albedo: Option<f64>,
+    /// Geometric albedo of the ground alone where the map shows it without the clouds that the whole disc has.
     pub clear_sky_albedo: Option<f64>,
-    pub colour: Option<[f64; 3]>,
-    pub photometry: Option<Photometry>,
+    /// Linear sRGB of the mean disc, scaled to luminance 1: what an eye would see, without the brightness.
+    pub colour: Vec3,
+    /// How its ground reflects or shines.
+    pub photometry: Photometry,
+    /// Pictures of its ground.
     pub maps: Maps,
+    /// The first lies under the second.
+    pub overlays: Vec<Overlay>,
+    /// A deck of them over the ground.
     pub clouds: Option<Clouds>,
-    pub mesh: Option<WithLine<ShapeModel>>,
-    pub motion: Option<WithLine<Motion>>,
-    pub rotation: Option<WithLine<Rotation>>,
+    /// A shape in place of the ellipsoid.
+    pub mesh: Option<ShapeModel>,
+    /// What places it.
+    pub motion: Motion,
+    /// What turns it.
+    pub rotation: Rotation,
+    /// From the inside out.
+    pub rings: Vec<Ring>,
+    /// Its air.
+    pub atmosphere: Option<Atmosphere>,
+    /// Where the values come from, by topic (`radii`, `gm`, `albedo`, `colour`, ...).
     pub sources: BTreeMap<String, String>,
+    /// Values that were not read in a published table.
     pub estimates: Estimates,
 }
 
-fn photometry(mut s: TableReader) -> Option<Photometry> {
-    let model =
-        need_word(&mut s, "model", &[("emissive", 0), ("lambert", 1), ("lommel-seeliger", 2), ("lunar-lambert", 3), ("oren-nayar", 4)]);
-    let result = match model {
-        Some(0) => {
-            let allowed = "three numbers from -1 to 2 (red, green, blue)";
-            let u1 = s.need("u1", allowed, each(|x| (-1.0..=2.0).contains(&x)));
-            let u2 = s.need("u2", allowed, each(|x| (-1.0..=2.0).contains(&x)));
-            u1.zip(u2).map(|(u1, u2)| Photometry::Emissive { u1: u1.value, u2: u2.value })
-        }
-        Some(1) => Some(Photometry::Lambert),
-        Some(2) => Some(Photometry::LommelSeeliger),
-        Some(3) => number(&mut s, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
-            .map(|lunar_weight| Photometry::LunarLambert { lunar_weight }),
-        Some(4) => number(&mut s, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
-            .map(|roughness_deg| Photometry::OrenNayar { roughness_deg }),
-        _ => return None,
-    };
-    s.finish();
-    result
-}
-
-fn motion(mut s: TableReader) -> Option<Motion> {
-    let theory = need_word(&mut s, "theory", &[("planetary", 0), ("galilean-l12", 1), ("tass17", 2), ("mean-elements", 3)]);
-    let result = match theory {
-        Some(0) => Some(Motion::Planetary),
-        Some(1) => {
-            s.need("index", "0 Io, 1 Europa, 2 Ganymede or 3 Callisto", |i: &usize| *i < 4).map(|l| Motion::GalileanL12 { index: l.value })
-        }
-        Some(2) => s
-            .need("index", "0 Mimas, 1 Enceladus, 2 Tethys, 3 Dione, 4 Rhea, 5 Titan, 6 Iapetus or 7 Hyperion", |i: &usize| *i < 8)
-            .map(|l| Motion::Tass17 { index: l.value }),
-        Some(3) => elements(&mut s).map(Motion::MeanElements),
-        _ => return None,
-    };
-    s.finish();
-    result
-}
-
-fn elements(s: &mut TableReader) -> Option<MeanElements> {
-    let any = |_| true;
-    let pole_ra_deg = number(s, "pole_ra_deg", "degrees", any);
-    let pole_dec_deg = number(s, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-    let epoch_jd_tt = number(s, "epoch_jd_tt", "a Julian date", any);
-    let semi_major_axis_km = number(s, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
-    let eccentricity = number(s, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
-    let inclination_deg = number(s, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
-    let node_deg = number(s, "node_deg", "degrees", any);
-    let argument_of_periapsis_deg = number(s, "argument_of_periapsis_deg", "degrees", any);
-    let mean_anomaly_deg = number(s, "mean_anomaly_deg", "degrees", any);
-    let mean_motion_deg_day = number(s, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
-    let node_period_yr = number(s, "node_period_yr", "Julian years, 0 for none", any);
-    let argument_period_yr = number(s, "argument_period_yr", "Julian years, 0 for none", any);
-    let quadratic = s.take::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
-    Some(MeanElements {
-        pole_ra_deg: pole_ra_deg?,
-        pole_dec_deg: pole_dec_deg?,
-        epoch_jd_tt: epoch_jd_tt?,
-        semi_major_axis_km: semi_major_axis_km?,
-        eccentricity: eccentricity?,
-        inclination_deg: inclination_deg?,
-        node_deg: node_deg?,
-        argument_of_periapsis_deg: argument_of_periapsis_deg?,
-        mean_anomaly_deg: mean_anomaly_deg?,
-        mean_motion_deg_day: mean_motion_deg_day?,
-        node_period_yr: node_period_yr?,
-        argument_period_yr: argument_period_yr?,
-        longitude_quadratic_deg_cy2: quadratic.map_or(0.0, |l| l.value),
-    })
-}
-
-fn rotation(mut s: TableReader) -> Option<Rotation> {
-    let model = need_word(&mut s, "model", &[("earth-iau2006", 0), ("pck", 1), ("synchronous", 2), ("fixed", 3)]);
-    let result = match model {
-        Some(0) => Some(Rotation::EarthIau2006),
-        Some(1) => Some(Rotation::Pck),
-        Some(2) => Some(Rotation::Synchronous),
-        Some(3) => {
-            let pole_ra_deg = number(&mut s, "pole_ra_deg", "degrees", |_| true);
-            let pole_dec_deg = number(&mut s, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-            let w0_deg = number(&mut s, "w0_deg", "degrees", |_| true);
-            let w_deg_day = number(&mut s, "w_deg_day", "degrees a day", |_| true);
-            match (pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day) {
-                (Some(pole_ra_deg), Some(pole_dec_deg), Some(w0_deg), Some(w_deg_day)) => {
-                    Some(Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day })
-                }
-                _ => None,
-            }
-        }
-        _ => return None,
-    };
-    s.finish();
-    result
-}
-
-fn clouds(mut s: TableReader) -> Option<Clouds> {
-    let part = "a number from 0 to 1";
-    let height_km = number(&mut s, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
-    let albedo = number(&mut s, "albedo", part, |x| (0.0..=1.0).contains(&x));
-    let clear_texel = number(&mut s, "clear_texel", part, |x| (0.0..=1.0).contains(&x));
-    let closed_texel =
-        number(&mut s, "closed_texel", "a number above clear_texel, at most 1", |x| x <= 1.0 && clear_texel.is_none_or(|clear| x > clear));
-    let map = map(s)?;
-    Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
-}
-
-fn mesh(mut s: TableReader) -> Option<WithLine<ShapeModel>> {
-    let place = s.place.clone();
-    let file = s.need::<String>("file", "the name of a .obj file without folders", |f| {
-        f.to_lowercase().ends_with(".obj") && f.len() > 4 && !f.contains(['/', '\\'])
-    });
-    let scale_km = s.take("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
-    let mut flag = |field, default| s.take::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
-    let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
-    let invented = invented(&mut s);
-    let _ = s.take::<String>("source", "a string", |_| true);
-    s.finish();
-    let scale_km = scale_km.map_or(1.0, |l| l.value);
-    let value = ShapeModel { file: file?.value, scale_km, two_sided, alpha, vertex_colours, invented };
-    Some(WithLine { value, place })
-}
-
-fn maps(mut s: TableReader, into: &mut Maps) {
-    for (field, slot) in
-        [("albedo", &mut into.albedo), ("normal", &mut into.normal), ("specular", &mut into.specular), ("night", &mut into.night)]
-    {
-        if let Some(found) = s.section(field).and_then(map) {
-            *slot = Some(found);
-        }
+impl Body {
+    /// What of the body rests on estimates, and what that does to a picture; a line for each.
+    pub fn estimate_notes(&self) -> Vec<String> {
+        // A part too little is more magnitudes than the same part too much.
+        let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
+        let albedo = self.estimates.albedo_percent.map(|p| {
+            let value = self.geometric_albedo;
+            format!("albedo {value}: an estimate, +-{p} %: changes brightness by up to {:.2} mag", magnitudes(p))
+        });
+        let colour =
+            self.estimates.colour_percent.map(|p| format!("colour: an estimate, +-{p} %: changes red or blue against green by up to that"));
+        let species = self.atmosphere.iter().flat_map(|air| &air.species);
+        let air = species.filter_map(|s| {
+            let p = s.estimate_percent?;
+            Some(format!("{} of the atmosphere: an estimate, +-{p} %: changes its optical depth by up to that", s.name))
+        });
+        albedo.into_iter().chain(colour).chain(air).collect()
     }
-    s.finish();
-}
 
-fn estimates(mut s: TableReader) -> Estimates {
-    let found = Estimates { albedo_percent: percent(&mut s, "albedo_percent"), colour_percent: percent(&mut s, "colour_percent") };
-    s.finish();
-    found
-}
-
-pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
-    let name = s.take("name", "a name", |n: &String| !n.trim().is_empty());
-    let place = s.place.clone();
-    if let Some(n) = &name {
-        s.rename(&n.value);
-    }
-    let id = s.need("id", "a NAIF code above 9", |i: &i32| *i > 9);
-    if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
-        s.rename(&n);
-    }
-    let mut fresh = BodyDraft {
-        place,
-        name: name.map(|l| l.value),
-        aliases: s.take("aliases", "a list of names", |_: &Vec<String>| true).map(|l| l.value),
-        kind: word(
-            &mut s,
-            "kind",
-            &[
-                ("star", BodyKind::Star),
-                ("planet", BodyKind::Planet),
-                ("dwarf-planet", BodyKind::DwarfPlanet),
-                ("moon", BodyKind::Moon),
-                ("asteroid", BodyKind::Asteroid),
-            ],
-        ),
-        parent: s.take("parent", "the name of a body", |_: &String| true),
-        radii_km: s.take("radii_km", "three lengths above 0 and below 1e7", each(|x| x > 0.0 && x < 1e7)).map(|l| l.value),
-        gm_km3_s2: s.take("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
-        geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
-        clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        colour: s
-            .take("colour_linear_srgb", "three numbers from 0 to 100, not all 0", |v: &[f64; 3]| {
-                each(|x| (0.0..=100.0).contains(&x))(v) && v.iter().sum::<f64>() > 0.0
-            })
-            .map(|l| l.value),
-        photometry: s.section("photometry").and_then(photometry),
-        maps: Maps::default(),
-        clouds: s.section("clouds").and_then(clouds),
-        mesh: s.section("mesh").and_then(mesh),
-        motion: s.section("motion").and_then(|s| located(s, motion)),
-        rotation: s.section("rotation").and_then(|s| located(s, rotation)),
-        sources: BTreeMap::new(),
-        estimates: s.section("estimates").map(estimates).unwrap_or_default(),
-    };
-    let Some(id) = id else {
-        return s.finish();
-    };
-    let older = drafts.remove(&id.value);
-    if let Some(older) = older {
-        // An estimate is of the value that it came with.
-        let kept = |own: Option<f64>, replaced: bool, former: Option<f64>| own.or(former.filter(|_| !replaced));
-        fresh.estimates = Estimates {
-            albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),
-            colour_percent: kept(fresh.estimates.colour_percent, fresh.colour.is_some(), older.estimates.colour_percent),
+    /// The mean linear RGB that the albedo map times its gain has over the sphere: the body's colour times its geometric albedo (the Sun: 1).
+    /// The Earth's map shows its ground without cloud and air, so its target is that of a clear sky: a luminance of 0.11, not 0.434.
+    pub fn target_mean_colour(&self) -> [f64; 3] {
+        let level = match self.kind {
+            BodyKind::Star => 1.0,
+            _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),
         };
-        fresh.place = older.place;
-        fresh.name = fresh.name.or(older.name);
-        fresh.aliases = fresh.aliases.or(older.aliases);
-        fresh.kind = fresh.kind.or(older.kind);
-        fresh.parent = fresh.parent.or(older.parent);
-        fresh.radii_km = fresh.radii_km.or(older.radii_km);
-        fresh.gm_km3_s2 = fresh.gm_km3_s2.or(older.gm_km3_s2);
-        fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
-        fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
-        fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
-        fresh.colour = fresh.colour.or(older.colour);
-        fresh.photometry = fresh.photometry.or(older.photometry);
-        fresh.maps = older.maps;
-        fresh.clouds = fresh.clouds.or(older.clouds);
-        fresh.mesh = fresh.mesh.or(older.mesh);
-        fresh.motion = fresh.motion.or(older.motion);
-        fresh.rotation = fresh.rotation.or(older.rotation);
-        fresh.sources = older.sources;
+        self.colour.to_array().map(|c| f64::from(c) * level)
     }
-    if let Some(m) = s.section("maps") {
-        maps(m, &mut fresh.maps);
+
+    /// Factor on z that turns a point of the unit-sphere frame into the direction whose latitude the body's maps count.
+    pub fn map_latitude_stretch(&self) -> f64 {
+        let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
+        let polar_ratio = self.radii_km.z / self.radii_km.x;
+        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. Planetocentric: times them.
+        match latitude {
+            MapLatitude::Planetocentric => polar_ratio,
+            MapLatitude::Planetographic => 1.0 / polar_ratio,
+        }
     }
-    fresh.sources.extend(s.strings("sources"));
-    drafts.insert(id.value, fresh);
-    s.finish();
 }

@@ -27,8 +27,10 @@ pub enum EclipseRadii {
 }
 
 impl EclipseRadii {
+    /// Every choice.
     pub const ALL: [Self; 2] = [Self::Iau, Self::Almanac];
 
+    /// As options and links have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Iau => "iau",

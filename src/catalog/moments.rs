@@ -11,22 +11,50 @@ use crate::time::Instant;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Vantage {
     /// From a body's centre, through a lens.
-    Centre { body: NaifId, fov_deg: f64 },
+    Centre {
+        /// Whose centre.
+        body: NaifId,
+        /// Vertical field of view.
+        fov_deg: f64,
+    },
     /// Over the side of the target that faces a body (or faces away from it), at a distance in equatorial radii.
-    Side { of: NaifId, away: bool, radii: f64 },
+    Side {
+        /// The body that this side of the target faces.
+        of: NaifId,
+        /// The other side, which faces away from it.
+        away: bool,
+        /// From the target, in its equatorial radii.
+        radii: f64,
+    },
     /// Over a place of a body: planetographic latitude and east longitude.
-    Place { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
+    Place {
+        /// Whose ground it is.
+        body: NaifId,
+        /// Planetographic.
+        latitude_deg: f64,
+        /// East.
+        longitude_deg: f64,
+        /// Above the ellipsoid.
+        height_km: f64,
+        /// Vertical field of view.
+        fov_deg: f64,
+    },
 }
 
+/// A time and a view worth seeing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
+    /// What the window's list shows.
     pub name: String,
     /// Groups of the list: `solar eclipse`, `lunar eclipse`, `transit`, `shadows`, `rings`, `conjunction`, `photograph`.
     pub kind: String,
     /// What there is to see, one sentence.
     pub about: String,
+    /// When it is.
     pub time: Instant,
+    /// What to look at.
     pub target: NaifId,
+    /// From where.
     pub vantage: Vantage,
     /// Where the instant comes from.
     pub source: String,

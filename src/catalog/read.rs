@@ -3,9 +3,9 @@
 //! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
 //! replaces that field; photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced whole, maps one by one.
 
-use super::body::{BodyDraft, body};
 use super::fields::{each, finite, number, percent};
 use super::overlay;
+use super::read_body::{BodyDraft, body};
 use super::table::{Problems, TableReader, TomlFile, WithLine, nearest};
 use super::{
     Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, Ring, Species, moments,

@@ -18,7 +18,7 @@ pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
 /// The fragments of `--shaders` over those built in.
 pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
     let Some(folder) = &common.shaders else { return Ok(Fragments::default()) };
-    fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(CliError::Failed)
+    fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(|e| CliError::Failed(e.to_string()))
 }
 
 /// The shipped ephemeris under the file of `--kernel`.

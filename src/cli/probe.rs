@@ -43,13 +43,15 @@ pub fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
     let prober = Prober { session: &session, renderer: &renderer };
     match args.question.as_deref() {
         Some(question) if question != "-" => {
-            let answer = prober.answer(question).map_err(CliError::Failed)?;
+            let answer = prober.answer(question).map_err(|e| CliError::Failed(e.to_string()))?;
             put(&format!("{answer}\n"))
         }
         _ => {
             for line in std::io::stdin().lock().split(b'\n') {
                 let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
-                let answer = String::from_utf8(line).map_err(|_| "not UTF-8 text".to_owned()).and_then(|l| prober.answer(l.trim()));
+                let answer = String::from_utf8(line)
+                    .map_err(|_| "not UTF-8 text".to_owned())
+                    .and_then(|l| prober.answer(l.trim()).map_err(|e| e.to_string()));
                 let reply = match answer {
                     Ok(a) => json!({ "ok": a }),
                     Err(e) => json!({ "error": e }),

@@ -79,7 +79,12 @@ mod windowed {
             say(line);
             hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
         })?;
-        let watch = common.shaders.as_ref().map(|folder| ShaderWatcher::open(folder, &session)).transpose().map_err(CliError::Failed)?;
+        let watch = common
+            .shaders
+            .as_ref()
+            .map(|folder| ShaderWatcher::open(folder, &session))
+            .transpose()
+            .map_err(|e| CliError::Failed(e.to_string()))?;
         let usual = ViewState { quality: common.quality, ..first(&session, args)? };
         let kept = args.link.as_ref().map(|link| kept(link, &session)).transpose();
         let warning = kept.as_ref().err().cloned();
@@ -100,12 +105,12 @@ mod windowed {
 
     /// The view of a link, or of the file that keeps one.
     fn kept(link: &str, session: &Session) -> Result<ViewState, String> {
-        let named = |why: String| format!("{}: {why}", echo(link));
+        let named = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
         if is_link(link) {
-            return restored(link, session, clock()).map_err(named);
+            return restored(link, session, clock()).map_err(|e| named(&e));
         }
-        let text = std::fs::read_to_string(link).map_err(|e| named(format!("{e}; a link starts with {SCHEME}")))?;
-        restored(&text, session, clock()).map_err(named)
+        let text = std::fs::read_to_string(link).map_err(|e| named(&format!("{e}; a link starts with {SCHEME}")))?;
+        restored(&text, session, clock()).map_err(|e| named(&e))
     }
 
     fn first(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {

@@ -17,11 +17,14 @@ const BENDING_LIMIT: f64 = 1e-6;
 /// Right ascension 0 to 360 and declination, degrees.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct RaDec {
+    /// Right ascension, 0 to 360.
     pub ra_deg: f64,
+    /// Declination, -90 to 90.
     pub dec_deg: f64,
 }
 
 impl RaDec {
+    /// Of a direction of any length in the same frame.
     pub fn of(direction: DVec3) -> Self {
         let (lon_deg, lat_deg) = lon_lat_deg(direction);
         Self { ra_deg: lon_deg, dec_deg: lat_deg }
@@ -37,7 +40,9 @@ pub struct ApparentPlace {
     pub true_of_date: RaDec,
     /// From the body when the light left to the Earth when it came.
     pub distance_km: f64,
+    /// From the body to the observer.
     pub light_time_s: f64,
+    /// The least accurate theory that took part.
     pub source: Source,
     /// The ephemeris' bound of error as an angle.
     pub error_arcsec: f64,
@@ -98,25 +103,31 @@ pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
 pub struct SurfacePoint {
     /// Planetocentric: east positive, 0 to 360.
     pub lon_east_deg: f64,
+    /// Planetocentric latitude, north.
     pub lat_centric_deg: f64,
     /// Planetographic: the normal's latitude, and the longitude that grows with time for a far observer (west for direct rotation, east
     /// for retrograde); by custom east for the Sun, the Earth and the Moon.
     pub lon_graphic_deg: f64,
+    /// Planetographic latitude, north.
     pub lat_graphic_deg: f64,
 }
 
 /// How a body is turned to an observer and to the Sun, at the moment when the light left it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoints {
+    /// Where the line to the observer meets the surface.
     pub sub_observer: SurfacePoint,
     /// `None` for the Sun itself.
     pub sub_solar: Option<SurfacePoint>,
     /// Angle at the body between the observer and the Sun; `None` for the Sun itself.
     pub phase_angle_deg: Option<f64>,
+    /// The north pole, ICRF.
     pub pole: RaDec,
     /// Angle of the prime meridian, WGCCRE's W.
     pub w_deg: f64,
+    /// From the observer to the body's centre.
     pub distance_km: f64,
+    /// From the body to the observer.
     pub light_time_s: f64,
 }
 

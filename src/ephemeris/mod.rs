@@ -5,19 +5,29 @@
 //! the answer names the least accurate source that it used and a bound of its error. No file is read here: bytes come in.
 
 pub mod apparent;
+#[doc(hidden)]
 pub mod body_order;
+#[doc(hidden)]
 pub mod chebyshev;
 mod chebyshev_cache;
 mod coverage;
+#[doc(hidden)]
 pub mod elp;
+#[doc(hidden)]
 pub mod frames;
+#[doc(hidden)]
 pub mod mean_elements;
+#[doc(hidden)]
 pub mod orientation;
+#[doc(hidden)]
 pub mod satellites;
+#[doc(hidden)]
 pub mod series;
+#[doc(hidden)]
 pub mod spk;
 pub mod star_place;
 pub mod topocentric;
+#[doc(hidden)]
 pub mod two_body;
 
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
@@ -32,25 +42,33 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
+    /// Mean elements, or an orbit that a catalog gives.
     Mean,
+    /// Analytical series: VSOP87, ELP and the moons' theories.
     Series,
+    /// An SPK kernel, such as DE440's.
     Kernel,
 }
 
 /// Position in km and velocity in km/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
+    /// Kilometres, ICRF.
     pub pos_km: DVec3,
+    /// Kilometres per second, ICRF.
     pub vel_km_s: DVec3,
 }
 
 impl State {
+    /// At the origin, not moving.
     pub const REST: Self = Self { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO };
 
+    /// This state counted from that one's origin.
     pub fn plus(self, other: Self) -> Self {
         Self { pos_km: self.pos_km + other.pos_km, vel_km_s: self.vel_km_s + other.vel_km_s }
     }
 
+    /// This state seen from that one.
     pub fn minus(self, other: Self) -> Self {
         Self { pos_km: self.pos_km - other.pos_km, vel_km_s: self.vel_km_s - other.vel_km_s }
     }
@@ -60,8 +78,11 @@ impl State {
 /// does not say how good it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourcedState {
+    /// Position and velocity.
     pub state: State,
+    /// The least accurate theory that took part.
     pub source: Source,
+    /// Bound of the position's error.
     pub error_km: f64,
 }
 

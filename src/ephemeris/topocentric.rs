@@ -21,11 +21,13 @@ const ROOT_TOLERANCE_S: f64 = 0.05;
 /// A place on the ground of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observer {
+    /// Whose ground it is.
     pub body: NaifId,
     /// Planetographic.
     pub latitude_deg: f64,
     /// East.
     pub longitude_deg: f64,
+    /// Above the reference ellipsoid.
     pub height_km: f64,
 }
 
@@ -36,6 +38,7 @@ pub struct Horizontal {
     pub azimuth_deg: f64,
     /// Without refraction.
     pub altitude_deg: f64,
+    /// From the observer to the body's centre.
     pub distance_km: f64,
     /// Of the disc's mean radius.
     pub semidiameter_deg: f64,
@@ -46,7 +49,9 @@ pub struct Horizontal {
 /// One day of a target.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RiseSetTimes {
+    /// `None`: it does not rise within the day.
     pub rise: Option<Instant>,
+    /// `None`: it does not set within the day.
     pub set: Option<Instant>,
     /// Highest, and how high.
     pub transit: Option<(Instant, f64)>,
@@ -59,9 +64,11 @@ pub struct RiseSetTimes {
 pub struct DiscPassage {
     /// First and last contact of the discs.
     pub begins: Instant,
+    /// Last contact of the discs.
     pub ends: Instant,
     /// Between second and third contact the smaller disc is wholly before or behind the larger.
     pub inner: Option<(Instant, Instant)>,
+    /// When most is covered.
     pub greatest: Instant,
     /// Part of the target's diameter that is covered at the greatest; where one disc lies within the other, the ratio of their sizes.
     pub magnitude: f64,
@@ -81,8 +88,11 @@ pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, h
 
 /// A sky to look at: what all questions here share.
 pub struct ObserverSky<'a> {
+    /// Bodies and their radii.
     pub catalog: &'a Catalog,
+    /// Where they are.
     pub ephemeris: &'a Ephemeris,
+    /// Where the observer stands.
     pub place: Observer,
 }
 

@@ -8,4 +8,4 @@ mod model;
 pub mod obj;
 pub mod self_shadow;
 
-pub use model::{Model, ShapeFrame};
+pub use model::{Model, ShapeError, ShapeFrame};

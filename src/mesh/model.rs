@@ -26,6 +26,26 @@ pub struct ShapeFrame {
     pub two_sided: bool,
 }
 
+/// Why triangles are no shape of the body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ShapeError {
+    /// A file in another unit, or of another body.
+    #[error(
+        "its farthest vertex is {farthest_km:.6} km from the centre; expected {} to {} times the body's {radius_km} km: is scale_km right?",
+        REACH.start(),
+        REACH.end()
+    )]
+    Size {
+        /// Of the farthest vertex from the centre.
+        farthest_km: f64,
+        /// The body's largest semi-axis.
+        radius_km: f64,
+    },
+    /// Nothing to draw.
+    #[error("none of its faces has an area")]
+    NoArea,
+}
+
 /// How far from the centre the farthest vertex may lie, in the body's largest semi-axis: what lies outside is in another unit.
 pub const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// A corner this near to the axis, in radii, lies on the pole.
@@ -173,17 +193,13 @@ impl Model {
     ///
     /// # Errors
     /// A size that cannot be the body's, or no triangle with an area: one line.
-    pub fn of(obj: &Obj, figure: &ShapeFrame) -> Result<Self, String> {
+    pub fn of(obj: &Obj, figure: &ShapeFrame) -> Result<Self, ShapeError> {
         let places_km: Vec<DVec3> = obj.places.iter().map(|p| *p * figure.scale_km).collect();
         let used = || obj.triangles.iter().flatten().map(|c| places_km[c.place as usize]);
         let largest_km = figure.radii_km.max_element();
         let farthest_km = used().map(DVec3::length).fold(0.0, f64::max);
         if !REACH.contains(&(farthest_km / largest_km)) {
-            return Err(format!(
-                "its farthest vertex is {farthest_km:.6} km from the centre; expected {} to {} times the body's {largest_km} km: is scale_km right?",
-                REACH.start(),
-                REACH.end()
-            ));
+            return Err(ShapeError::Size { farthest_km, radius_km: largest_km });
         }
         let weld = welded(&places_km);
         let mut normals = vec![DVec3::ZERO; places_km.len()];
@@ -228,7 +244,7 @@ impl Model {
             }
         }
         if builder.indices.is_empty() {
-            return Err("none of its faces has an area".into());
+            return Err(ShapeError::NoArea);
         }
         Ok(Self::narrowed(builder, figure, !obj.colours.is_empty()))
     }
@@ -322,7 +338,7 @@ mod tests {
         let of = |scale_km: f64| Model::of(&obj, &ShapeFrame { scale_km, ..ROUND });
         assert!(of(1.0).is_ok() && of(3.9).is_ok());
         for scale_km in [1e-3, 1e3] {
-            assert!(of(scale_km).expect_err("another unit").contains("is scale_km right?"));
+            assert!(of(scale_km).expect_err("another unit").to_string().contains("is scale_km right?"));
         }
     }
 }

@@ -3,6 +3,7 @@
 //! In: a module with the lanes of lib/probe_question.wesl, its uniform bytes and textures, twelve numbers a question. Out: for each question its rows of
 //! four numbers. The numbers go in as pairs of f32 that sum to the f64, and come out as f32 (6e-8 of their size).
 
+use super::ProbeError;
 use crate::render::plan::{
     Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding, Vertices,
 };
@@ -46,10 +47,10 @@ impl ProbeBatch {
     ///
     /// # Errors
     /// One line: the module cannot be made, or does not fit its bindings.
-    pub fn answers(&self, renderer: &SoftwareRenderer, library: &Library, questions: &[Numbers]) -> Result<Vec<Vec<[f32; 4]>>, String> {
+    pub fn answers(&self, renderer: &SoftwareRenderer, library: &Library, questions: &[Numbers]) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
         let mut all = Vec::with_capacity(questions.len());
         for some in questions.chunks(AT_ONCE) {
-            let (frame, _) = renderer.render(&self.plan(some), library, true).map_err(|e| e.to_string())?;
+            let (frame, _) = renderer.render(&self.plan(some), library, true)?;
             let width = some.len();
             for column in 0..width {
                 let row = |r: usize| frame.hdr.get(r * width + column).copied().ok_or("the target is smaller than its rows");

@@ -4,6 +4,7 @@
 //! is a file: it lists its fields in a [`QuestionKind`], which messages, help and checks are made of, reads them, picks the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and turns rows of numbers
 //! into named answers. Always holds: no formula of a shader is written a second time here.
 
+mod error;
 pub mod lanes;
 mod overlap;
 pub mod pixel;
@@ -11,6 +12,8 @@ mod project;
 mod ring;
 mod scatter;
 pub mod sunlight;
+
+pub use error::ProbeError;
 
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
@@ -43,17 +46,17 @@ impl Prober<'_> {
     ///
     /// # Errors
     /// One line that names the field and what it may be.
-    pub fn answer(&self, question: &str) -> Result<Value, String> {
+    pub fn answer(&self, question: &str) -> Result<Value, ProbeError> {
         let value: Value = serde_json::from_str(question).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
         let known: Vec<&str> = QUESTIONS.iter().map(|k| k.name).collect();
         let kind = match given.remove("q") {
             Some(Value::String(kind)) => kind,
             Some(_) => return Err("field \"q\" is not a string".into()),
-            None => return Err(format!("field \"q\" is missing; one of {}", known.join(", "))),
+            None => return Err(format!("field \"q\" is missing; one of {}", known.join(", ")).into()),
         };
         let Some(kind) = QUESTIONS.iter().find(|k| k.name == kind) else {
-            return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)));
+            return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)).into());
         };
         kind.check(&given)?;
         (kind.ask)(self, Value::Object(given))
@@ -61,7 +64,7 @@ impl Prober<'_> {
 }
 
 /// Reads a question's fields, answers it.
-type Ask = fn(&Prober<'_>, Value) -> Result<Value, String>;
+type Ask = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 
 /// One field of a question.
 pub struct QuestionField {
@@ -104,13 +107,13 @@ const fn one_of(name: &'static str, says: &'static str) -> QuestionField {
 
 impl QuestionKind {
     /// Refuses fields that the kind does not have and names those that it lacks.
-    fn check(&self, given: &Map<String, Value>) -> Result<(), String> {
+    fn check(&self, given: &Map<String, Value>) -> Result<(), ProbeError> {
         let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
         if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
-            return Err(format!("field `{}` is not known to {}; {}", echo(unknown), self.name, suggestion_or_list(unknown, &known)));
+            return Err(format!("field `{}` is not known to {}; {}", echo(unknown), self.name, suggestion_or_list(unknown, &known)).into());
         }
         match self.fields.iter().find(|f| f.need == Requirement::Must && !given.contains_key(f.name)) {
-            Some(f) => Err(format!("field `{}` is missing: {}", f.name, f.says)),
+            Some(f) => Err(format!("field `{}` is missing: {}", f.name, f.says).into()),
             None => Ok(()),
         }
     }
@@ -158,14 +161,15 @@ pub fn questions_json() -> Value {
 }
 
 /// The fields of one kind of question, in their types.
-fn fields<T: DeserializeOwned>(value: Value) -> Result<T, String> {
+fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     let short = shortened(&value);
-    T::deserialize(value).map_err(|e| match T::deserialize(&short) {
+    let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
         // The message repeats what was given: that of the shortened question is short.
         Err(e) => culprit::<T>(&short, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
         Ok(_) => echo(&json_error_text(&e)),
-    })
+    });
+    Ok(read?)
 }
 
 /// The field at which reading broke off: fields are read in order, so the first with which the message is the same.

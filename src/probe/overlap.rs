@@ -1,7 +1,7 @@
-//! `disc-overlap`: the part of the Sun's light that a disc or an ellipse takes.
+//! `disc-overlap`: the part of the Sun's light that a disc or an ellipse blocks.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{Prober, QuestionKind, fields, one_of, or};
+use super::{ProbeError, Prober, QuestionKind, fields, one_of, or};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -65,7 +65,7 @@ impl Fields {
             });
         }
         if minor > major {
-            return Err(format!("field \"semi_minor\" is {minor}: not above semi_major, {major}"));
+            return Err(format!("field \"semi_minor\" is {minor}: not above semi_major, {major}").into());
         }
         if !self.offset_angle_from_major_axis_deg.is_finite() {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
@@ -73,7 +73,7 @@ impl Fields {
         // The law's flux: 1 - u1/3 - u2/6 of the even disc's.
         let (u1, u2) = self.law();
         if !(1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite()) {
-            return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
+            return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark").into());
         }
         Ok([major, minor, distance])
     }
@@ -97,7 +97,7 @@ pub(super) static KIND: QuestionKind = QuestionKind {
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(question)?;
     let [major, minor, distance] = f.outline()?;
     let model = match f.model {

@@ -4,7 +4,7 @@
 //! `y` from the picture's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes, `draws` are those that
 //! shade the pixel's middle, nearest first, each with every named value of its module.
 
-use super::{Prober, QuestionKind, fields, must, or};
+use super::{ProbeError, Prober, QuestionKind, fields, must, or};
 use crate::catalog::NaifId;
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
@@ -47,7 +47,7 @@ pub(super) static KIND: QuestionKind = QuestionKind {
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     if !question["view"].is_object() {
         return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
     }
@@ -55,7 +55,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     let mut request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
     let (width, height) = (request.width, request.height);
     if f.x >= width || f.y >= height {
-        return Err(format!("fields \"x\" {} and \"y\" {}: the picture has {width}x{height} pixels, counted from 0", f.x, f.y));
+        return Err(format!("fields \"x\" {} and \"y\" {}: the picture has {width}x{height} pixels, counted from 0", f.x, f.y).into());
     }
     if let Some(effects) = &f.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
@@ -80,12 +80,12 @@ pub(super) fn view_request(
     view: &CameraFile,
     time: Option<&str>,
     size: Option<[u32; 2]>,
-) -> Result<ViewRequest, String> {
+) -> Result<ViewRequest, ProbeError> {
     let time = Instant::parse(time.unwrap_or("jd_tdb:2451545")).map_err(|e| format!("field \"time\": {e}"))?;
     let [width, height] = size.unwrap_or(SIZE);
     let mut request = ViewRequest { target: None, width, height, purpose: Purpose::LINEAR, ..ViewRequest::of(NaifId::EARTH, time) };
     view.resolve(prober.catalog(), &mut request).map_err(|e| format!("field \"view\": {e}"))?;
-    request.check().map_err(|e| e.to_string())?;
+    request.check()?;
     Ok(request)
 }
 
@@ -124,16 +124,16 @@ impl PixelReport {
 ///
 /// # Errors
 /// One line: a view or a plan that cannot be, a pixel outside the picture.
-pub fn look(prober: &Prober<'_>, request: &ViewRequest, sampling: SamplingQuality, [x, y]: [u32; 2]) -> Result<PixelReport, String> {
+pub fn look(prober: &Prober<'_>, request: &ViewRequest, sampling: SamplingQuality, [x, y]: [u32; 2]) -> Result<PixelReport, ProbeError> {
     let size = [request.width, request.height];
-    let (scene, plan) = prober.session.plan(request, sampling).map_err(|e| e.to_string())?;
+    let (scene, plan) = prober.session.plan(request, sampling)?;
     let radiance = picture(prober, &plan, x, y)?;
     let bodies = plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
     // Nearest last in the plan, points after all bodies.
     for (draw, of_body) in bodies.into_iter().zip(&scene.draws).rev() {
-        let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y]).map_err(|e| e.to_string())?;
+        let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y])?;
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|seen| PixelDraw {
             body: of_body.body,
             name: prober.catalog().body(of_body.body).map_or_else(|| of_body.name.clone(), |b| b.name.clone()),
@@ -158,7 +158,7 @@ fn ground_deg(prober: &Prober<'_>, of_body: &Draw, seen: &PixelValues) -> Option
 }
 
 /// The picture's linear pixel: all draws, this pixel alone.
-fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], String> {
+fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
     let mut pass = plan.passes.first().cloned().ok_or("the plan has no pass")?;
     for draw in &mut pass.draws {
         let [x0, y0, x1, y1] = draw.scissor;
@@ -166,7 +166,7 @@ fn picture(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3],
     }
     pass.draws.retain(|d| d.scissor[0] < d.scissor[2] && d.scissor[1] < d.scissor[3]);
     let at = (y * pass.width + x) as usize;
-    let (frame, _) = prober.renderer.render(&Plan { passes: vec![pass] }, prober.library(), true).map_err(|e| e.to_string())?;
+    let (frame, _) = prober.renderer.render(&Plan { passes: vec![pass] }, prober.library(), true)?;
     frame.hdr.get(at).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the picture has no such pixel".into())
 }
 

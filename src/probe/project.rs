@@ -4,7 +4,7 @@
 //! declination are of the ICRF, without distance, and have aberration. Pixels count from the upper left corner of the picture. What is behind the camera has none.
 
 use super::pixel::view_request;
-use super::{Prober, QuestionKind, fields, must, one_of, or};
+use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
 use crate::scene::request::CameraFile;
@@ -51,7 +51,7 @@ fn hip_number(text: &str) -> Option<u32> {
     digits.trim().parse().ok()
 }
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(question)?;
     let request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
     let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;

@@ -3,9 +3,9 @@
 //! Lengths are equatorial radii, axes the body's, pole +z. The ring is a profile of the question's or the catalog's of a body.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{Prober, QuestionKind, fields, must, one_of, or};
+use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
 use crate::catalog::{Body, Ring};
-use crate::render::plan::{RING_PROFILE_BINDING, TextureBinding, TextureSource, ring_profile, uniforms_of};
+use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniforms_of};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -77,21 +77,21 @@ struct Dark {
     u2: Option<f64>,
 }
 
-fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
-    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction"))
+fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
+    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
 }
 
 /// Tangent of the Sun's angular radius; 0 is taken as a very small Sun.
-fn sun_tangent(degrees: f64) -> Result<f32, String> {
+fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
         Ok(degrees.to_radians().tan().max(1e-6) as f32)
     } else {
-        Err(format!("field \"sun_angular_radius_deg\" {degrees}: degrees from 0 to 20"))
+        Err(format!("field \"sun_angular_radius_deg\" {degrees}: degrees from 0 to 20").into())
     }
 }
 
-fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, String> {
-    prober.catalog().named(name).map_err(|e| format!("field \"body\": {e}"))
+fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, ProbeError> {
+    prober.catalog().named(name).map_err(|e| format!("field \"body\": {e}").into())
 }
 
 fn answer(
@@ -100,16 +100,16 @@ fn answer(
     features: &DrawFeatures,
     uniforms: &DrawUniforms,
     point: [f64; 3],
-) -> Result<f64, String> {
+) -> Result<f64, ProbeError> {
     if !point.iter().all(|x| x.is_finite() && x.abs() < 1e6) {
         return Err("field \"point\": three numbers, equatorial radii".into());
     }
     let module = ModuleId::Probe(probe, ShaderKey::for_draw(features));
-    let built = prober.library().get(&module).map_err(|e| e.to_string())?;
-    let uniform_bytes = uniforms_of(&built.layout, uniforms, 1).map_err(|e| e.to_string())?;
-    let texture =
-        |table: &Arc<RingTable>| TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) };
-    let textures = uniforms.ring.table.iter().map(texture).collect();
+    let built = prober.library().get(&module)?;
+    let uniform_bytes = uniforms_of(&built.layout, uniforms, 1)?;
+    let binding = built.layout.textures.iter().find(|t| t.name == RING_PROFILE).map(|t| t.binding);
+    let texture = |(table, binding): (&Arc<RingTable>, u32)| TextureBinding { binding, source: TextureSource::Image(ring_profile(table)) };
+    let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
     let mut numbers: Numbers = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
     let lanes = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
@@ -155,7 +155,7 @@ pub(super) static SHADOW: QuestionKind = QuestionKind {
     ask: shadow,
 };
 
-fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Through = fields(question)?;
     let sun = unit("sun", f.sun)?;
     let table = match (&f.profile, &f.body) {
@@ -163,7 +163,9 @@ fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
             if let Some(bad) =
                 profile.iter().find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < 1e6 && (0.0..=1e4).contains(&a.tau_normal)))
             {
-                return Err(format!("field \"profile\": {} to {} of optical depth {} is no annulus", bad.r_in, bad.r_out, bad.tau_normal));
+                return Err(
+                    format!("field \"profile\": {} to {} of optical depth {} is no annulus", bad.r_in, bad.r_out, bad.tau_normal).into()
+                );
             }
             let ring = |a: &Annulus| Ring {
                 name: a.name.clone(),
@@ -198,12 +200,12 @@ fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     Ok(json!({ "transmission": answer(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
 }
 
-fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Dark = fields(question)?;
     let sun = unit("sun", f.sun)?;
     let axes = match (f.flattening, &f.body) {
         (Some(flat), None) if (0.0..0.9).contains(&flat) => DVec3::new(1.0, 1.0, 1.0 - flat),
-        (Some(flat), None) => return Err(format!("field \"flattening\" {flat}: from 0 to below 0.9")),
+        (Some(flat), None) => return Err(format!("field \"flattening\" {flat}: from 0 to below 0.9").into()),
         (None, Some(name)) => {
             let body = body(prober, name)?;
             body.radii_km / body.radii_km.x
@@ -215,7 +217,7 @@ fn shadow(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         _ => (f.u1.unwrap_or(0.40), f.u2.unwrap_or(0.26)),
     };
     if !(u1.is_finite() && u2.is_finite() && 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0) {
-        return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
+        return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark").into());
     }
     let ring = RingUniforms {
         sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,

@@ -1,7 +1,7 @@
 //! `scatter`: sunlight scattered once into a ray through an atmosphere, and the ray's transmittance.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{Prober, QuestionKind, fields, must};
+use super::{ProbeError, Prober, QuestionKind, fields, must};
 use crate::render::plan::uniforms_of;
 use crate::scene::air_table;
 use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
@@ -71,8 +71,8 @@ enum Tier {
     Table,
 }
 
-fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, String> {
-    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction"))
+fn unit(name: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
+    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {name:?} has no direction").into())
 }
 
 pub(super) static KIND: QuestionKind = QuestionKind {
@@ -93,7 +93,7 @@ pub(super) static KIND: QuestionKind = QuestionKind {
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(question)?;
     let tier = match f.tier {
         Tier::Vertex => AtmosphereModel::Vertex,
@@ -103,8 +103,8 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         Tier::Table => AtmosphereModel::Table,
     };
     let (cam, dir, sun) = (DVec3::from_array(f.cam), unit("dir", f.dir)?, unit("sun", f.sun)?);
-    let excess = (cam.length() - 1.0) * (cam.length() + 1.0);
-    if !(excess.is_finite() && excess > -1e-9) {
+    let radius_sq_minus_1 = (cam.length() - 1.0) * (cam.length() + 1.0);
+    if !(radius_sq_minus_1.is_finite() && radius_sq_minus_1 > -1e-9) {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
     let a = &f.atmosphere;
@@ -118,17 +118,17 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
     };
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
-    let hits = cam.dot(dir) < 0.0 && excess - cam.dot(dir).powi(2) < 0.0;
+    let hits = cam.dot(dir) < 0.0 && radius_sq_minus_1 - cam.dot(dir).powi(2) < 0.0;
     let uniform_bytes = uniform_bytes(prober, &module, a, cam.length() - 1.0, !hits)?;
     let mut numbers: Numbers = [0.0; 12];
     // The ray as scene gives it to a draw: what would cancel in f32 is taken in f64.
     let along = cam.dot(dir);
     numbers[..3].copy_from_slice(&(cam - along * dir).to_array());
-    numbers[3] = excess - along * along;
+    numbers[3] = radius_sq_minus_1 - along * along;
     numbers[4..7].copy_from_slice(&dir.to_array());
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
-    numbers[11] = excess;
+    numbers[11] = radius_sq_minus_1;
     let lanes = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 2) };
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
     let [light, through] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
@@ -136,11 +136,11 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
 }
 
 /// The bytes of the module's `Draw`. `camera`: height over the ground; `sky`: the ray does not end there.
-fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64, sky: bool) -> Result<Vec<u8>, String> {
-    let built = prober.library().get(module).map_err(|e| e.to_string())?;
+fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera: f64, sky: bool) -> Result<Vec<u8>, ProbeError> {
+    let built = prober.library().get(module)?;
     let radius_km = a.planet_radius_km;
     let per_radius = |v: &[f64; 3]| (DVec3::from_array(*v) * radius_km * 1000.0).as_vec3();
-    let excess = |km: f64| ((km / radius_km) * (2.0 + km / radius_km)) as f32;
+    let radius_sq_minus_1 = |km: f64| ((km / radius_km) * (2.0 + km / radius_km)) as f32;
     let mut gas = (1.0, Vec3::ZERO, Vec3::ZERO);
     let mut haze = (1.0, Vec3::ZERO, Vec3::ZERO, 0.0);
     let mut layer = (Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO);
@@ -160,7 +160,7 @@ fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera:
             }
             Species::Tent { centre_km, half_width_km, extinction_per_m } => {
                 layers += 1;
-                let knots = [centre_km - half_width_km, *centre_km, centre_km + half_width_km].map(excess);
+                let knots = [centre_km - half_width_km, *centre_km, centre_km + half_width_km].map(radius_sq_minus_1);
                 layer = (Vec3::from_array(knots), per_radius(extinction_per_m));
             }
         }
@@ -177,7 +177,7 @@ fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera:
     }
     let top = a.top_km / radius_km;
     let air = AtmosphereUniforms {
-        top: excess(a.top_km),
+        top: radius_sq_minus_1(a.top_km),
         ends: Vec2::new(camera.clamp(0.0, top) as f32, if sky { top as f32 } else { 0.0 }),
         rayleigh_scale_height: gas.0,
         rayleigh_scattering: gas.1,
@@ -193,5 +193,5 @@ fn uniform_bytes(prober: &Prober<'_>, module: &ModuleId, a: &Atmosphere, camera:
     };
     // The light's direction is the question's.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
-    uniforms_of(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1).map_err(|e| e.to_string())
+    Ok(uniforms_of(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
 }

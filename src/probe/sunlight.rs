@@ -1,10 +1,10 @@
 //! `sunlight`: the part of the Sun's light that reaches a point of a body's ground past other bodies.
 //!
 //! `fraction` is under one law of limb darkening for all channels, `u1` 0.40 and `u2` 0.26 unless the question names others (the Sun at 550
-//! nm); `rgb` under the catalog's law per channel; `by` is what each body alone takes. The time is that of the ground: when the light meets it.
+//! nm); `rgb` under the catalog's law per channel; `by` is what each body alone blocks. The time is that of the ground: when the light meets it.
 
 use super::lanes::{Numbers, ProbeBatch};
-use super::{Prober, QuestionKind, fields, must, or};
+use super::{ProbeError, Prober, QuestionKind, fields, must, or};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::uniforms_of;
@@ -77,7 +77,7 @@ pub(super) static KIND: QuestionKind = QuestionKind {
     ask,
 };
 
-fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
+fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(question)?;
     let body = prober.catalog().named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
     if body.id == NaifId::SUN {
@@ -88,14 +88,14 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, String> {
         return Err("fields \"lat\" and \"lon\" are degrees: -90 to 90 and -360 to 360".into());
     }
     if !(1.0 - f.u1 / 3.0 - f.u2 / 6.0 > 0.0 && f.u1.is_finite() && f.u2.is_finite()) {
-        return Err(format!("fields \"u1\" {} and \"u2\" {} leave the disc dark", f.u1, f.u2));
+        return Err(format!("fields \"u1\" {} and \"u2\" {} leave the disc dark", f.u1, f.u2).into());
     }
     let (point_km, _) = ground_point_km(body.radii_km, f.lat, f.lon, 0.0);
-    let receiver = Receiver::at(prober.ephemeris(), body, time).map_err(|e| e.to_string())?;
+    let receiver = Receiver::at(prober.ephemeris(), body, time)?;
     let sky = EclipsedSky::over(prober, &receiver, f.model.wanted())?;
     let one_law = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
     let at = point_km / body.radii_km.x;
-    let left = |occluders: &[Occluder<'_>], law| sky.left(occluders, &[at], law)?.first().copied().ok_or_else(|| "no answer".to_owned());
+    let left = |occluders: &[Occluder<'_>], law| sky.left(occluders, &[at], law)?.first().copied().ok_or(ProbeError::from("no answer"));
     // One law: every channel says the same.
     let fraction = |occluders: &[Occluder<'_>]| left(occluders, Some(&one_law)).map(|[_, green, _]| green);
     let mut by = Map::new();
@@ -120,7 +120,7 @@ impl<'a> EclipsedSky<'a> {
     ///
     /// # Errors
     /// One line where the catalog has no Sun.
-    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: EclipseModelChoice) -> Result<Self, String> {
+    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, wanted: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { reach: 1.0, camera: None, pixel: 0.0 };
         let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).occluders;
@@ -131,7 +131,7 @@ impl<'a> EclipsedSky<'a> {
     ///
     /// # Errors
     /// One line: the module cannot be made.
-    pub fn left(&self, occluders: &[Occluder<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, String> {
+    pub fn left(&self, occluders: &[Occluder<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, ProbeError> {
         let mut occluders = occluders.to_vec();
         let mut sun = self.sun.clone();
         sun.photometry = law.cloned().unwrap_or(sun.photometry);
@@ -141,19 +141,18 @@ impl<'a> EclipsedSky<'a> {
     }
 }
 
-/// What the fragments leave of the light at points for given amounts.
+/// What the fragments leave of the light at points for given uniforms.
 ///
 /// # Errors
-/// One line: the module cannot be made, or asks for what the amounts lack.
-pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, uniforms: EclipseUniforms, points: &[DVec3]) -> Result<Vec<[f64; 3]>, String> {
+/// One line: the module cannot be made, or asks for what the uniforms lack.
+pub fn left_by(prober: &Prober<'_>, eclipse: Eclipse, uniforms: EclipseUniforms, points: &[DVec3]) -> Result<Vec<[f64; 3]>, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_sunlight", key);
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
-    let built = prober.library().get(&module).map_err(|e| e.to_string())?;
-    let uniform_bytes =
-        uniforms_of(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1).map_err(|e| e.to_string())?;
+    let built = prober.library().get(&module)?;
+    let uniform_bytes = uniforms_of(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1)?;
     let numbers = |p: &DVec3| -> Numbers { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let questions: Vec<_> = points.iter().map(numbers).collect();
     let answers = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 1) }.answers(prober.renderer, prober.library(), &questions)?;
-    answers.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".to_owned())).collect()
+    answers.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".into())).collect()
 }

@@ -3,7 +3,9 @@
 /// Rows top first, tightly packed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
+    /// Pixels.
     pub width: u32,
+    /// Pixels.
     pub height: u32,
     /// Linear RGBA of the scene pass (premultiplied), empty unless asked for.
     pub hdr: Vec<[f32; 4]>,

@@ -271,7 +271,7 @@ fn not_placed(body: &Body, reason: String) -> BodyInView {
 fn invented(body: &Body, parts: &[Draw]) -> Vec<(String, String)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    let shown = |file: &String| parts.iter().any(|d| d.map_files.bindings().any(|(_, f)| f == file));
+    let shown = |file: &String| parts.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
     let meshed = parts.iter().any(|d| d.features.shape == Shape::Mesh);
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).collect()

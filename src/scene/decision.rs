@@ -8,8 +8,11 @@ use crate::scene::tiers::Tier;
 /// One feature of one body in one frame: whether it is drawn, and the number against the bound that said so.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Decision {
+    /// The name of an effect, or of what depends on several.
     pub feature: &'static str,
+    /// Whether it is drawn.
     pub on: bool,
+    /// The number against its bound, in one line.
     pub reason: String,
     /// How it is computed, where there is more than one way.
     #[serde(skip_serializing_if = "Option::is_none")]

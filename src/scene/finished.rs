@@ -18,10 +18,15 @@ use crate::time::Instant;
 /// One frame, ready to be planned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
+    /// At which the camera stands there.
     pub time: Instant,
+    /// Where it stands, and its projection.
     pub camera: Camera,
+    /// Factor from radiance to display.
     pub exposure: Exposure,
+    /// What the pixels show.
     pub pixel_view: PixelView,
+    /// How light beyond white is shown.
     pub tone_map: ToneMap,
     /// Every body of the catalog, in its order.
     pub bodies: Vec<BodyInView>,
@@ -31,6 +36,7 @@ pub struct Scene {
     pub sky: Vec<Decision>,
     /// Far to near: `order`.
     pub draws: Vec<Draw>,
+    /// Bodies too small for a disc.
     pub points: Vec<Point>,
     /// Over the bodies, hidden by what is nearer.
     pub lines: Vec<orbits::LineSegment>,

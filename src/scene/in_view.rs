@@ -10,9 +10,11 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Appearance {
+    /// As a shape of its own.
     Disc,
     /// 2 to 4 pixels across: a disc that grows out of its point, the light shared between them.
     DiscAndPoint,
+    /// As a sprite with its light.
     Point,
     /// Outside the frame, behind the camera, around it, or not placed by the ephemeris: the first decision says which.
     NotShown,
@@ -21,11 +23,14 @@ pub enum Appearance {
 /// Planetocentric place under a direction, degrees; east longitude in -180..=180.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoint {
+    /// Planetographic, north.
     pub latitude_deg: f64,
+    /// East.
     pub longitude_deg: f64,
 }
 
 impl SubPoint {
+    /// Of a direction of any length in body-fixed axes.
     pub fn of(direction_in_body: DVec3) -> Self {
         Self {
             latitude_deg: direction_in_body.z.atan2(direction_in_body.truncate().length()).to_degrees(),
@@ -37,11 +42,15 @@ impl SubPoint {
 /// One body of the frame: what the viewer has of it and what was decided.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyInView {
+    /// Its NAIF code.
     pub id: NaifId,
+    /// As in the catalog.
     pub name: String,
+    /// How it is drawn.
     pub appearance: Appearance,
     /// To the apparent centre.
     pub distance_km: f64,
+    /// Of its equatorial diameter.
     pub angular_diameter_deg: f64,
     /// Diameter of the disc of the same area, pixels.
     pub diameter_px: f64,
@@ -49,9 +58,13 @@ pub struct BodyInView {
     pub phase_angle_deg: f64,
     /// Visual magnitude of the whole disc with its rings, in the sunlight that eclipses leave; `None` where none is left.
     pub magnitude: Option<f64>,
+    /// Where the line to the camera meets the surface.
     pub sub_viewer: SubPoint,
+    /// Where the line to the Sun does; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
+    /// Where it is seen, and how it is turned.
     pub placement: Placement,
+    /// Each feature, whether it is drawn, and why.
     pub decisions: Vec<Decision>,
     /// Structure of its draws, the globe first.
     pub features: Vec<DrawFeatures>,

@@ -6,48 +6,74 @@
 //! A frame passes the rooms in this order: `request`, `camera` (where the viewer stands), `placed` (where each body is seen), `light` (exposure), `features`
 //! with the rooms of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `visibility` (order), `sky`, `annotation`.
 
+#[doc(hidden)]
 pub mod annotation;
+#[doc(hidden)]
 pub mod atmosphere;
 mod build;
+#[doc(hidden)]
 pub mod camera;
+#[doc(hidden)]
 pub mod constants;
 mod decision;
+#[doc(hidden)]
 pub mod draw;
+#[doc(hidden)]
 pub mod eclipse;
 mod error;
+#[doc(hidden)]
 mod features;
 mod finished;
 mod in_view;
+#[doc(hidden)]
 pub mod light;
 mod numeric;
 mod placed;
 mod point;
 pub mod purpose;
 pub mod request;
+#[doc(hidden)]
 pub mod resources;
+#[doc(hidden)]
 pub mod rings;
+#[doc(hidden)]
 pub mod sky;
+#[doc(hidden)]
 pub mod surface;
 mod thresholds;
+#[doc(hidden)]
 pub mod tiers;
 mod visibility;
 
+#[doc(hidden)]
 pub use annotation::{legend, orbits};
+#[doc(hidden)]
+pub use atmosphere::uniform_rows::uniform_value;
+#[doc(hidden)]
 pub use atmosphere::{air_nodes, air_spread, air_table};
+#[doc(hidden)]
 pub use build::SceneBuilder;
+#[doc(hidden)]
 pub use camera::{silhouette, viewpoint};
+#[doc(hidden)]
 pub use eclipse::refracted_limb;
 pub use error::SceneError;
 pub use finished::Scene;
 pub use in_view::{Appearance, BodyInView, SubPoint};
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
+#[doc(hidden)]
 pub use light::{corona, glow, lamps, photometry};
+#[doc(hidden)]
 pub use point::{CORE_SIGMA_PX, GLARE_WIDTH_PX, disc_share, point_spread};
+#[doc(hidden)]
 pub use resources::{Caches, Requirements, Resources};
+#[doc(hidden)]
 pub use rings::ring_shine;
+#[doc(hidden)]
 pub use surface::overlays;
 
 /// Names and markers of bodies, and which of them a click means.
+#[doc(hidden)]
 pub mod marks {
     pub use super::annotation::labels::*;
     pub use super::annotation::picking::{REACH_PX, hit};
@@ -56,7 +82,9 @@ pub mod marks {
 /// The features that can be switched, and what is decided about them.
 pub mod effects {
     pub use super::decision::Decision;
+    #[doc(hidden)]
     pub use super::features::choice::{Capabilities, FeatureSelection, flattening};
+    #[doc(hidden)]
     pub use super::features::possible::possible_features;
     pub use super::request::effects::{Effect, EffectOverrides};
     pub use super::thresholds::{MAX_LIGHTS, VISIBLE_CHANGE};

@@ -13,7 +13,10 @@ pub enum Purpose {
     #[default]
     Display,
     /// Read as linear light at any exposure: a relative change beyond the floor counts, of what is in the pixel without it.
-    Linear { floor: f64 },
+    Linear {
+        /// Part of the picture's light below which a feature is left out.
+        floor: f64,
+    },
 }
 
 impl Purpose {

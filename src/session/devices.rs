@@ -5,7 +5,7 @@
 
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
-use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererPreference, RequestedOutput};
+use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
 use crate::render::plan::Plan;
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::shader::Library;
@@ -50,16 +50,27 @@ impl Devices {
         made.as_ref().unwrap_or(&self.software)
     }
 
-    fn in_software(by: &SoftwareRenderer, plan: &Plan, library: &Library, requested: RequestedOutput) -> Result<RenderOutput, String> {
-        let (frame, timings) = by.render(plan, library, requested == RequestedOutput::Linear).map_err(|e| e.to_string())?;
+    fn in_software(
+        by: &SoftwareRenderer,
+        plan: &Plan,
+        library: &Library,
+        requested: RequestedOutput,
+    ) -> Result<RenderOutput, RendererError> {
+        let (frame, timings) = by.render(plan, library, requested == RequestedOutput::Linear)?;
         let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
         Ok(RenderOutput { frame, on_gpu: None, by })
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, requested: RequestedOutput) -> Result<RenderOutput, String> {
+    pub fn draw(
+        &self,
+        by: &SoftwareRenderer,
+        plan: &Plan,
+        library: &Library,
+        requested: RequestedOutput,
+    ) -> Result<RenderOutput, RendererError> {
         if self.preference == RendererPreference::Gpu {
-            return Err("this build has no GPU renderer: leave --renderer out, or say --renderer software".into());
+            return Err(RendererError::NotBuilt);
         }
         let _ = &self.say;
         Self::in_software(by, plan, library, requested)
@@ -70,7 +81,13 @@ impl Devices {
     /// # Errors
     /// Why neither draws; that no adapter is there when one was demanded.
     #[cfg(feature = "gpu")]
-    pub fn draw(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library, requested: RequestedOutput) -> Result<RenderOutput, String> {
+    pub fn draw(
+        &self,
+        by: &SoftwareRenderer,
+        plan: &Plan,
+        library: &Library,
+        requested: RequestedOutput,
+    ) -> Result<RenderOutput, RendererError> {
         match self.gpu.draw(plan, library, requested, &*self.say)? {
             Some(drawn) => Ok(drawn),
             None => Self::in_software(by, plan, library, requested),
@@ -86,7 +103,7 @@ impl Devices {
         window: impl FnOnce() -> Option<Plan>,
         library: &Library,
         requested: RequestedOutput,
-    ) -> Result<RenderOutput, String> {
+    ) -> Result<RenderOutput, RendererError> {
         match self.gpu.draw_if_ready(plan, window, library, requested, &self.say) {
             Some(drawn) => Ok(drawn),
             None => Self::in_software(&self.software, plan, library, requested),
@@ -100,7 +117,7 @@ impl Devices {
         _: impl FnOnce() -> Option<Plan>,
         library: &Library,
         requested: RequestedOutput,
-    ) -> Result<RenderOutput, String> {
+    ) -> Result<RenderOutput, RendererError> {
         self.draw(&self.software, plan, library, requested)
     }
 

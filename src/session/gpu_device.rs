@@ -2,12 +2,12 @@
 //!
 //! In: plans and the renderer that was asked for. Out: frames, or nothing where software must draw. Always: a window never waits for a driver.
 
-use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererPreference, RequestedOutput};
+use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
 use crate::render::frame::Frame;
 use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::shader::ModuleId;
-use crate::shader::{Library, ShaderModule};
+use crate::shader::{Library, ShaderError, ShaderModule};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -58,8 +58,8 @@ pub struct Gpu {
 struct Gathered(HashMap<ModuleId, Arc<ShaderModule>>);
 
 impl ModuleProvider for Gathered {
-    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, String> {
-        self.0.get(name).cloned().ok_or_else(|| format!("{name} was not gathered"))
+    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        self.0.get(name).cloned().ok_or_else(|| ShaderError::NoSuchModule(name.to_string()))
     }
 }
 
@@ -197,7 +197,7 @@ impl Gpu {
     }
 
     /// The device, opened and waited for; `None`: software shall draw.
-    fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, String> {
+    fn opened(&self, say: &Say) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
         let mut state = locked(&self.state);
         let mut now = Ok(std::mem::replace(&mut *state, State::Unopened));
         if let Ok(State::Preparing(preparing)) = now {
@@ -209,7 +209,7 @@ impl Gpu {
         *state = match now {
             Ok(now) => now,
             Err(e) if self.preference() == RendererPreference::Gpu => {
-                return Err(format!("{e}; leave --renderer out, or say --renderer software"));
+                return Err(RendererError::Gpu(e));
             }
             Err(e) => closed(&e, say),
         };
@@ -217,7 +217,7 @@ impl Gpu {
     }
 
     /// `None`: software shall draw it.
-    pub fn draw(&self, plan: &Plan, library: &Library, keep: RequestedOutput, say: &Say) -> Result<Option<RenderOutput>, String> {
+    pub fn draw(&self, plan: &Plan, library: &Library, keep: RequestedOutput, say: &Say) -> Result<Option<RenderOutput>, RendererError> {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }

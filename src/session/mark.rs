@@ -24,6 +24,7 @@ pub struct Provenance(BTreeMap<String, String>);
 /// A file at the place where a picture shall be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ExistingPicture {
+    /// There is no file.
     None,
     /// Whole, and of this very request.
     Same,

@@ -29,11 +29,11 @@ use devices::Devices;
 pub use mark::{ExistingPicture, Provenance};
 pub use pictures::{FileAccess, PROVENANCE_CHUNK, is_exr, write_new, write_new_picture, write_picture, write_whole};
 pub use price::{EffectCost, LightChange};
-pub use renderers::{DrawnBy, Readiness, RendererPreference};
+pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
 pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
-pub use screen::{DeviceSurface, DisplayPreference, PresenterChoice, WindowHandle};
-pub use shaders::{FragmentTimes, fragment_times, read_fragments};
+pub use screen::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
+pub use shaders::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
@@ -45,7 +45,7 @@ use crate::image::{GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
-use crate::render::software::SoftwareRenderer;
+use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::lamps::NightLights;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
@@ -87,40 +87,64 @@ pub struct Sources {
     pub draws: bool,
 }
 
+/// Why a session cannot be opened, or a view not be drawn, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
+    /// A file that cannot be read.
     #[error("{path}: {why}")]
-    File { path: String, why: String },
+    File {
+        /// As the user named it.
+        path: String,
+        /// What the system says.
+        why: String,
+    },
+    /// Wrong fields of catalog files, each with its line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
+    /// No position, or an unusable kernel.
     #[error(transparent)]
     Stars(#[from] StarFileError),
     #[error(transparent)]
+    /// A place or a velocity cannot be computed.
     Ephemeris(#[from] EphemerisError),
+    /// A view that cannot be.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A module or map that the view needs.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    #[error("{0}")]
-    Shaders(String),
-    #[error("{0}")]
-    Renderer(String),
+    /// The folder of the user's fragments.
+    #[error(transparent)]
+    Shaders(#[from] FragmentFolderError),
+    /// No renderer draws it.
+    #[error(transparent)]
+    Renderer(#[from] RendererError),
+}
+
+impl From<RenderError> for SessionError {
+    fn from(e: RenderError) -> Self {
+        Self::Renderer(e.into())
+    }
 }
 
 /// A drawn frame with the scene it shows.
 pub struct DrawnFrame {
+    /// What it shows, and why.
     pub scene: Scene,
     /// Draws that are not of one body.
     pub simple_draws: Vec<SimpleDraw>,
+    /// The pixels.
     pub frame: Frame,
     /// The picture, where it stays on the device that drew it: the frame has no pixels then.
     pub on_gpu: Option<GpuImage>,
+    /// The renderer that drew it.
     pub by: DrawnBy,
 }
 
 /// Bodies whose lamps are kept.
 const LAMPS_KEPT: usize = 16;
 
+/// Catalog, ephemeris, maps, shaders and renderers of one run. Shared by threads.
 pub struct Session {
     catalog: Catalog,
     ephemeris: Ephemeris,
@@ -225,7 +249,7 @@ impl Session {
     /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
     pub fn open(sources: &Sources, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let say: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(say);
-        let renderer = software::renderer(sources.threads, sources.double_precision).map_err(SessionError::Renderer)?;
+        let renderer = software::renderer(sources.threads, sources.double_precision)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
         if sources.draws {
             devices.begin();
@@ -240,7 +264,7 @@ impl Session {
         let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
         if let Some(folder) = &sources.shaders {
             let fragments = fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps));
-            library.set_fragments(fragments.map_err(SessionError::Shaders)?);
+            library.set_fragments(fragments?);
         }
         Ok(Self {
             catalog,
@@ -269,6 +293,7 @@ impl Session {
         Self { count_cpu: true, ..self }
     }
 
+    /// Every body.
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
     }
@@ -301,7 +326,7 @@ impl Session {
     ///
     /// # Errors
     /// No threads to be had.
-    pub fn renderer_in(&self, double_precision: bool) -> Result<SoftwareRenderer, String> {
+    pub fn renderer_in(&self, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
         software::renderer(Some(self.renderer().threads()), double_precision)
     }
 
@@ -310,9 +335,11 @@ impl Session {
     pub fn destroy_gpu(&self) {
         self.devices.destroy_gpu();
     }
+    /// Where bodies are.
     pub fn ephemeris(&self) -> &Ephemeris {
         &self.ephemeris
     }
+    /// The shader modules.
     pub fn library(&self) -> &Library {
         &self.library
     }
@@ -395,7 +422,7 @@ impl Session {
     ) -> Result<DrawnFrame, SessionError> {
         let (scene, plan) = self.plan(request, sampling)?;
         let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
-        let done = self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)).map_err(SessionError::Renderer)?;
+        let done = self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested))?;
         Ok(drawn(scene, &plan, done))
     }
 }
@@ -417,9 +444,7 @@ impl Session {
         let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
         // Asked for by a device alone: in software no window needs that module.
         let window = || plan::warm_up_interface(self).ok();
-        let done = self
-            .measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested))
-            .map_err(SessionError::Renderer)?;
+        let done = self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested))?;
         Ok(drawn(scene, &plan, done))
     }
 }

@@ -54,6 +54,7 @@ fn fill_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, tex
 /// Who may read a kept file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileAccess {
+    /// Every user of the machine.
     All,
     /// Settings tell where someone lives.
     Owner,

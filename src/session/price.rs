@@ -19,6 +19,7 @@ const ROUNDS: usize = 3;
 pub struct EffectCost {
     /// Milliseconds of drawing that it adds to a picture of the view's size, from 0; noise of some per cent of the whole remains.
     pub ms: f64,
+    /// What it does to the picture.
     pub light: LightChange,
 }
 
@@ -32,6 +33,7 @@ pub struct LightChange {
 }
 
 impl LightChange {
+    /// Of two linear pictures of one size.
     pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
         let sum = |of: &[[f32; 4]]| of.iter().map(luminance).sum::<f64>();
         let (before, after) = (sum(first), sum(second));
@@ -79,7 +81,7 @@ impl Session {
             for (which, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
                 let drawn = self.background_renderer().render(plan, self.library(), true);
-                let (frame, _) = drawn.map_err(|e| SessionError::Renderer(e.to_string()))?;
+                let (frame, _) = drawn?;
                 quickest[which] = quickest[which].min(start.elapsed());
                 light[which] = frame.hdr;
             }

@@ -1,8 +1,10 @@
 //! Which renderers a user may ask for, and what becomes of a plan that one draws.
 
 use crate::render::frame::Frame;
+#[cfg(feature = "gpu")]
+use crate::render::gpu::GpuError;
 use crate::render::plan::GpuImage;
-use crate::render::software::Timings;
+use crate::render::software::{RenderError, Timings};
 
 /// What the user asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,11 +13,13 @@ pub enum RendererPreference {
     Auto,
     /// Any adapter, a driver on the processor too; none is an error.
     Gpu,
+    /// The software renderer alone.
     #[default]
     Software,
 }
 
 impl RendererPreference {
+    /// As the option has it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -25,10 +29,28 @@ impl RendererPreference {
     }
 }
 
+/// Why no renderer draws a plan.
+#[derive(Debug, thiserror::Error)]
+pub enum RendererError {
+    /// The software renderer cannot.
+    #[error(transparent)]
+    Software(#[from] RenderError),
+    /// The user demands a GPU, and none can be used.
+    #[cfg(feature = "gpu")]
+    #[error("{0}; leave --renderer out, or say --renderer software")]
+    Gpu(GpuError),
+    /// The user demands a GPU of a program without that renderer.
+    #[cfg(not(feature = "gpu"))]
+    #[error("this build has no GPU renderer: leave --renderer out, or say --renderer software")]
+    NotBuilt,
+}
+
 /// Who drew a frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct DrawnBy {
+    /// `gpu` or `software`.
     pub renderer: &'static str,
+    /// The device and its driver, where a GPU drew.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adapter: Option<String>,
     /// Milliseconds on the device by pass, where the adapter tells.

@@ -6,7 +6,7 @@ use super::{Session, SessionError, Stage};
 use crate::catalog::Body;
 use crate::image::MapDecoding;
 use crate::render::plan;
-use crate::scene::draw::Shape;
+use crate::scene::draw::{MapRole, Shape};
 use crate::scene::lamps::NightLights;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder};
@@ -94,11 +94,10 @@ impl Session {
         let (overlays, maps): (Vec<_>, Vec<_>) = wanted
             .maps
             .iter()
-            .flat_map(|(files, shape)| files.bindings().map(move |(binding, file)| (binding, file, *shape)))
+            .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, *shape)))
             .filter(|(_, file, _)| !self.missing.lock().unwrap_or_else(PoisonError::into_inner).contains(*file))
-            .partition(|(binding, ..)| plan::OVERLAY_BINDINGS.contains(binding));
-        let maps: Vec<(&str, MapDecoding)> =
-            maps.into_iter().map(|(binding, file, shape)| (file, plan::map_decoding(binding, shape))).collect();
+            .partition(|(role, ..)| matches!(role, MapRole::Overlay(_)));
+        let maps: Vec<(&str, MapDecoding)> = maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
         self.maps.prefetch(&maps);
         for (file, reading) in maps {
             if let Err(why) = self.maps.get_decoded(file, reading) {
@@ -115,7 +114,7 @@ impl Session {
     /// The lamps of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
     fn read_lamps(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
-        let map = self.maps.get_decoded(&night.file, plan::map_decoding(plan::NIGHT_MAP_BINDING, Shape::Ellipsoid)).ok()?;
+        let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
         let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
         let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));

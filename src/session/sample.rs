@@ -8,15 +8,15 @@ use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::Texture;
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, RING_PROFILE_BINDING,
-    RING_SHINE_BINDING, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, ring_shine,
-    uniforms_of,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, PlanError, RING_PROFILE, RING_SHINE,
+    SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::air_spread::{COLUMNS as COLUMNS_OF_SPREAD, REACHES, TABLES};
 use crate::scene::air_table::{NODES, SUNS};
 use crate::scene::draw::{
-    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, OverlayUniforms, RingTable, RingUniforms, Shape, Surface,
+    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, MapRole, OverlayUniforms, RingTable, RingUniforms, Shape,
+    Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine};
@@ -30,6 +30,7 @@ const TIMED_SIDE: u32 = 1000;
 const ROUNDS: usize = 5;
 /// Half the picture's side in radii where corners are to be on the body, and where its limb is to show.
 pub const HALF_SIDE_INSIDE: f32 = 0.7;
+/// Where its limb is to show.
 pub const HALF_SIDE_WITH_LIMB: f32 = 1.25;
 /// Meridians and parallels of the mesh.
 const MESH: (u32, u32) = (48, 24);
@@ -114,9 +115,9 @@ fn shine() -> RingShine {
 
 /// Air that is a tenth as high as the body is wide, blue, hazy below and with an absorbing layer, so that each part shows.
 fn air() -> AtmosphereUniforms {
-    let excess = |height: f32| height * (2.0 + height);
+    let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     AtmosphereUniforms {
-        top: excess(0.2),
+        top: radius_sq_minus_1(0.2),
         ends: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
         rayleigh_scattering: Vec3::new(2.0, 4.0, 9.0),
@@ -126,7 +127,7 @@ fn air() -> AtmosphereUniforms {
         mie_asymmetry: 0.7,
         mie_scattering: Vec3::splat(8.0),
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),
-        layer: Vec3::new(excess(0.03), excess(0.06), excess(0.09)),
+        layer: Vec3::new(radius_sq_minus_1(0.03), radius_sq_minus_1(0.06), radius_sq_minus_1(0.09)),
         absorption_extinction: Vec3::new(0.8, 2.0, 0.2),
         blend_mode: 0.0,
         night: 1e-3,
@@ -200,7 +201,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
 }
 
 /// Smooth in u and v, so that filtering and not aliasing is seen; as a normal map it leans by some degrees.
-fn map(binding: u32) -> Result<Texture, SessionError> {
+fn map(role: MapRole) -> Result<Texture, SessionError> {
     let (width, height) = (64u32, 32u32);
     let wave = |k: u32, n: u32, turns: f64| (f64::from(k) / f64::from(n) * std::f64::consts::TAU * turns).sin();
     let byte = |x: f64| (127.5 + 127.5 * x).round().clamp(0.0, 255.0) as u8;
@@ -208,14 +209,14 @@ fn map(binding: u32) -> Result<Texture, SessionError> {
     for y in 0..height {
         for x in 0..width {
             let (a, b) = (wave(x, width, 2.0), wave(y, height, 1.5));
-            rgba.extend(if binding == 2 {
+            rgba.extend(if role == MapRole::Normal {
                 [byte(0.2 * a), byte(0.2 * b), 250, 255]
             } else {
                 [byte(0.8 * a), byte(0.8 * b), byte(a * b), 200]
             });
         }
     }
-    Texture::from_rgba8(width, height, rgba, map_format(binding)).map_err(|e| SessionError::Renderer(e.to_string()))
+    Texture::from_rgba8(width, height, rgba, map_format(role)).map_err(|e| PlanError::Module(e.to_string()).into())
 }
 
 /// The sphere as triangles: position, normal, map place, height of the Sun, colour; seams closed by doubled vertices.
@@ -254,7 +255,7 @@ fn mesh(vertex_colour: bool) -> Vertices {
 /// # Errors
 /// The module cannot be made, or wants a uniform that no amount fills.
 pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
-    let failed = |e: String| SessionError::Renderer(e);
+    let failed = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
     let module = library.get(&id).map_err(|e| failed(e.to_string()))?;
     let uniforms = uniforms(key, half);
@@ -262,10 +263,10 @@ pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> 
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
-        let image = match &uniforms.ring.table {
-            Some(table) if t.binding == RING_PROFILE_BINDING => ring_profile(table),
-            _ if t.binding == RING_SHINE_BINDING => ring_shine(&shine()),
-            _ => Arc::new(map(t.binding)?),
+        let image = match (t.name.as_str(), &uniforms.ring.table) {
+            (RING_PROFILE, Some(table)) => ring_profile(table),
+            (RING_SHINE, _) => ring_shine(&shine()),
+            (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is no map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
     }
@@ -318,7 +319,7 @@ pub fn ms_per_megapixel_at(renderer: &SoftwareRenderer, library: &Library, id: &
     let mut best = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();
-        renderer.render(&plan, library, false).map_err(|e| SessionError::Renderer(e.to_string()))?;
+        renderer.render(&plan, library, false)?;
         best = best.min(1e3 * start.elapsed().as_secs_f64());
     }
     Ok(Some(best * 1e6 / (f64::from(side) * f64::from(side))))

@@ -4,7 +4,9 @@
 //! one, or none, the window is told so before it shows anything.
 
 use super::Session;
-use crate::render::plan::{GpuImage, UiPrimitive};
+#[cfg(feature = "gpu")]
+use crate::render::gpu::GpuError;
+use crate::render::plan::{GpuImage, PlanError, UiPrimitive};
 
 #[cfg(not(feature = "gpu"))]
 pub use none::{DeviceSurface, WindowHandle};
@@ -20,6 +22,7 @@ pub enum DisplayPreference {
     Auto,
     /// By any device that draws.
     Device,
+    /// By the CPU, whatever draws.
     Processor,
 }
 
@@ -34,9 +37,21 @@ pub enum PresenterChoice {
     Processor,
 }
 
+/// Why a device shows nothing in a window.
+#[derive(Debug, thiserror::Error)]
+pub enum DisplayError {
+    /// The interface's plan cannot be made.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The device, or the window's surface, refuses.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
 #[cfg(feature = "gpu")]
 mod some {
-    use super::{DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
+    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
     use crate::render::gpu::{self, AdapterKind, GpuRenderer, GpuSurface};
     use crate::render::plan;
     use crate::session::gpu_device::DeviceState;
@@ -89,11 +104,11 @@ mod some {
         ///
         /// # Errors
         /// Why the device cannot show anything in this window, in one line.
-        pub fn screen(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, String>> {
+        pub fn screen(&self, window: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
             let DeviceState::Open(renderer) = self.devices.standing() else { return None };
             Some(match renderer.screen(window) {
                 Ok(screen) => Ok(DeviceSurface { renderer, screen }),
-                Err(e) => Err(e.to_string()),
+                Err(e) => Err(e.into()),
             })
         }
 
@@ -107,9 +122,9 @@ mod some {
             pieces: Vec<UiPrimitive>,
             size: [u32; 2],
             about_to_show: impl FnOnce(),
-        ) -> Result<bool, String> {
-            let plan = plan::interface(pieces, size, self).map_err(|e| e.to_string())?;
-            on.renderer.show(&mut on.screen, &plan, &self.library, about_to_show).map_err(|e| e.to_string())
+        ) -> Result<bool, DisplayError> {
+            let plan = plan::interface(pieces, size, self)?;
+            Ok(on.renderer.show(&mut on.screen, &plan, &self.library, about_to_show)?)
         }
     }
 }
@@ -117,7 +132,7 @@ mod some {
 /// Without a GPU renderer there is no such screen.
 #[cfg(not(feature = "gpu"))]
 mod none {
-    use super::{DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
+    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
 
     /// There is none.
     pub enum DeviceSurface {}
@@ -139,7 +154,7 @@ mod none {
         }
 
         /// No device draws.
-        pub fn screen(&self, _: impl WindowHandle) -> Option<Result<DeviceSurface, String>> {
+        pub fn screen(&self, _: impl WindowHandle) -> Option<Result<DeviceSurface, DisplayError>> {
             None
         }
 
@@ -147,7 +162,7 @@ mod none {
         ///
         /// # Errors
         /// None: there is no such screen.
-        pub fn show(&self, on: &mut DeviceSurface, _: Vec<UiPrimitive>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, String> {
+        pub fn show(&self, on: &mut DeviceSurface, _: Vec<UiPrimitive>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, DisplayError> {
             match *on {}
         }
     }

@@ -18,19 +18,59 @@ const MAX_FILES: usize = 2000;
 /// The longest built-in fragment has some 10 kB.
 const LONGEST_FILE: u64 = 1 << 20;
 
+/// Why a folder's fragments cannot be used: the file or folder, and what is wrong with it.
+#[derive(Debug, thiserror::Error)]
+pub enum FragmentFolderError {
+    /// The system cannot read it.
+    #[error("{path}: {source}")]
+    Unreadable {
+        /// File or folder.
+        path: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// More files than are looked at.
+    #[error("{0}: more than {MAX_FILES} *.wesl files")]
+    TooMany(String),
+    /// A fragment of an earlier version.
+    #[error("{0}: fragments are *.wesl files now; `orrery shader export` writes those of this version")]
+    Outdated(String),
+    /// No fragment is there.
+    #[error("{0}: no *.wesl file is here; `orrery shader export` writes the fragments into a folder")]
+    Empty(String),
+    /// A file of more than a megabyte.
+    #[error("{0}: longer than any fragment")]
+    TooLong(String),
+    /// A file that replaces no built-in fragment and that none imports.
+    #[error("{path}: no fragment has this path, and none uses it; {hint}")]
+    Unused {
+        /// The file.
+        path: String,
+        /// Which one may have been meant.
+        hint: String,
+    },
+}
+
+fn shown(path: &Path) -> String {
+    echo(&path.display().to_string())
+}
+
+fn unreadable(path: &Path, source: std::io::Error) -> FragmentFolderError {
+    FragmentFolderError::Unreadable { path: shown(path), source }
+}
+
 /// Every `*.wesl` file below a folder.
 ///
 /// # Errors
 /// What cannot be read, or that there is no fragment.
-pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, String> {
-    let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", echo(&path.display().to_string()));
+pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderError> {
     let folder_of_all = folder.to_owned();
     let mut old = None;
     let (mut found, mut folders) = (FragmentTimes::new(), vec![(folder.to_owned(), 0)]);
     while let Some((folder, depth)) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).map_err(|e| failed(&folder, e))? {
-            let path = entry.map_err(|e| failed(&folder, e))?.path();
-            let about = path.metadata().map_err(|e| failed(&path, e))?;
+        for entry in std::fs::read_dir(&folder).map_err(|e| unreadable(&folder, e))? {
+            let path = entry.map_err(|e| unreadable(&folder, e))?.path();
+            let about = path.metadata().map_err(|e| unreadable(&path, e))?;
             if about.is_dir() {
                 folders.extend((depth < DEEPEST).then_some((path, depth + 1)));
             } else if about.is_file() && is_old_fragment(&folder_of_all, &path) {
@@ -41,16 +81,14 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, String> {
             }
         }
         if found.len() > MAX_FILES {
-            return Err(format!("{}: more than {MAX_FILES} *.wesl files", echo(&folder.display().to_string())));
+            return Err(FragmentFolderError::TooMany(shown(&folder)));
         }
     }
     if let Some(path) = old {
-        let advice = "fragments are *.wesl files now; `orrery shader export` writes those of this version";
-        return Err(format!("{}: {advice}", echo(&path.display().to_string())));
+        return Err(FragmentFolderError::Outdated(shown(&path)));
     }
     if found.is_empty() {
-        let advice = "no *.wesl file is here; `orrery shader export` writes the fragments into a folder";
-        return Err(format!("{}: {advice}", echo(&folder.display().to_string())));
+        return Err(FragmentFolderError::Empty(shown(folder)));
     }
     Ok(found)
 }
@@ -65,24 +103,20 @@ fn is_old_fragment(folder: &Path, path: &Path) -> bool {
 ///
 /// # Errors
 /// A file that cannot be read, or that neither replaces a built-in fragment nor is imported by one.
-pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, String> {
+pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, FragmentFolderError> {
     let one = |(path, (_, length)): (&PathBuf, &(SystemTime, u64))| {
-        let failed = |why: String| format!("{}: {why}", echo(&path.display().to_string()));
         if *length > LONGEST_FILE {
-            return Err(failed("longer than any fragment".into()));
+            return Err(FragmentFolderError::TooLong(shown(path)));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+        let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, e))?;
         let inside = path.strip_prefix(folder).unwrap_or(path);
         let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
         Ok((parts.join("/"), text))
     };
-    let fragments = Fragments::with_files(files.iter().map(one).collect::<Result<Vec<_>, String>>()?);
+    let fragments = Fragments::with_files(files.iter().map(one).collect::<Result<Vec<_>, FragmentFolderError>>()?);
     match fragments.unused().first() {
         None => Ok(fragments),
-        Some(path) => {
-            let file = folder.join(path);
-            Err(format!("{}: no fragment has this path, and none uses it; {}", echo(&file.display().to_string()), meant(path)))
-        }
+        Some(path) => Err(FragmentFolderError::Unused { path: shown(&folder.join(path)), hint: meant(path) }),
     }
 }
 

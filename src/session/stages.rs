@@ -6,19 +6,29 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {
+    /// Reading catalogs.
     Catalog,
+    /// Reading the ephemeris.
     Kernel,
+    /// Deciding what the view shows.
     Scene,
+    /// Making shader modules.
     Shaders,
+    /// Reading maps and shape models.
     Maps,
+    /// Passes and uniforms.
     Plan,
+    /// Running the plan.
     Draw,
+    /// Writing files.
     Write,
 }
 
 impl Stage {
+    /// In the order of the way.
     pub const ALL: [Self; 8] = [Self::Catalog, Self::Kernel, Self::Scene, Self::Shaders, Self::Maps, Self::Plan, Self::Draw, Self::Write];
 
+    /// As reports have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Catalog => "catalog",
@@ -41,6 +51,7 @@ pub struct Stages {
 }
 
 impl Stages {
+    /// Adds elapsed time.
     pub fn add(&mut self, stage: Stage, spent: Duration) {
         self.spent[stage as usize] += spent;
     }
@@ -51,6 +62,7 @@ impl Stages {
         self.add(stage, start.elapsed());
         done
     }
+    /// Elapsed time.
     pub fn spent(&self, stage: Stage) -> Duration {
         self.spent[stage as usize]
     }

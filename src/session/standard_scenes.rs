@@ -7,7 +7,9 @@ use crate::time::Instant;
 /// A named view of a fixed moment.
 #[derive(Clone, Debug)]
 pub struct StandardScene {
+    /// As `bench` has it.
     pub name: &'static str,
+    /// The view.
     pub request: ViewRequest,
 }
 

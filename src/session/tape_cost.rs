@@ -1,7 +1,7 @@
 //! What a module costs on the software renderer, by its tapes. In: a module. Out: counts that do not depend on the machine.
 
 use crate::render::software::lower::programs_from_bytes;
-use crate::render::software::program::Stage;
+use crate::render::software::program::{ProgramError, Stage};
 use crate::render::software::tape::Instr;
 use crate::shader::ShaderModule;
 use std::collections::BTreeMap;
@@ -9,12 +9,15 @@ use std::collections::BTreeMap;
 /// One entry point's tape. Operations of a loop count once.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct TapeCost {
+    /// `vertex` or `fragment`.
     pub stage: &'static str,
     /// Operations over lanes, by kind.
     pub operations: BTreeMap<String, usize>,
     /// Instructions that run once a draw.
     pub uniform_operations: usize,
+    /// Samples and loads of textures.
     pub texture_reads: usize,
+    /// Of branches and loops.
     pub jumps: usize,
     /// Values of one lane kept at a time.
     pub slots: u32,
@@ -26,7 +29,7 @@ pub struct TapeCost {
 ///
 /// # Errors
 /// One line: the module has no tape, or one that cannot be read.
-pub fn tape_costs(module: &ShaderModule) -> Result<Vec<TapeCost>, String> {
+pub fn tape_costs(module: &ShaderModule) -> Result<Vec<TapeCost>, ProgramError> {
     let mut costs: Vec<TapeCost> = programs_from_bytes(&module.tape)?
         .iter()
         .map(|p| TapeCost {

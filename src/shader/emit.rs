@@ -18,7 +18,9 @@ pub use super::source_map::{LineOrigin, SourceMap};
 /// The text of one module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Emitted {
+    /// The whole module.
     pub wgsl: String,
+    /// Where each line comes from.
     pub source_map: SourceMap,
 }
 

@@ -135,6 +135,7 @@ impl Fragments {
         Some((text, parsed.as_ref().map_err(Clone::clone)))
     }
 
+    /// A fragment's text by its path below shaders/.
     pub fn text(&self, path: &str) -> Option<&str> {
         let built_in = || FRAGMENTS.iter().find(|(name, _)| *name == path).map(|(_, text)| *text);
         self.replaced.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
@@ -145,6 +146,7 @@ impl Fragments {
         self.replaced.keys().map(String::as_str)
     }
 
+    /// Whether no file replaces or adds one.
     pub fn are_built_in(&self) -> bool {
         self.replaced.is_empty()
     }

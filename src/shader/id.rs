@@ -10,6 +10,7 @@ use std::str::FromStr;
 /// Which module: a planet's by key, or a simple one by name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ModuleId {
+    /// The module of a body's draw.
     Planet(ShaderKey),
     /// One of [`SIMPLE_MODULES`].
     Simple(&'static str),

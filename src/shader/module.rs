@@ -13,6 +13,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 pub struct Lowering {
     /// Names the lowering's own code; another digest, another folder of the library.
     pub digest: String,
+    /// Validated IR to a tape's bytes, or one line that says what has no operation.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, String>,
 }
 
@@ -26,12 +27,19 @@ impl Lowering {
 /// A module ready to run.
 #[derive(Clone, Debug)]
 pub struct ShaderModule {
+    /// What it was made for.
     pub id: ModuleId,
+    /// The emitted text.
     pub wgsl: String,
+    /// naga's IR of the text.
     pub module: naga::Module,
+    /// What naga's validator found out.
     pub info: ModuleInfo,
+    /// Uniform fields and bindings.
     pub layout: Layout,
+    /// Where each line of the text comes from.
     pub source_map: SourceMap,
+    /// What the software renderer runs; empty where none was asked for.
     pub tape: Vec<u8>,
 }
 

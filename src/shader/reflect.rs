@@ -10,9 +10,13 @@ use std::fmt;
 /// Type of a uniform field. All scalars are f32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum FieldType {
+    /// `f32`.
     F32,
+    /// `vec2f`.
     Vec2,
+    /// `vec3f`.
     Vec3,
+    /// `vec4f`.
     Vec4,
     /// Column-major.
     Mat4,
@@ -50,16 +54,22 @@ impl fmt::Display for FieldType {
 /// One field of the uniform block. Offset and size in bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Field {
+    /// As in the fragment.
     pub name: String,
+    /// Its type in WGSL.
     pub ty: FieldType,
+    /// Bytes from the block's start.
     pub offset: u32,
+    /// Bytes.
     pub size: u32,
 }
 
 /// A texture or sampler: binding number in group 0 and the variable's name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Binding {
+    /// Its number in group 0.
     pub binding: u32,
+    /// The variable's name in the fragment.
     pub name: String,
 }
 
@@ -70,23 +80,38 @@ pub struct Layout {
     pub fields: Vec<Field>,
     /// Bytes of the uniform block.
     pub uniform_size: u32,
+    /// In the order of the module.
     pub textures: Vec<Binding>,
+    /// In the order of the module.
     pub samplers: Vec<Binding>,
 }
 
 /// Why a module's bindings cannot be used, or a value not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
+    /// A binding of another kind or group, by name.
     #[error("`{0}` is bound outside group 0, or its kind of binding is not one the plan fills")]
     Binding(String),
+    /// A uniform field of another type, by name.
     #[error("uniform field `{0}` has a type the plan does not fill (f32, vec2f, vec3f, vec4f, mat4x4f, array<vec4f, n>)")]
     FieldType(String),
+    /// A name that the module does not have.
     #[error("the module has no uniform field `{0}`")]
     Unknown(String),
+    /// A value of the wrong length.
     #[error("uniform field `{name}` is {expected} in the module, {given} numbers were given")]
-    Mistyped { name: String, expected: FieldType, given: String },
+    Mistyped {
+        /// The field.
+        name: String,
+        /// Its type in the module.
+        expected: FieldType,
+        /// How many numbers.
+        given: String,
+    },
+    /// A field was written a second time.
     #[error("uniform field `{0}` was written twice")]
     Twice(String),
+    /// Fields that were left out.
     #[error("uniform fields never written: {0}")]
     Missing(String),
 }
@@ -136,6 +161,7 @@ impl Layout {
         layout.samplers.sort_by_key(|b| b.binding);
         Ok(layout)
     }
+    /// A uniform field by its name.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|f| f.name == name)
     }
@@ -180,18 +206,23 @@ impl UniformWriter<'_> {
         Ok(())
     }
 
+    /// Writes an `f32`.
     pub fn f32(&mut self, name: &str, value: f32) -> Result<(), LayoutError> {
         self.put(name, |t| t == FieldType::F32, &1, &[value])
     }
+    /// Writes a `vec2f`.
     pub fn vec2(&mut self, name: &str, value: glam::Vec2) -> Result<(), LayoutError> {
         self.put(name, |t| t == FieldType::Vec2, &2, &value.to_array())
     }
+    /// Writes a `vec3f`.
     pub fn vec3(&mut self, name: &str, value: glam::Vec3) -> Result<(), LayoutError> {
         self.put(name, |t| t == FieldType::Vec3, &3, &value.to_array())
     }
+    /// Writes a `vec4f`.
     pub fn vec4(&mut self, name: &str, value: glam::Vec4) -> Result<(), LayoutError> {
         self.put(name, |t| t == FieldType::Vec4, &4, &value.to_array())
     }
+    /// Writes a `mat4x4f`.
     pub fn mat4(&mut self, name: &str, value: glam::Mat4) -> Result<(), LayoutError> {
         self.put(name, |t| t == FieldType::Mat4, &"4 x 4", &value.to_cols_array())
     }

@@ -16,9 +16,11 @@ pub struct LineOrigin {
 /// The origins of a module's lines. Line `n` of the text (from 1) is `lines[n - 1]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceMap {
+    /// Paths below shaders/ that the module is made of.
     pub fragments: Vec<String>,
     /// Feature names; the first is the module's own name, for lines that every key has.
     pub features: Vec<String>,
+    /// One for each line of the text.
     pub lines: Vec<LineOrigin>,
 }
 

@@ -10,9 +10,11 @@ use std::fmt;
 pub enum Language {
     /// The text as emitted.
     Wgsl,
+    /// Direct3D's.
     Hlsl,
     /// OpenGL 4.30, vertex stage then fragment stage.
     Glsl,
+    /// Metal's.
     Msl,
     /// SPIR-V 1.0 words, one a line in hexadecimal.
     Spirv,
@@ -23,6 +25,7 @@ pub enum Language {
 }
 
 impl Language {
+    /// Every language, WGSL first.
     pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
 
     /// For readers alone: another language of this list says the same.
@@ -49,8 +52,11 @@ impl fmt::Display for Language {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("module {module} cannot be written in {language}: {what}")]
 pub struct TranslateError {
+    /// Which module.
     pub module: String,
+    /// Into which language.
     pub language: Language,
+    /// What naga's writer says.
     pub what: String,
 }
 

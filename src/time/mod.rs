@@ -36,14 +36,17 @@ pub struct Instant {
 pub struct TimeError(pub String);
 
 impl Instant {
+    /// TDB seconds past 2000-01-01T12:00 TDB.
     pub fn from_tdb_seconds_past_j2000(tdb_s: f64) -> Self {
         Self { tdb_s }
     }
 
+    /// Julian date in TDB.
     pub fn from_jd_tdb(jd_tdb: f64) -> Self {
         Self { tdb_s: (jd_tdb - JD_J2000) * SECONDS_PER_DAY }
     }
 
+    /// Julian date in TT.
     pub fn from_jd_tt(jd_tt: f64) -> Self {
         Self::from_tt_seconds((jd_tt - JD_J2000) * SECONDS_PER_DAY)
     }
@@ -61,14 +64,17 @@ impl Instant {
         text::parse(text)
     }
 
+    /// TDB seconds past 2000-01-01T12:00 TDB.
     pub fn tdb_seconds_past_j2000(self) -> f64 {
         self.tdb_s
     }
 
+    /// Julian date in TDB.
     pub fn jd_tdb(self) -> f64 {
         self.tdb_s / SECONDS_PER_DAY + JD_J2000
     }
 
+    /// Julian date in TT.
     pub fn jd_tt(self) -> f64 {
         self.tt_seconds_past_j2000() / SECONDS_PER_DAY + JD_J2000
     }
@@ -79,6 +85,7 @@ impl Instant {
         self.tdb_s - tdb_minus_tt_s(self.tdb_s)
     }
 
+    /// Julian date in UT1; error as stated in [`delta_t`].
     pub fn jd_ut1(self) -> f64 {
         self.ut1_seconds_past_j2000() / SECONDS_PER_DAY + JD_J2000
     }
@@ -99,6 +106,7 @@ impl Instant {
         text::format_tt(self)
     }
 
+    /// So many TDB seconds later.
     pub fn plus_seconds(self, s: f64) -> Self {
         Self { tdb_s: self.tdb_s + s }
     }

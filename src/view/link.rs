@@ -6,11 +6,11 @@
 //! It reads no file.
 
 use crate::catalog::{Catalog, NaifId};
-use crate::session::Session;
+use crate::session::{Session, SessionError};
 use crate::time::Instant;
 use crate::view::app::initial_view::initial_view;
 use crate::view::app::places::SessionPlaces;
-use crate::view::app::view_state::{CameraPose, ViewState, standing};
+use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, standing};
 use crate::wording::did_you_mean;
 use glam::DVec3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
@@ -30,6 +30,30 @@ const MAX_BYTES: usize = 65_536;
 const MAX_FAULTS: usize = 20;
 const FAULT_CHARACTERS: usize = 200;
 
+/// Why a text is no view, in one line.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewTextError {
+    /// What is wrong with the text, fault by fault.
+    #[error("{}", faults_text(.0))]
+    Faults(Vec<String>),
+    /// Each field is possible, but not all of them together.
+    #[error(transparent)]
+    View(#[from] ViewStateError),
+    /// The ephemeris or the catalog does not know what it asks for.
+    #[error(transparent)]
+    Scene(#[from] SessionError),
+}
+
+fn faults_text(faults: &[String]) -> String {
+    match faults {
+        [one] => one.clone(),
+        all => {
+            let left_out = if all.len() > MAX_FAULTS { "; …" } else { "" };
+            format!("{} faults: {}{left_out}", all.len(), all[..all.len().min(MAX_FAULTS)].join("; "))
+        }
+    }
+}
+
 /// Whether this is meant as a link, whatever it is worth.
 pub fn is_link(text: &str) -> bool {
     text.trim().get(.."orrery:".len()).is_some_and(|scheme| scheme.eq_ignore_ascii_case("orrery:"))
@@ -46,7 +70,7 @@ fn query_of(link: &str) -> Option<&str> {
 ///
 /// # Errors
 /// One line that names each field that cannot be read, or what no view can have.
-pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState, String> {
+pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
     let catalog = session.catalog();
     let mut told = PartialView::of(text);
     told.name_bodies(catalog);
@@ -56,7 +80,7 @@ pub fn restored(text: &str, session: &Session, now: Instant) -> Result<ViewState
     let view = told.over(&usual, catalog)?;
     // What fields say together, and what the ephemeris knows, is found now, not with each picture.
     let request = view.request(catalog, session.ephemeris(), 64, 64)?;
-    session.scene(&request).map_err(|e| e.to_string())?;
+    session.scene(&request)?;
     Ok(view)
 }
 
@@ -196,7 +220,7 @@ impl PartialView {
     }
 
     /// The view; what is not told is as in `usual`, an orbit. The written time is in that already.
-    fn over(mut self, usual: &ViewState, catalog: &Catalog) -> Result<ViewState, String> {
+    fn over(mut self, usual: &ViewState, catalog: &Catalog) -> Result<ViewState, ViewTextError> {
         let fields = std::mem::take(&mut self.fields);
         let mut whole = object_of(usual);
         for (name, value) in fields {
@@ -211,13 +235,9 @@ impl PartialView {
         let view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
         // Where a field could not be read its usual value stands, which has no fault.
         view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
-        match (view, self.faults.as_slice()) {
-            (Some(view), []) => Ok(view),
-            (_, [one]) => Err(one.clone()),
-            (_, all) => {
-                let left_out = if all.len() > MAX_FAULTS { "; …" } else { "" };
-                Err(format!("{} faults: {}{left_out}", all.len(), all[..all.len().min(MAX_FAULTS)].join("; ")))
-            }
+        match view {
+            Some(view) if self.faults.is_empty() => Ok(view),
+            _ => Err(ViewTextError::Faults(self.faults)),
         }
     }
 

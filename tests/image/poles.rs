@@ -7,17 +7,22 @@ use crate::support::session::SESSION;
 use orrery::catalog::{Body, Catalog, Map, NaifId};
 use orrery::image::{MapDecoding, MapStore, PoleFilter, TexelFormat, Texture};
 use orrery::render::plan::{ResourceProvider, SamplingQuality, map_decoding};
-use orrery::scene::draw::{PixelView, Shape};
+use orrery::scene::draw::{MapRole, PixelView, Shape};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::time::Instant;
 use std::f64::consts::{PI, TAU};
 
-/// The maps of a body with the bindings they are read by.
-fn maps(b: &Body) -> Vec<(u32, &Map)> {
-    let of = [(1, &b.maps.albedo), (2, &b.maps.normal), (3, &b.maps.specular), (4, &b.maps.night)];
-    let of = of.into_iter().filter_map(|(binding, map)| Some((binding, map.as_ref()?)));
-    of.chain(b.clouds.as_ref().map(|c| (7, &c.map))).collect()
+/// The maps of a body with what they are to it.
+fn maps(b: &Body) -> Vec<(MapRole, &Map)> {
+    let of = [
+        (MapRole::Albedo, &b.maps.albedo),
+        (MapRole::Normal, &b.maps.normal),
+        (MapRole::Specular, &b.maps.specular),
+        (MapRole::Night, &b.maps.night),
+    ];
+    let of = of.into_iter().filter_map(|(role, map)| Some((role, map.as_ref()?)));
+    of.chain(b.clouds.as_ref().map(|c| (MapRole::Clouds, &c.map))).collect()
 }
 
 /// Rows of one hemisphere from the pole on, in levels of 255; slopes as vectors in one frame over the pole.
@@ -67,8 +72,8 @@ fn no_map_has_streaks_about_its_poles() {
     let raw = MapStore::new(None);
     let mut streaked = 0;
     for body in Catalog::embedded().bodies() {
-        for (binding, map) in maps(body) {
-            let reading = map_decoding(binding, Shape::Ellipsoid);
+        for (role, map) in maps(body) {
+            let reading = map_decoding(role, Shape::Ellipsoid);
             let drawn = SESSION.map(&map.file, reading).expect("a map");
             let of_file = raw.get(&map.file, reading.format).expect("a map");
             let mut worst: f64 = 0.0;

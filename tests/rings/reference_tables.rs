@@ -156,7 +156,7 @@ fn a_pixel_that_takes_one_piece_more_looks_the_same() {
 fn wrong_questions_get_one_line() {
     let prober_error = |q: Value| {
         let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
-        Prober { session: &SESSION, renderer: &renderer }.answer(&q.to_string()).expect_err("wrong")
+        Prober { session: &SESSION, renderer: &renderer }.answer(&q.to_string()).expect_err("wrong").to_string()
     };
     let at = |mut q: Value| {
         (q["point"], q["sun"]) = (json!([1.0, 0.0, 0.0]), json!([0.0, 0.0, 1.0]));

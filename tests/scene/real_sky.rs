@@ -226,8 +226,8 @@ fn what_a_view_requires_covers_what_it_draws() {
         let builder = SceneBuilder::new(&catalog, &ephemeris, &request, &caches).expect("a view");
         let wanted = builder.requirements(&Resources::default());
         let scene = builder.build(&Resources::default());
-        let named: BTreeSet<&str> = wanted.maps.iter().flat_map(|(files, _)| files.bindings().map(|(_, file)| file)).collect();
-        let drawn: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.bindings().map(|(_, file)| file)).collect();
+        let named: BTreeSet<&str> = wanted.maps.iter().flat_map(|(files, _)| files.by_role().map(|(_, file)| file)).collect();
+        let drawn: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.by_role().map(|(_, file)| file)).collect();
         assert!(drawn.is_subset(&named), "{drawn:?} of {named:?}");
         // Nothing is at hand: whatever lacks its table says so.
         let lacks = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.ends_with("is not at hand"));

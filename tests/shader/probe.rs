@@ -49,7 +49,7 @@ fn a_wrong_question_is_named_in_one_line() {
         (r#"{"q":"disc-overlap","k":-1,"d":1,"model":"linear"}"#, "\"k\""),
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"linear","e":1}"#, "`e`"),
     ] {
-        let error = prober.answer(question).expect_err(question);
+        let error = prober.answer(question).expect_err(question).to_string();
         assert!(error.contains(about) && !error.contains('\n'), "{question}: {error}");
     }
 }
@@ -68,7 +68,7 @@ fn the_table_of_questions_is_what_they_take() {
         let mut strange = whole.clone();
         strange.remove("q");
         strange.insert("zzz".into(), 1.into());
-        let error = (kind.ask)(&prober, strange.into()).expect_err(kind.name);
+        let error = (kind.ask)(&prober, strange.into()).expect_err(kind.name).to_string();
         let mut taken: Vec<&str> = error.split('`').skip(3).step_by(2).collect();
         let mut listed: Vec<&str> = kind.fields.iter().map(|f| f.name).collect();
         taken.sort_unstable();
@@ -80,7 +80,7 @@ fn the_table_of_questions_is_what_they_take() {
             without.remove(field.name);
             match field.need {
                 Requirement::Must => {
-                    let error = ask(&without).expect_err(field.name);
+                    let error = ask(&without).expect_err(field.name).to_string();
                     assert!(error.contains(&format!("`{}` is missing", field.name)), "{error}");
                 }
                 Requirement::Or(_) => drop(ask(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),

@@ -1,5 +1,4 @@
-//! The tone map's shader on the tape against its formula in f64 with the exact sRGB curve, for every kernel class and brightness, and its
-//! dither against Bayer's matrix.
+//! The tone map's shader on the tape against its formula in f64 with the exact sRGB curve, for every kernel class and brightness.
 
 use orrery::render::software::exec::{Executor, Gradients, LaneMask, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
@@ -44,8 +43,8 @@ impl TextureUnit<f32> for Picture {
 }
 
 /// Runs one batch: pixels along a row of 128, `radiance` per lane.
-fn mapped(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], row: u32, exposure: f32, dither: f32) -> [[f32; LANES]; 4] {
-    let uniform_bytes: Vec<u8> = [exposure, dither, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
+fn mapped(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], row: u32, exposure: f32) -> [[f32; LANES]; 4] {
+    let uniform_bytes: Vec<u8> = [exposure, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
     let mut executor = Executor::<f32>::with_class(program, class).expect("binds");
     for (k, input) in program.inputs.iter().enumerate() {
         for (i, v) in executor.input_mut(k).iter_mut().enumerate() {
@@ -89,7 +88,7 @@ fn worst(class: KernelClass, exponent: f64) -> f64 {
     let mut worst = 0.0_f64;
     for batch in 0..200 {
         let radiance = colours(batch);
-        let out = mapped(&program, class, radiance, 3, exposure, 0.0);
+        let out = mapped(&program, class, radiance, 3, exposure);
         for i in 0..LANES {
             let exact = formula([0, 1, 2].map(|c| f64::from(radiance[c][i] * exposure)), exponent);
             for c in 0..3 {
@@ -114,33 +113,9 @@ fn the_tone_map_is_its_formula() {
 #[test]
 fn black_negative_and_boundless_light_stay_in_range() {
     let program = program();
-    let of = |v: f32| mapped(&program, KernelClass::detect(), [[v; LANES]; 3], 0, 1.0, 0.0)[0][0];
+    let of = |v: f32| mapped(&program, KernelClass::detect(), [[v; LANES]; 3], 0, 1.0)[0][0];
     assert_eq!((of(0.0), of(-1.0)), (0.0, 0.0));
     for v in [1e6, 1e30, f32::INFINITY] {
         assert!((of(v) - 1.0).abs() < 1e-6, "{v}: {}", of(v));
-    }
-}
-
-/// Bayer's matrix by its recursion: M(2n) = 4 M(n) + [[0, 2], [3, 1]].
-fn bayer(x: usize, y: usize, size: usize) -> usize {
-    match size {
-        1 => 0,
-        _ => 4 * bayer(x % (size / 2), y % (size / 2), size / 2) + [[0, 2], [3, 1]][y / (size / 2)][x / (size / 2)],
-    }
-}
-
-#[test]
-fn the_dither_is_bayers_matrix() {
-    let program = program();
-    for class in KernelClass::available() {
-        for row in 0..16 {
-            let grey = [[0.2_f32; LANES]; 3];
-            let [plain, dithered] = [0.0, 1.0].map(|dither| mapped(&program, class, grey, row, 1.0, dither)[1]);
-            for x in 0..LANES {
-                let threshold = bayer(x % 8, row as usize % 8, 8) as f64 / 64.0 - 63.0 / 128.0;
-                let moved = f64::from(dithered[x]) - f64::from(plain[x]);
-                assert!((moved - threshold / 255.0).abs() < 2e-7, "{} {x} {row}: {moved}", class.name());
-            }
-        }
     }
 }

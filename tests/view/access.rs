@@ -173,8 +173,8 @@ fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
     let jupiter = open("orrery://view?target=599").expect("a view");
     assert_eq!((jupiter.target, jupiter.time()), (NaifId(599), now));
     assert!(matches!(jupiter.eye, CameraPose::Orbit { body: NaifId(599), distance_radii, .. } if (distance_radii - 3.5).abs() < 1e-9));
-    assert_eq!(restored(&jupiter.to_link(), session(), Instant::from_tdb_seconds_past_j2000(0.0)), Ok(jupiter));
-    assert_eq!(open("orrery://view?target=jupiter"), Ok(open("orrery://view?target=599").expect("a view")));
+    assert_eq!(restored(&jupiter.to_link(), session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view"), jupiter);
+    assert_eq!(open("orrery://view?target=jupiter").expect("a view"), jupiter);
     let eclipse = open("orrery://view?time=2024-04-08T18:17:16Z").expect("a view");
     assert!(eclipse.target == NaifId::EARTH && eclipse.time().to_utc_iso().starts_with("2024-04-08T18:17:16"));
     for (bad, names) in [
@@ -187,7 +187,7 @@ fn a_link_of_few_fields_opens_and_one_that_no_view_can_have_says_why() {
         ("{\"quality\": \"best\"}", "best"),
         ("no link", ""),
     ] {
-        let why = open(bad).expect_err(bad);
+        let why = open(bad).expect_err(bad).to_string();
         assert!(why.contains(names) && !why.is_empty() && !why.contains('\n'), "{bad}: {why}");
     }
 }

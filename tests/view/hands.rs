@@ -8,7 +8,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
-use orrery::session::Session;
+use orrery::session::{Session, SessionError};
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::Painter;
 use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
@@ -38,7 +38,7 @@ impl RenderWorker for Held {
             self.prompt.submit(job);
         }
     }
-    fn take(&self) -> Option<Result<RenderedView, String>> {
+    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
         self.prompt.take()
     }
     fn run(&self, task: Task) {

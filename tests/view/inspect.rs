@@ -122,7 +122,10 @@ fn a_fragment_that_changes_on_disk_changes_the_picture_and_a_broken_one_is_shown
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
     let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
     let built_in = session.library().generator();
-    assert!(ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.contains("no *.wesl")), "an empty folder is a mistake");
+    assert!(
+        ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.to_string().contains("no *.wesl")),
+        "an empty folder is a mistake"
+    );
     let (path, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wesl").expect("a fragment");
     let file = folder.path().join(path);
     std::fs::create_dir_all(file.parent().expect("a parent")).expect("made");

@@ -5,7 +5,7 @@ use egui_kittest::{Harness, TestRenderer};
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Quality, ViewRequest};
-use orrery::session::{Session, Sources};
+use orrery::session::{Session, SessionError, Sources};
 use orrery::time::Instant;
 use orrery::view::app::places::{BodyPositions, SessionPlaces};
 use orrery::view::app::settings::Settings;
@@ -313,7 +313,7 @@ impl RenderWorker for Counting {
         self.1.fetch_add(1, Ordering::Relaxed);
         self.0.submit(job);
     }
-    fn take(&self) -> Option<Result<RenderedView, String>> {
+    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
         self.0.take()
     }
     fn run(&self, task: Task) {

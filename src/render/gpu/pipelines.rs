@@ -94,7 +94,7 @@ impl Pipelines {
         let fault = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
         let names: HashSet<&ModuleId> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
         let made = spread(names.into_iter().collect(), |name| {
-            let module = modules.module(name).map_err(|what| fault(name, what))?;
+            let module = modules.module(name).map_err(|e| fault(name, e.to_string()))?;
             let label = module.id.to_string();
             let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
             let descriptor = ShaderModuleDescriptor { label: Some(&label), source };

@@ -5,20 +5,16 @@
 
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
-use super::passes::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding,
-    TextureSource, Vertices,
-};
+use super::maps;
+use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::shared;
-use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
-use crate::scene::air_nodes;
 use crate::scene::draw::uniforms::UniformValue;
-use crate::scene::draw::{Draw, DrawFeatures, DrawUniforms, Part, PixelView, RingTable, Shape};
+use crate::scene::draw::{Draw, DrawFeatures, DrawUniforms, Part, PixelView, Shape};
 use crate::scene::request::Quality;
-use crate::scene::ring_shine::{self, RingShine};
+use crate::scene::uniform_value;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::shader::reflect::{FieldType, LayoutError};
@@ -43,35 +39,6 @@ impl SamplingQuality {
             Quality::Reference => Self { samples: 4, anisotropy: 16 },
         }
     }
-}
-
-/// The binding of the map of lamps.
-pub const NIGHT_MAP_BINDING: u32 = 4;
-/// The binding of the sampler of all maps.
-const MAP_SAMPLER_BINDING: u32 = 8;
-/// The binding of the ring's table.
-pub const RING_PROFILE_BINDING: u32 = 5;
-/// The binding of the table of light that the ring sends onto its globe.
-pub const RING_SHINE_BINDING: u32 = 6;
-/// The bindings of the images over the ground, and of their samplers.
-pub const OVERLAY_BINDINGS: [u32; 2] = [9, 10];
-const OVERLAY_SAMPLER_BINDINGS: [u32; 2] = [11, 12];
-/// Albedo and night maps hold colours, normal, water and cloud maps plain numbers.
-pub fn map_format(binding: u32) -> TexelFormat {
-    match binding {
-        2 | 3 | 7 => TexelFormat::Rgba8Unorm,
-        _ => TexelFormat::Rgba8Srgb,
-    }
-}
-
-/// How a draw's map is read. A mesh has map places of its own: its maps need not be those of a whole sphere, so they are taken as they are.
-pub fn map_decoding(binding: u32, shape: Shape) -> MapDecoding {
-    let poles = match (shape, binding) {
-        (Shape::Mesh, _) => PoleFilter::None,
-        (_, 2) => PoleFilter::Slopes,
-        _ => PoleFilter::Values,
-    };
-    MapDecoding { format: map_format(binding), poles }
 }
 
 /// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
@@ -160,21 +127,14 @@ pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Sampling
     Ok(steps)
 }
 
-/// Writes each field that the layout has, by name; fails on a name that the amounts do not have. `map_taps`: taps on a map at most.
+/// Writes each field that the layout has, by name; fails on a name that the draw does not have. `map_taps`: taps on a map at most.
 pub fn uniforms_of(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut w = layout.writer();
     for field in &layout.fields {
-        // The module says how many samples it takes.
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
-            name @ "air_quadrature_nodes" => {
-                let samples = (rows / air_nodes::ROWS).saturating_sub(air_nodes::ENDS);
-                w.vec4_array(name, &air_nodes::nodes(&uniforms.air, samples))?;
-            }
-            name @ ("air_samples" | "air_multi_scatter_samples") => w.vec4_array(name, &air_nodes::samples(rows))?,
-            name @ "air_multi_scatter_nodes" => w.vec4_array(name, &air_nodes::many(&uniforms.air, rows / air_nodes::POWERS))?,
             name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
-            name => put(&mut w, name, &uniforms.uniform(name).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
+            name => put(&mut w, name, &uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
         }
     }
     w.finish()
@@ -189,20 +149,6 @@ fn put(w: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Resul
         UniformValue::Mat4(v) => w.mat4(name, *v),
         UniformValue::Rows(rows) => w.vec4_array(name, rows),
     }
-}
-
-/// The ring's table as a texture of one level: it is read by texel.
-pub fn ring_profile(table: &RingTable) -> SharedTexture {
-    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
-    let level = Level { width: table.width, height: table.height, bytes };
-    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
-}
-
-/// Light from the ring as a texture of one level: it is read by texel.
-pub fn ring_shine(table: &RingShine) -> SharedTexture {
-    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
-    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes };
-    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
 /// A closed shape hides its far side before depth does.
@@ -246,39 +192,7 @@ fn body_draw(
     let layout = provider.layout(&module)?;
     let uniform_bytes = uniforms_of(&layout, &draw.uniforms, sampling.anisotropy)
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
-    // The canonical key may read fewer maps than the draw needs (a depth view reads none).
-    let mut textures = Vec::new();
-    for (binding, file) in draw.map_files.bindings() {
-        if layout.textures.iter().any(|t| t.binding == binding) {
-            let image = if OVERLAY_BINDINGS.contains(&binding) {
-                provider.overlay(file)?
-            } else {
-                provider.map(file, map_decoding(binding, draw.features.shape))?
-            };
-            textures.push(TextureBinding { binding, source: TextureSource::Image(image) });
-        }
-    }
-    if layout.textures.iter().any(|t| t.binding == RING_PROFILE_BINDING)
-        && let Some(table) = &draw.uniforms.ring.table
-    {
-        textures.push(TextureBinding { binding: RING_PROFILE_BINDING, source: TextureSource::Image(ring_profile(table)) });
-    }
-    if layout.textures.iter().any(|t| t.binding == RING_SHINE_BINDING)
-        && let Some(table) = &draw.uniforms.ring.shine
-    {
-        textures.push(TextureBinding { binding: RING_SHINE_BINDING, source: TextureSource::Image(ring_shine(table)) });
-    }
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
-    let of_binding = |binding: u32| {
-        let overlay = OVERLAY_SAMPLER_BINDINGS.iter().position(|b| *b == binding).and_then(|n| draw.uniforms.overlays.get(n));
-        match overlay {
-            Some(o) if !o.around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..state }),
-            Some(_) => Some(state),
-            None => (binding == MAP_SAMPLER_BINDING).then_some(state),
-        }
-    };
-    let samplers =
-        layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: of_binding(s.binding)? })).collect();
+    let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
     let (vertices, cull) = match &module {
         ModuleId::Planet(key) if key.features().shape == Shape::Mesh => (triangles(draw, key)?, cull_of(&draw.features)),
         _ => (Vertices::Count(6), Cull::None),

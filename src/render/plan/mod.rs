@@ -4,16 +4,15 @@ mod build;
 mod error;
 pub mod graph;
 mod interface;
+mod maps;
 mod passes;
 mod provider;
 mod scissor;
 mod shared;
-pub use build::{
-    NIGHT_MAP_BINDING, OVERLAY_BINDINGS, RING_PROFILE_BINDING, RING_SHINE_BINDING, SamplingQuality, map_decoding, map_format, modules,
-    plan, ring_profile, ring_shine, steps, uniforms_of,
-};
+pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
 pub use error::PlanError;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
+pub use maps::{RING_PROFILE, RING_SHINE, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, GpuImage, Instances, ModuleProvider, Pass, Plan, PlanDraw,
     SamplerBinding, SamplerState, SimpleDraw, TextureBinding, TextureSource, Vertices,

@@ -2,7 +2,7 @@
 
 use crate::image::SharedTexture;
 use crate::shader::ModuleId;
-use crate::shader::{Library, ShaderModule};
+use crate::shader::{Library, ShaderError, ShaderModule};
 use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -166,12 +166,12 @@ impl Plan {
 /// Where a plan's modules come from.
 pub trait ModuleProvider: Sync {
     /// # Errors
-    /// One line that says why there is no such module.
-    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, String>;
+    /// Why there is no such module.
+    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError>;
 }
 
 impl ModuleProvider for Library {
-    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, String> {
-        self.get(name).map_err(|e| e.to_string())
+    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        self.get(name)
     }
 }

@@ -299,7 +299,6 @@ pub(super) fn tone_map_step(
     let (module, reads) = if scene.bloom { ("tone_map_bloom", &[light, BEYOND[2], HALO[2]][..]) } else { ("tone_map", &[light][..]) };
     let draw = of_module(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
-        w.f32("dither", 0.0)?;
         w.f32("true_to", if film { FILM_TRUE_TO } else { f32::MAX })?;
         if scene.bloom {
             w.f32("near_part", BLOOM_NEAR.0)?;

@@ -57,7 +57,7 @@ impl SoftwareRenderer {
         [x, y]: [u32; 2],
     ) -> Result<Option<PixelValues>, RenderError> {
         let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
-        let module = modules.module(&draw.module).map_err(fault)?;
+        let module = modules.module(&draw.module).map_err(|e| fault(e.to_string()))?;
         let lowered = |entry: &str| lower_for_inspection(&module.module, &module.info, entry).map_err(|e| fault(e.to_string()));
         let (vertex, fragment) = (lowered("vertex_main")?.program, lowered("fragment_main")?);
         let [x0, y0, x1, y1] = draw.scissor;

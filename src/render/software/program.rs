@@ -65,6 +65,17 @@ pub enum Constant {
     Bool(bool),
 }
 
+/// Why stored programs cannot be run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ProgramError {
+    /// The bytes are none of ours.
+    #[error(transparent)]
+    Bytes(#[from] postcard::Error),
+    /// A program that would reach beyond its own values.
+    #[error("program '{0}': an operand lies outside its registers, slots or tape")]
+    OutOfRange(String),
+}
+
 /// One lowered entry point. Registers hold one value for all lanes (constants first, then per-draw values, then values that a loop
 /// changes); slots hold one value per lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -114,7 +125,7 @@ impl Program {
     }
 
     /// Verifies every index, so that a program read from a file cannot reach outside its registers, slots or tape.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<(), ProgramError> {
         let operand = |o: &Operand| match *o {
             Operand::Slot(s) => u32::from(s) < self.slots,
             Operand::Reg(r) => u32::from(r) < self.registers,
@@ -133,6 +144,6 @@ impl Program {
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())
                     && i.target().is_none_or(|t| t as usize <= self.lane_tape.len())
             });
-        if inside { Ok(()) } else { Err(format!("program '{}': an operand lies outside its registers, slots or tape", self.name)) }
+        if inside { Ok(()) } else { Err(ProgramError::OutOfRange(self.name.clone())) }
     }
 }

@@ -168,7 +168,7 @@ impl SoftwareRenderer {
             return Ok(Arc::clone(known));
         }
         let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
-        let module = modules.module(&draw.module).map_err(fault)?;
+        let module = modules.module(&draw.module).map_err(|e| fault(e.to_string()))?;
         let programs = programs_from_bytes(&module.tape).map_err(|e| fault(format!("its tape cannot be read: {e}")))?;
         let (mut vertex, mut fragment) = (None, None);
         for program in programs {

@@ -1,4 +1,4 @@
-//! The air of a body: when it is drawn, with what amounts, and what it does to light from beyond.
+//! The air of a body: when it is drawn, with what uniforms, and what it does to light from beyond.
 //!
 //! In: the catalog's species. Out: one gas with Rayleigh's phase function, one haze, one absorbing layer, lengths in equatorial radii, in the
 //! frame where the ground is the unit sphere. Not here: how the light is summed (shaders/lib/air).
@@ -145,7 +145,7 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
 
 /// Where rays of a draw begin and end that only rise or only fall: from the camera, or the top above it, to the ground or, a sky's, to the top.
 pub(crate) fn set_ends(uniforms: &mut DrawUniforms, sky: bool) {
-    let height = |excess: f32| excess / (1.0 + (1.0 + excess).sqrt());
+    let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
     let top = height(uniforms.air.top);
     let camera = if uniforms.anchor_is_camera > 0.5 { height(uniforms.anchor_radius_sq_minus_1.max(0.0)).min(top) } else { top };
     uniforms.air.ends = Vec2::new(camera, if sky { top } else { 0.0 });
@@ -212,8 +212,8 @@ impl<'a> Around<'a> {
         // Along the ray from the camera, where the air is densest on the way out.
         let depth = optical_depth(self.air, (edge - start) * scale, STEPS, |s_km| {
             let s = start + s_km / scale;
-            let excess = (low + s * s).max(0.0);
-            excess / (1.0 + (1.0 + excess).sqrt()) * radius_km
+            let radius_sq_minus_1 = (low + s * s).max(0.0);
+            radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt()) * radius_km
         });
         (-depth).exp()
     }

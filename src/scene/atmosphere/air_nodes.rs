@@ -1,6 +1,6 @@
 //! Heights at which light is summed along rays that only rise or only fall, and what depends on the height alone.
 //!
-//! In: the air's amounts with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
+//! In: the air's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirNode`. Method: Gauss and Legendre's nodes in w
 //! from the lower end up, where the density of the air that reaches highest is 1 - w². Always holds: an end outside the air stands at its top.
 
 use crate::scene::atmosphere::air_table;
@@ -30,7 +30,7 @@ fn radius_sq_minus_1(height: f64) -> f64 {
 struct Shells {
     gas: f64,
     haze: f64,
-    /// Excesses of the layer's knots.
+    /// `radius_sq_minus_1` of the layer's knots.
     layer: DVec3,
     /// Scale height of the air that reaches highest.
     highest: f64,
@@ -100,13 +100,13 @@ pub fn nodes(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     rows
 }
 
-/// Coefficients of the polynomial in mu / (mu + 0.3) that stands for the table of many-times-scattered light at a height.
+/// Coefficients of the polynomial in mu / (mu + 0.3) that stands for the multiple-scattering table at a height.
 pub const POWERS: usize = 5;
 /// Places in 0 to 1 of the cosine at which it is fitted.
 const FITTED: usize = 48;
 
 /// The polynomials of that many samples, least squares over the Sun's heights from the horizon to the zenith.
-pub fn many(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
+pub fn multi_scatter(air: &AtmosphereUniforms, samples: usize) -> Vec<Vec4> {
     let place = |k: usize| (k as f64 + 0.5) / FITTED as f64 * air_table::place(1.0);
     let mut all = Vec::with_capacity(POWERS * samples);
     let grid = Grid::of(air, samples);
@@ -162,7 +162,7 @@ mod tests {
                 multi_scatter: std::sync::Arc::new(table.clone()),
                 ..crate::scene::atmosphere::air::uniforms(body, 1.0)
             };
-            let fits = many(&air, 8);
+            let fits = multi_scatter(&air, 8);
             assert_eq!(fits.len(), 8 * POWERS);
             let brightest = table.iter().map(|v| v.truncate().max_element()).fold(0.0, f32::max).powi(2);
             for (k, (x, _)) in Grid::of(&air, 8).at.iter().enumerate() {
@@ -178,8 +178,8 @@ mod tests {
         }
     }
 
-    fn height_of(excess: f64) -> f64 {
-        excess / (1.0 + (1.0 + excess).sqrt())
+    fn height_of(radius_sq_minus_1: f64) -> f64 {
+        radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt())
     }
 
     fn air(camera: f32, far: f32) -> AtmosphereUniforms {

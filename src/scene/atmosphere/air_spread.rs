@@ -1,6 +1,6 @@
 //! What eclipses leave of the light that air scatters many times: more than nothing in an umbra, for it comes from the lit air and ground around.
 //!
-//! In: a body with its air, and the occluders' outlines of an eclipse's amounts. Out: for each occluder [`NODES`] factors on the table of [`crate::scene::atmosphere::air_table`] over the
+//! In: a body with its air, and the occluders' outlines of an eclipse's uniforms. Out: for each occluder [`NODES`] factors on the table of [`crate::scene::atmosphere::air_table`] over the
 //! distance from the occluder's limb, in solar radii, at [`HEIGHTS`] heights, and one row for the light of the whole sky on level ground. Method: light of the
 //! second order comes from where a straight way through the air met sunlit air or ground; how far away that is, and how much comes from there, is summed over
 //! directions as the table does, and each distance sees the mean over all sides of what the occluder leaves of the Sun's disc. Further orders spread

@@ -22,7 +22,7 @@ pub const SOURCES: [&str; 3] = [include_str!("air_table.rs"), include_str!("exti
 
 /// Directions over the sphere and steps along each, by day.
 const BY_DAY: SamplingQuality = SamplingQuality { directions: 64, steps: 24 };
-/// Under the horizon the Sun lights little of the sky: with the day's fineness the light of the ground at 12 degrees was a thirtieth of what the sky sends.
+/// Under the horizon the Sun lights little of the sky: with the day's resolution the light of the ground at 12 degrees was a thirtieth of what the sky sends.
 const BY_DUSK: SamplingQuality = SamplingQuality { directions: 192, steps: 32 };
 /// For the one row of the ground.
 const ON_GROUND: SamplingQuality = SamplingQuality { directions: 1024, steps: 48 };

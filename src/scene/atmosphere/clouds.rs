@@ -1,4 +1,4 @@
-//! The cloud shell of a body: when it is drawn, when its shadow is, and with what amounts.
+//! The cloud shell of a body: when it is drawn, when its shadow is, and with what uniforms.
 //!
 //! The shell is the body's ellipsoid made larger by one factor. It is seen from outside only: a camera under the clouds sees none.
 

@@ -1,4 +1,4 @@
-//! What air takes from light: by species at a height, and along a ray.
+//! Extinction and transmittance of air: by species at a height, and along a ray.
 //!
 //! In: the catalog's species. Out: coefficients per kilometre and optical depths, per channel (linear RGB). Heights and lengths are kilometres.
 //! Not here: which way a ray takes through the air; the caller gives the height along it.

@@ -9,3 +9,4 @@ pub(crate) mod clouds;
 pub(crate) mod decision;
 pub(crate) mod extinction;
 pub(crate) mod species;
+pub(crate) mod uniform_rows;

@@ -206,13 +206,13 @@ impl Camera {
         let camera = place.camera_in_unit_sphere();
         let centre_depth_km = place.centre_km.dot(self.forward);
         let centre_depth = centre_depth_km / place.radii_km.x;
-        let excess = (camera.length() - 1.0) * (camera.length() + 1.0);
+        let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
         let plane = [origin * centre_depth + camera, du * centre_depth, dv * centre_depth];
         let farthest = [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]]
             .iter()
             .map(|p| p.length())
             .fold(1.0, f64::max);
-        let plane_is_better = centre_depth > 0.0 && 3.0 * farthest < 2.0 * camera.length() * excess.max(0.0).sqrt();
+        let plane_is_better = centre_depth > 0.0 && 3.0 * farthest < 2.0 * camera.length() * radius_sq_minus_1.max(0.0).sqrt();
         let anchor_is_camera = match form {
             AnchorForm::Auto => !plane_is_better,
             AnchorForm::Camera => true,
@@ -228,7 +228,7 @@ impl Camera {
             ray_origin: narrow(origin),
             ray_du: narrow(du),
             ray_dv: narrow(dv),
-            anchor_radius_sq_minus_1: narrow_scalar(excess),
+            anchor_radius_sq_minus_1: narrow_scalar(radius_sq_minus_1),
             anchor_is_camera,
             depth_row: narrow(depth_axis).extend(narrow_scalar(centre_depth_km / NEAR_DEPTH_KM)),
             camera_in_unit_sphere: narrow(camera),

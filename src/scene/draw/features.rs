@@ -1,6 +1,6 @@
 //! The features of a draw: its structure. The shader key is derived from [`DrawFeatures`] alone.
 //!
-//! Plain values, no amounts: two draws with equal features run the same module. Not here: what the values mean beside each other
+//! Plain values, no uniforms: two draws with equal features run the same module. Not here: what the values mean beside each other
 //! (shader::key) and which draw gets what (effects, features).
 
 /// How the surface turns light into radiance.

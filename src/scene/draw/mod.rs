@@ -66,6 +66,21 @@ impl Draw {
     }
 }
 
+/// What an image is to a draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MapRole {
+    Albedo,
+    Normal,
+    /// Where water is.
+    Specular,
+    /// Lights of cities at night.
+    Night,
+    /// Opacity of the clouds.
+    Clouds,
+    /// An image over the ground, by its place among them, the lowest 0.
+    Overlay(u8),
+}
+
 /// File names of a draw's maps inside the textures folder.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MapFiles {
@@ -74,18 +89,22 @@ pub struct MapFiles {
     pub specular: Option<String>,
     pub night: Option<String>,
     pub cloud: Option<String>,
-    /// In the order of the overlays' amounts.
+    /// In the order of the overlays' uniforms.
     pub overlays: Vec<String>,
 }
 
 impl MapFiles {
-    /// Each file with the texture binding it is read from (1 albedo, 2 normal, 3 specular, 4 night, 7 cloud, 9 and 10 overlays).
-    pub fn bindings(&self) -> impl Iterator<Item = (u32, &str)> {
-        let overlays = (9..).zip(self.overlays.iter().map(String::as_str));
-        [(1, &self.albedo), (2, &self.normal), (3, &self.specular), (4, &self.night), (7, &self.cloud)]
-            .into_iter()
-            .filter_map(|(binding, file)| file.as_deref().map(|f| (binding, f)))
-            .chain(overlays)
+    /// Each file with what it is to the draw.
+    pub fn by_role(&self) -> impl Iterator<Item = (MapRole, &str)> {
+        let maps = [
+            (MapRole::Albedo, &self.albedo),
+            (MapRole::Normal, &self.normal),
+            (MapRole::Specular, &self.specular),
+            (MapRole::Night, &self.night),
+            (MapRole::Clouds, &self.cloud),
+        ];
+        let overlays = (0..).zip(&self.overlays).map(|(n, file)| (MapRole::Overlay(n), file.as_str()));
+        maps.into_iter().filter_map(|(role, file)| Some((role, file.as_deref()?))).chain(overlays)
     }
 }
 

@@ -87,7 +87,7 @@ pub struct Light {
 }
 
 uniforms! {
-    /// The amounts of one draw, all f32, all in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
+    /// The uniforms of one draw, all f32, all in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
     /// (so the ellipsoid is the unit sphere).
     ///
     /// The screen rectangle that bounds the silhouette is drawn; at rectangle coordinate (u, v) in 0 to 1 each (v down the screen), the view ray is
@@ -171,10 +171,10 @@ uniforms! {
 }
 
 uniforms! {
-    /// The air, lengths in equatorial radii. An excess is |p|² - 1 in the unit-sphere frame.
+    /// The air, lengths in equatorial radii. `radius_sq_minus_1` is |p|² - 1 in the unit-sphere frame.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
-        /// Excess above which there is nothing.
+        /// `radius_sq_minus_1` above which there is nothing.
         pub top: f32 = "air_top",
         /// Heights of the camera's end and the far end of a ray that only rises or only falls; outside the air, that of its top.
         pub ends: Vec2,
@@ -188,7 +188,7 @@ uniforms! {
         pub mie_asymmetry: f32 = "air_mie_asymmetry",
         pub mie_scattering: Vec3 = "air_mie_scattering",
         pub mie_extinction: Vec3 = "air_mie_extinction",
-        /// Excess at the foot, the middle and the top of an absorbing layer.
+        /// `radius_sq_minus_1` at the foot, the middle and the top of an absorbing layer.
         pub layer: Vec3 = "air_absorption_layer",
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
         /// 0: the air lies over the ground. 1: the ground's colours hold the air already, so that of both the brighter is seen. 2: they hold air that hides

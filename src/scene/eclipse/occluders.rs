@@ -95,7 +95,7 @@ pub struct Occluder<'a> {
     /// Unit vector of the long axis, then the semi-axes, long and short.
     pub(crate) long_axis: DVec2,
     pub(crate) semi: DVec2,
-    /// Most of the Sun's light that it takes at any point of the receiver, 1 for all.
+    /// Most of the Sun's light that it blocks at any point of the receiver, 1 for all.
     pub(crate) max_obscuration: f64,
     /// Whether some point of the receiver sees nothing of the Sun past it.
     pub(crate) umbra: bool,
@@ -126,7 +126,7 @@ pub struct ReceiverExtent {
     pub pixel: f64,
 }
 
-/// The occluders that count on a receiver, those that take most light first; and the strongest of all with what it takes.
+/// The occluders that count on a receiver, those that block most light first; and the strongest of all with what it blocks.
 pub struct OccluderSearch<'a> {
     pub occluders: Vec<Occluder<'a>>,
     pub reason: String,
@@ -217,7 +217,7 @@ fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
     system(occluder) == system(receiver) || occluder.kind == BodyKind::Planet
 }
 
-/// What a body of this radius takes at most of the Sun's light when it passes this far before it.
+/// What a body of this radius blocks at most of the Sun's light when it passes this far before it.
 fn max_obscuration(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
     let solar_radii = radius * axis.cot / depth.max(1e-9);
     if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * centre_over_mean(sun)).min(1.0) }

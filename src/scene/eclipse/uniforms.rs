@@ -8,7 +8,7 @@ use crate::scene::eclipse::air;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_law};
 use glam::{DVec2, DVec3};
 
-/// Amounts of the occluders for a model; the Sun as it lights the receiver.
+/// Uniforms of the occluders for a model; the Sun as it lights the receiver.
 pub fn uniforms_of_casters(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     match Axis::of(receiver, sun) {
         Some(axis) => of(occluders, model, receiver, sun, &axis),

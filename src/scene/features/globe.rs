@@ -15,7 +15,7 @@ use glam::DVec3;
 /// Mean square slope of the sea's waves in a wind of 5 m/s (Cox and Munk 1954: 0.003 + 0.00512 per m/s).
 const WAVE_SLOPE_SQ: f64 = 0.0286;
 
-/// The amounts of a draw of the globe, or of a shell around it by its own placement.
+/// The uniforms of a draw of the globe, or of a shell around it by its own placement.
 pub(crate) fn uniforms(
     case: &Case<'_, '_>,
     placement: &camera::Placement,

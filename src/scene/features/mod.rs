@@ -187,7 +187,7 @@ fn assembled(case: &Case<'_, '_>, globe: Option<Draw>, mut decided: Decided<'_>)
         decided.eclipse.spread = air_spread::tables(case.body(), &decided.eclipse);
     }
     for draw in &mut draws {
-        // Needs round the number of lights up.
+        // Features round the number of lights up.
         let dark =
             Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {

@@ -1,6 +1,6 @@
 //! The Sun's corona: how bright it is at a distance from the Sun's centre, how flat, and when it is drawn.
 //!
-//! In: the Sun where it is seen, what hides it, what is white, the date. Out: [`Corona`], the amounts of shaders/entry/corona.wesl, and the reason; for
+//! In: the Sun where it is seen, what hides it, what is white, the date. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the reason; for
 //! exposure and tests the law alone. It lies around the Sun: what is nearer hides it, the air before it dims it, and there is none on the Sun's disc. K and F
 //! corona together, by Baumbach's law in every direction's mean; isophotes are flattened by Ludendorff's index, which swings with the cycle of sunspots. Left out:
 //! streamers and the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere, and what a camera within

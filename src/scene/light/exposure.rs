@@ -9,13 +9,16 @@ pub struct Exposure {
     pub stops: f64,
     /// What the light meter says, where it was asked; else the same.
     pub metered_stops: f64,
+    /// What set it.
     pub reason: String,
 }
 
 impl Exposure {
+    /// Of stops over 1, and what set them.
     pub fn of(stops: f64, reason: impl Into<String>) -> Self {
         Self { stops, metered_stops: stops, reason: reason.into() }
     }
+    /// 2^stops.
     pub fn factor(&self) -> f64 {
         self.stops.exp2()
     }

@@ -1,6 +1,6 @@
 //! The Sun's glow: the veil of light that the eye's or a camera's optics spread around its disc while it is in the frame.
 //!
-//! In: where the Sun stands, what hides it, what is white. Out: [`Glow`], the amounts of shaders/entry/glow.wesl, and the reason. The law is that of
+//! In: where the Sun stands, what hides it, what is white. Out: [`Glow`], the uniforms of shaders/entry/glow.wesl, and the reason. The law is that of
 //! Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, where it holds from 1 to 30 degrees): about a tenth of
 //! the light goes astray. It stands for the glare of the whole optics; a clean lens spreads less, by a factor that depends on the lens. Nearer than
 //! the Sun's limb (or a pixel, where that is wider) the veil is flat. It is drawn as far as it can change a display level: beyond that it adds less than

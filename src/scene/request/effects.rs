@@ -11,27 +11,43 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A feature that can be switched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Effect {
+    /// The oblate or triaxial figure; without it a sphere.
     Ellipsoid,
     /// Triangles in place of the ellipsoid.
     Mesh,
     /// The shadow that a mesh throws on itself.
     SelfShadow,
+    /// The map of colours.
     Albedo,
+    /// Images over the ground.
     Overlays,
+    /// Relief by the map of slopes.
     Normal,
+    /// The Sun's mirror image on water.
     Specular,
+    /// Lamps of the night side.
     Night,
+    /// The deck of clouds.
     Clouds,
+    /// The clouds' shadow on the ground.
     CloudShadow,
+    /// Sunlight that other bodies block.
     Eclipse,
+    /// The rings themselves.
     Rings,
+    /// The rings' shadow on their body.
     RingShadow,
+    /// The rings' light on their body.
     RingShine,
+    /// The body's shadow on its rings.
     BodyShadow,
+    /// Scattering and absorption by air.
     Atmosphere,
     /// The Sun's image that the air at the limb bends to the camera.
     RefractedLimb,
+    /// Light from other bodies.
     PlanetShine,
+    /// Bodies too small for a disc.
     Points,
     /// The veil of light around the Sun.
     Glow,
@@ -40,6 +56,7 @@ pub enum Effect {
 }
 
 impl Effect {
+    /// Every effect, in the order in which they are listed.
     pub const ALL: [Self; 21] = [
         Self::Ellipsoid,
         Self::Mesh,
@@ -64,6 +81,7 @@ impl Effect {
         Self::Corona,
     ];
 
+    /// As options and links have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ellipsoid => "ellipsoid",
@@ -166,6 +184,7 @@ impl EffectOverrides {
         Ok(overrides)
     }
 
+    /// Switches an effect on or off for all bodies.
     pub fn set(&mut self, effect: Effect, on: bool) {
         let (to, from) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
         to.insert(effect);

@@ -26,13 +26,34 @@ pub enum Axes {
 pub enum Position {
     /// Over the target on the side of `towards` (`None`: the Earth's side; for the Earth itself the Sun's side), at a distance
     /// from its centre in equatorial radii (`None`: so that the disc fills 3/4 of the frame's height).
-    Over { towards: Option<NaifId>, distance_radii: Option<f64> },
+    Over {
+        /// Whose side of the target; `None`: the Earth's, for the Earth the Sun's.
+        towards: Option<NaifId>,
+        /// From the target's centre in its equatorial radii; `None`: fitted.
+        distance_radii: Option<f64>,
+    },
     /// At a body's centre or a barycentre, moving with it: directions carry its stellar aberration. The body itself is not drawn.
     Centre(NaifId),
     /// Above a point of a body's reference ellipsoid: planetographic latitude, east longitude, height along the normal.
-    Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64 },
+    Ground {
+        /// Whose ground it is.
+        body: NaifId,
+        /// Planetographic, -90 to 90.
+        latitude_deg: f64,
+        /// East, -360 to 360.
+        longitude_deg: f64,
+        /// Above 0.
+        height_km: f64,
+    },
     /// At an offset from a body's centre.
-    Offset { body: NaifId, offset_km: DVec3, axes: Axes },
+    Offset {
+        /// Whose centre the offset counts from.
+        body: NaifId,
+        /// From the centre to the camera.
+        offset_km: DVec3,
+        /// In which it is given.
+        axes: Axes,
+    },
 }
 
 impl Position {
@@ -51,7 +72,12 @@ pub enum Look {
     /// At the target.
     Target,
     /// Along a direction; body-fixed axes are those of the body that the position names.
-    Along { direction: DVec3, axes: Axes },
+    Along {
+        /// Of any length.
+        direction: DVec3,
+        /// In which it is given.
+        axes: Axes,
+    },
 }
 
 /// What is up in the picture. A direction along the line of sight is replaced by the next best axis.
@@ -66,8 +92,11 @@ pub enum Up {
     Celestial,
     /// The pole of the ecliptic of J2000.
     Ecliptic,
+    /// A direction.
     Along {
+        /// Of any length.
         direction: DVec3,
+        /// In which it is given.
         axes: Axes,
     },
 }
@@ -84,7 +113,12 @@ pub enum ExposureRequest {
     /// Stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles.
     Stops(f64),
     /// On the way from these stops to those of `Auto`, so far as a part of 0 to 1 says.
-    Gliding { from_stops: f64, part: f64 },
+    Gliding {
+        /// Where it begins.
+        from_stops: f64,
+        /// 0 to 1.
+        part: f64,
+    },
 }
 
 impl ExposureRequest {
@@ -111,8 +145,10 @@ pub enum ToneMap {
 }
 
 impl ToneMap {
+    /// Every choice.
     pub const ALL: [Self; 2] = [Self::Filmic, Self::Clipped];
 
+    /// As options and links have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Filmic => "filmic",
@@ -120,6 +156,7 @@ impl ToneMap {
         }
     }
 
+    /// The choice of a name, former names too.
     pub fn by_name(name: &str) -> Option<Self> {
         // `film` and `plain` are the names of earlier versions.
         let former = [("film", Self::Filmic), ("plain", Self::Clipped)];
@@ -150,6 +187,7 @@ impl Default for Layers {
 }
 
 impl Layers {
+    /// Every layer's name.
     pub const NAMES: [&str; 5] = ["orbits", "labels", "outline", "bloom", "stars"];
 
     fn by_name(&mut self, name: &str) -> Option<&mut bool> {
@@ -192,15 +230,20 @@ impl Layers {
 /// Trade of speed for accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
+    /// One sample a pixel.
     Draft,
+    /// Four samples a pixel.
     #[default]
     Standard,
+    /// Four samples a pixel, maps with twice the taps.
     Reference,
 }
 
 impl Quality {
+    /// From the quickest to the most accurate.
     pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
 
+    /// As options and links have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Draft => "draft",
@@ -209,6 +252,7 @@ impl Quality {
         }
     }
 
+    /// The quality of a name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|q| q.name().eq_ignore_ascii_case(name))
     }
@@ -217,23 +261,35 @@ impl Quality {
 /// One view. `target` may be missing only where the look gives a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewRequest {
+    /// When the light arrives at the camera.
     pub time: Instant,
+    /// The body that the camera looks at.
     pub target: Option<NaifId>,
+    /// Where the camera stands.
     pub position: Position,
+    /// Where it looks.
     pub look: Look,
+    /// What is up in the picture.
     pub up: Up,
     /// Vertical field of view, degrees. `None`: [`FOV_DEFAULT_DEG`], or what fits the target where only that can.
     pub fov_deg: Option<f64>,
     /// Pixels, each 1..=16384.
     pub width: u32,
+    /// Pixels, 1..=16384.
     pub height: u32,
+    /// How bright the picture is.
     pub exposure: ExposureRequest,
+    /// How light beyond white is shown.
     pub tone_map: ToneMap,
+    /// Effects that are on or off whatever their bounds say.
     pub effects: EffectOverrides,
+    /// What is drawn over the bodies.
     pub layers: Layers,
     /// What the viewer has picked out; `None`: the target.
     pub selected: Option<NaifId>,
+    /// Speed against accuracy.
     pub quality: Quality,
+    /// What the pixels show.
     pub pixel_view: PixelView,
     /// What the picture is for: below which bound a feature is left out.
     pub purpose: Purpose,

@@ -1,4 +1,4 @@
-//! Rings: when they are drawn, when they and their planet shade each other, by which model, and with what amounts.
+//! Rings: when they are drawn, when they and their planet shade each other, by which model, and with what uniforms.
 //!
 //! In: a placed body with rings, the camera, what is white. Out: which rings count, the models, the numbers of shaders/lib/ring. A ring is flat and
 //! round here: halos, the inclination and the eccentricity of the Uranian rings (0.008 of the radius for epsilon) and the arcs of Adams are left out.
@@ -186,7 +186,7 @@ impl<'a> View<'a> {
         Vec4::new(x, y, z, w)
     }
 
-    /// The amounts of both draws; `half` is set by each.
+    /// The uniforms of both draws; `half` is set by each.
     pub fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>) -> RingUniforms {
         let radius_km = self.body.radii_km.x;
         let Some(table) = self.caches.ring_tables.profile(rings, radius_km) else { return RingUniforms::default() };

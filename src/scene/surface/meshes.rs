@@ -1,4 +1,4 @@
-//! A body drawn by triangles in place of its ellipsoid: when, where on the screen, and the amounts that place its vertices.
+//! A body drawn by triangles in place of its ellipsoid: when, where on the screen, and the uniforms that place its vertices.
 //!
 //! In: the models that were read for the request, the body's place. Out: decisions, a bounding rectangle, and the matrix of
 //! shaders/lib/mesh.wesl. The body's ellipsoid stays what everything else counts with: maps, size, exposure, the shadow on other bodies and on rings,

@@ -149,7 +149,7 @@ fn of_small(radius_px: f64) -> f64 {
     radius_px * radius_px / drawn
 }
 
-/// Takes from points what nearer bodies hide of them, gives the discs that glow their hiders' limbs, and notes both.
+/// Takes from points what nearer bodies hide of them, gives the discs that glow the limbs of what hides them, and notes both.
 pub(crate) fn take(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
     let found = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let mut note = |of: &PlacedBody<'_>, left: DVec3| {

@@ -1,7 +1,7 @@
 //! Sets of keys to test with: covering arrays over the nominal space, samples of it.
 //!
 //! The nominal space has some 10^10 combinations, so nothing here lists it. A combination of a few dimension values *can occur* when some
-//! canonical needs hold it; that is decided by completing it with [`skeletons`], the canonical needs over the dimensions that rules look at.
+//! canonical features hold it; that is decided by completing it with [`skeletons`], the canonical features over the dimensions that rules look at.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -60,7 +60,7 @@ const DECIDING: [(&str, usize); 10] = [
     ("view", 10),
 ];
 
-/// Every canonical needs over the deciding dimensions alone. Completing a combination with each of them decides whether it can occur.
+/// All canonical features over the deciding dimensions alone. Completing a combination with each of them decides whether it can occur.
 fn skeletons() -> Vec<DrawFeatures> {
     let mut all = vec![DrawFeatures::MINIMAL];
     for (name, values) in DECIDING {

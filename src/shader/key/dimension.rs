@@ -200,7 +200,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
 ];
 
-/// The features that these needs switch on in the fragments.
+/// The features that these choices switch on in the fragments.
 pub fn features(features: &DrawFeatures) -> Vec<&'static str> {
     let mut on = Vec::new();
     for d in DIMENSIONS {

@@ -1,13 +1,17 @@
-//! The shader key: what a draw needs, reduced to the least that draws the same image.
+//! The shader key: a draw's features, reduced to the least that draws the same image.
 //!
 //! In: scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always holds: a key is canonical, so two draws that
 //! would run the same code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment
 //! features; one list ([`canonical::RULES`]) says which values mean nothing beside which others. A new dimension is a field of `DrawFeatures`, a row
 //! of the table and its rules. Not here: the code that a key stands for.
 
+#[doc(hidden)]
 mod canonical;
+#[doc(hidden)]
 mod covering;
+#[doc(hidden)]
 mod dimension;
+#[doc(hidden)]
 mod text;
 
 pub use canonical::{CanonicalRule, RULES, canonical, reductions};
@@ -28,7 +32,7 @@ impl ShaderKey {
     pub fn for_draw(features: &DrawFeatures) -> Self {
         Self { features: canonical(features) }
     }
-    /// What the module does, in canonical form. Culling and the like follow the draw's own needs, which may say more.
+    /// What the module does, in canonical form. Culling and the like follow the draw's own features, which may say more.
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }

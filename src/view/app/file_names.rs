@@ -8,6 +8,14 @@ use std::path::{Path, PathBuf};
 /// Digits of a frame's number where a name has none.
 const DIGITS: usize = 5;
 
+/// A name whose place for a number cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name}: write the frame number as %d or %05d, once")]
+pub struct FrameNumberError {
+    /// The name as it was given.
+    pub name: String,
+}
+
 /// A name with a place for a number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NumberedName {
@@ -27,13 +35,13 @@ impl NumberedName {
     ///
     /// # Errors
     /// How to write one.
-    pub fn of(name: &str) -> Result<Option<Self>, String> {
+    pub fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
         let Some((before, rest)) = name.split_once('%') else { return Ok(None) };
         let found = rest.split_once('d').and_then(|(width, after)| {
             let digits = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
             (!after.contains('%')).then(|| Self { before: before.to_owned(), digits, after: after.to_owned() })
         });
-        found.map(Some).ok_or_else(|| format!("{name}: write the frame number as %d or %05d, once"))
+        found.map(Some).ok_or_else(|| FrameNumberError { name: name.to_owned() })
     }
 
     pub fn path(&self, number: u32) -> PathBuf {
@@ -46,7 +54,7 @@ impl NumberedName {
     ///
     /// # Errors
     /// How to write a frame's number.
-    pub fn of_sequence(name: &str, frames: u32) -> Result<Self, String> {
+    pub fn of_sequence(name: &str, frames: u32) -> Result<Self, FrameNumberError> {
         let (before, after) = split(name);
         let plain = || Self { before: format!("{before}-"), digits: DIGITS, after: after.to_owned() };
         let first = Self::of(name)?.unwrap_or_else(plain);
@@ -60,7 +68,7 @@ impl NumberedName {
 ///
 /// # Errors
 /// How to write a number.
-pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, String> {
+pub fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
     }
@@ -89,7 +97,7 @@ mod tests {
         assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
         assert_eq!(first("x-%03d.exr", 2), ["x-000.exr", "x-001.exr"]);
         for bad in ["%x.png", "a-%d-%d.png", "100%.png", "%099d.png"] {
-            assert!(free_names(bad).is_err_and(|why| why.contains(bad) && why.contains("%05d")), "{bad}");
+            assert!(free_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");
         }
     }
 

@@ -5,7 +5,7 @@
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
 use crate::view::app::places::BodyPositions;
-use crate::view::app::view_state::ViewState;
+use crate::view::app::view_state::{ViewState, ViewStateError};
 use glam::{DQuat, DVec3};
 
 /// The first picture is taken from this far, in equatorial radii.
@@ -15,8 +15,8 @@ const ASIDE_DEG: f64 = 30.0;
 
 /// # Errors
 /// That the catalog has no such body, in one line.
-pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, String> {
-    let body = catalog.body(target).ok_or_else(|| format!("no body has the code {}", target.0))?;
+pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
+    let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
     let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
     let side = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, ASIDE_DEG.to_radians()) * sun);
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));

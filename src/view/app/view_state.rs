@@ -3,8 +3,9 @@
 //! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. It draws nothing and keeps no history; `link` is its text.
 
 use crate::catalog::{Catalog, NaifId};
-use crate::ephemeris::Ephemeris;
 use crate::ephemeris::topocentric::ground_point_km;
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::scene::SceneError;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, ToneMap, Up, ViewRequest};
@@ -13,6 +14,23 @@ use crate::view::app::option_text;
 use crate::view::app::orbit::Orbit;
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
+
+/// Why a view cannot be drawn, in one line.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewStateError {
+    /// A field has a value that no view can have.
+    #[error("{0}")]
+    Field(String),
+    /// The catalog lacks the body.
+    #[error("no body has the code {}", .0.0)]
+    NoSuchBody(NaifId),
+    /// The ephemeris does not know where it is, or how it is turned.
+    #[error(transparent)]
+    Ephemeris(#[from] EphemerisError),
+    /// Its fields do not go together.
+    #[error(transparent)]
+    Request(#[from] SceneError),
+}
 
 /// Where the viewer stands and which way it faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -154,9 +172,9 @@ impl ViewState {
     ///
     /// # Errors
     /// One line that names the field that no view can have.
-    pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, String> {
+    pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, ViewStateError> {
         if let Some(fault) = self.faults(catalog).into_iter().next() {
-            return Err(fault);
+            return Err(ViewStateError::Field(fault));
         }
         let mut request = ViewRequest::of(self.target, self.time());
         let pose = self.pose(catalog, ephemeris)?;
@@ -172,7 +190,7 @@ impl ViewState {
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;
         request.quality = self.quality;
-        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| e.to_string())?;
+        request.check().and_then(|()| request.check_bodies(catalog))?;
         Ok(request)
     }
 
@@ -204,11 +222,11 @@ impl ViewState {
         faults
     }
 
-    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Pose, String> {
-        let body_of = |id: NaifId| catalog.body(id).ok_or_else(|| format!("no body has the code {}", id.0));
+    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Pose, ViewStateError> {
+        let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
         let body = body_of(self.eye.body())?;
-        let turned = |id: NaifId| ephemeris.body_from_icrf(id, self.time()).map_err(|e| e.to_string());
+        let turned = |id: NaifId| ephemeris.body_from_icrf(id, self.time());
         let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
         let aside = self.target != body.id && self.tracks;
         Ok(match self.eye {

@@ -25,7 +25,7 @@ fn catalog() -> &'static Catalog {
 
 fn over_usual(mut told: PartialView) -> Result<ViewState, String> {
     told.name_bodies(catalog());
-    told.over(&usual(), catalog())
+    told.over(&usual(), catalog()).map_err(|e| e.to_string())
 }
 
 fn of_link(link: &str) -> Result<ViewState, String> {

@@ -90,7 +90,7 @@ impl Interface {
     pub(super) fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
         match worker.take() {
             None => {}
-            Some(Err(why)) => self.no_picture = Some(why),
+            Some(Err(why)) => self.no_picture = Some(why.to_string()),
             Some(Ok(mut drawing)) => {
                 self.no_picture = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
@@ -143,7 +143,7 @@ impl Interface {
         let mut request = match request {
             Ok(r) => r,
             Err(why) => {
-                self.no_picture = Some(why);
+                self.no_picture = Some(why.to_string());
                 return;
             }
         };

@@ -97,7 +97,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0)).on_hover_text("A link to open");
         if ui.button("Open link").clicked() {
-            let read = restored(&interface.share.link, session, interface.viewer.now());
+            let read = restored(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
             opened(interface, read, actions);
         }
     });
@@ -107,7 +107,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         if ui.button("Save view").clicked() {
             let text = interface.viewer.shared().to_json();
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
-            let written = free_names(&interface.share.file).and_then(write);
+            let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
             if let Ok(path) = &written {
                 // What was saved is what *Open view* opens.
                 interface.share.file = path.display().to_string();
@@ -116,7 +116,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         }
         if ui.button("Open view").clicked() {
             let text = std::fs::read_to_string(&path).map_err(|e| e.to_string());
-            let read = text.and_then(|text| restored(&text, session, interface.viewer.now()));
+            let read = text.and_then(|text| restored(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
             opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
         }
     });
@@ -195,7 +195,7 @@ pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
                 panel.shot = Some(ask(worker, move |session| save(session, &view, size, names, files)));
                 interface.message = format!("Saving an image of {}×{} pixels", size[0], size[1]);
             }
-            Err(why) => interface.message = why,
+            Err(e) => interface.message = e.to_string(),
         }
     }
     let panel = &mut interface.share;
@@ -207,7 +207,7 @@ pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
                 run.frame = next_frame(worker, &run);
                 panel.run = Some(run);
             }
-            Err(why) => interface.message = why,
+            Err(e) => interface.message = e.to_string(),
         }
     }
     if let Some(written) = interface.share.shot.as_ref().and_then(Pending::take) {
@@ -254,7 +254,7 @@ fn save(
     if !known {
         return Err(format!("{}: an image file ends in .png or .exr", path.display()));
     }
-    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height)?;
+    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| e.to_string())?;
     request.layers.labels = names;
     request.purpose = Purpose::of_file(is_exr(&path));
     let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr(&path)).map_err(|e| e.to_string())?;

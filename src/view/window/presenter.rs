@@ -84,7 +84,7 @@ impl Presenter {
                 self.way = Some(PresentBackend::Device(Box::new(screen)));
                 Ok(None)
             }
-            Some(Err(why)) if was_on_device => Err(Unshown::ByDevice(Some(why))),
+            Some(Err(why)) if was_on_device => Err(Unshown::ByDevice(Some(why.to_string()))),
             Some(Err(why)) => {
                 self.refused = true;
                 self.way = Some(of_processor(&self.window).map_err(Unshown::AtAll)?);
@@ -117,7 +117,7 @@ impl Presenter {
                 let pieces = pieces(painter, size, pixels_per_point, primitives, sky);
                 // On Wayland the next turn waits until the system has shown this one: a picture that is never sent would be the last.
                 let about_to_show = || self.window.pre_present_notify();
-                session.show(screen, pieces, size, about_to_show).map_err(|why| Unshown::ByDevice(Some(why)))
+                session.show(screen, pieces, size, about_to_show).map_err(|why| Unshown::ByDevice(Some(why.to_string())))
             }
             Some(PresentBackend::Processor(surface)) => {
                 let failed = |e: softbuffer::SoftBufferError| Unshown::AtAll(e.to_string());

@@ -3,7 +3,7 @@
 //! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: files are read on a thread of their own, and
 //! modules change between two images. A folder that cannot be read for a moment, as while an editor saves, changes nothing.
 
-use crate::session::{FragmentTimes, Session, fragment_times, read_fragments};
+use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -25,7 +25,7 @@ impl ShaderWatcher {
     ///
     /// # Errors
     /// What cannot be read, or that there is no fragment.
-    pub fn open(folder: &Path, session: &Session) -> Result<Self, String> {
+    pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
         let stamps = fragment_times(folder)?;
         session.make_shaders_of(read_fragments(folder, &stamps)?);
         Ok(Self { folder: folder.to_owned(), read: Mutex::new(stamps) })
@@ -41,7 +41,7 @@ impl ShaderWatcher {
         match read_fragments(&self.folder, &now) {
             Ok(fragments) => worker.run(Box::new(move |session| session.make_shaders_of(fragments))),
             // Said once for each state of the folder.
-            Err(why) => worker.run(Box::new(move |session| session.tell(&why))),
+            Err(why) => worker.run(Box::new(move |session| session.tell(&why.to_string()))),
         }
         *before = now;
     }

@@ -6,7 +6,7 @@
 use crate::render::plan::{GpuImage, SamplingQuality, SimpleDraw};
 use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
-use crate::session::{DrawnBy, Session, Stages};
+use crate::session::{DrawnBy, Session, SessionError, Stages};
 use crate::shader::library::Statistics;
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -49,7 +49,7 @@ pub trait RenderWorker {
     /// Asks for an image; an older job that has not begun is dropped.
     fn submit(&self, job: RenderJob);
     /// The newest finished picture, once.
-    fn take(&self) -> Option<Result<RenderedView, String>>;
+    fn take(&self) -> Option<Result<RenderedView, SessionError>>;
     /// Runs a task when there is time.
     fn run(&self, task: Task);
 }
@@ -87,10 +87,10 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 ///
 /// # Errors
 /// Why there is no picture, in one line.
-pub fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, String> {
+pub fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
     let start = Moment::now();
-    let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.on_gpu).map_err(|e| e.to_string())?;
+    let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.on_gpu)?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
     Ok(RenderedView {
@@ -111,7 +111,7 @@ pub fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, String> {
 /// Does everything at once on the caller's thread, for tests.
 pub struct InlineWorker<'a> {
     session: &'a Session,
-    done: Mutex<Option<Result<RenderedView, String>>>,
+    done: Mutex<Option<Result<RenderedView, SessionError>>>,
 }
 
 impl<'a> InlineWorker<'a> {
@@ -127,7 +127,7 @@ impl RenderWorker for InlineWorker<'_> {
     fn submit(&self, job: RenderJob) {
         *locked(&self.done) = Some(draw(self.session, job));
     }
-    fn take(&self) -> Option<Result<RenderedView, String>> {
+    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
         locked(&self.done).take()
     }
     fn run(&self, task: Task) {
@@ -139,7 +139,7 @@ impl RenderWorker for InlineWorker<'_> {
 struct Work {
     job: Option<RenderJob>,
     tasks: VecDeque<Task>,
-    done: Option<Result<RenderedView, String>>,
+    done: Option<Result<RenderedView, SessionError>>,
     closed: bool,
 }
 
@@ -207,7 +207,7 @@ impl RenderWorker for ThreadedWorker<'_> {
         locked(&self.work).job = Some(job);
         self.called.notify_all();
     }
-    fn take(&self) -> Option<Result<RenderedView, String>> {
+    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
         locked(&self.work).done.take()
     }
     fn run(&self, task: Task) {

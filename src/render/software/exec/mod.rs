@@ -139,7 +139,7 @@ impl<R: Real> Executor<R> {
     /// # Errors
     /// A program with an index out of range, or a class that this machine lacks.
     pub fn with_class(program: &Program, class: KernelClass) -> Result<Self, String> {
-        program.check()?;
+        program.check().map_err(|e| e.to_string())?;
         if !KernelClass::available().contains(&class) {
             return Err(format!("this machine has no {} kernels", class.name()));
         }

@@ -32,7 +32,7 @@ mod watch;
 pub use error::LowerError;
 pub use stored::lowering;
 
-use super::program::{LaneInput, LaneOutput, Program, Stage};
+use super::program::{LaneInput, LaneOutput, Program, ProgramError, Stage};
 use builder::Builder;
 use error::Result;
 use lowerer::Lowerer;
@@ -170,8 +170,8 @@ pub fn lower_to_bytes(module: &naga::Module, info: &ModuleInfo) -> std::result::
 ///
 /// # Errors
 /// Bytes that are no programs, or whose indices do not fit.
-pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, String> {
-    let programs: Vec<Program> = postcard::from_bytes(bytes).map_err(|e| e.to_string())?;
+pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, ProgramError> {
+    let programs: Vec<Program> = postcard::from_bytes(bytes)?;
     programs.iter().try_for_each(Program::check)?;
     Ok(programs)
 }

@@ -217,7 +217,7 @@ fn draw(session: &Session, asked: &Asked, way: &Way) -> Result<Half, String> {
     let failed = |e: crate::session::SessionError| e.to_string();
     // Modules and maps come in before the clock runs.
     session.plan(&request, sampling).map_err(failed)?;
-    let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true)?) } else { None };
+    let double = if way.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| e.to_string())?) } else { None };
     let start = Moment::now();
     let (frame, by) = if way.renderer == Renderer::Window {
         let drawn = session.draw_in_background(&request, sampling, false).map_err(failed)?;

@@ -4,8 +4,8 @@
 
 use super::values::number_text;
 use super::{Seen, ShaderPanel};
-use crate::probe::Prober;
 use crate::probe::pixel::{PixelDraw, PixelReport, look};
+use crate::probe::{ProbeError, Prober};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
@@ -23,11 +23,11 @@ pub struct ProbePage {
     /// Which of the draws there.
     draw: usize,
     asked: Option<([u32; 2], ViewRequest)>,
-    coming: Option<Pending<Result<Both, String>>>,
-    seen: Option<Result<Both, String>>,
+    coming: Option<Pending<Result<Both, ProbeError>>>,
+    seen: Option<Result<Both, ProbeError>>,
 }
 
-fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Both, String> {
+fn both(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<Both, ProbeError> {
     let with = |double: bool| {
         let renderer = session.renderer_in(double)?;
         look(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
@@ -55,7 +55,7 @@ pub fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, interfa
     };
     let [single, double] = match answer {
         Ok(both) => both,
-        Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
+        Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why.to_string())),
     };
     let level = single.radiance.map(number_text).join(", ");
     ui.horizontal(|ui| {

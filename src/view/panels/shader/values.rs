@@ -3,7 +3,7 @@
 //! Always: the numbers are those that the last drawing was made with; under a key changed by hand, what this draw would give it.
 
 use super::{Seen, ShaderPanel};
-use crate::render::plan::{RING_PROFILE_BINDING, uniforms_of};
+use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
 use crate::shader::reflect::Field;
 use crate::shader::{Layout, ModuleId};
 use crate::view::panels::accessible;
@@ -120,12 +120,12 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>, layout:
         for t in &layout.textures {
             ui.monospace(t.binding.to_string());
             ui.label(&t.name);
-            let file = seen.draw.and_then(|d| d.map_files.bindings().find(|(b, _)| *b == t.binding)).map(|(_, file)| file.to_owned());
-            let table = seen.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.binding == RING_PROFILE_BINDING);
-            match (file, table) {
-                (Some(file), _) => {
-                    ui.label(&file);
-                    match panel.work.map(seen.worker, t.binding, &file) {
+            let map = seen.draw.zip(role_of(&t.name)).and_then(|(d, role)| d.map_files.by_role().find(|(r, _)| *r == role));
+            let table = seen.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.name == RING_PROFILE);
+            match (map, table) {
+                (Some((role, file)), _) => {
+                    ui.label(file);
+                    match panel.work.map(seen.worker, role, file) {
                         Some(Ok(m)) => {
                             ui.label(format!("{}x{}, {} levels, {:.1} MB", m.width, m.height, m.levels, m.bytes as f64 / 1e6));
                         }

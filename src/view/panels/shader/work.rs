@@ -6,8 +6,7 @@ use super::text::{Text, text_of};
 use crate::catalog::NaifId;
 use crate::image::DisplayImage;
 use crate::render::plan::{self, ResourceProvider, SamplingQuality};
-use crate::scene::draw::PixelView;
-use crate::scene::draw::Shape;
+use crate::scene::draw::{MapRole, PixelView, Shape};
 use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
 use crate::session::{HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_plan, tape_costs};
@@ -51,7 +50,7 @@ fn examine(session: &Session, id: &ModuleId) -> Module {
     let library = session.library();
     let broken = |why: String, diagnosis: String| Arc::new(Broken { why, diagnosis });
     let module = library.get(id).map_err(|e| broken(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
-    let tapes = tape_costs(&module).map_err(|e| broken(e, String::new()))?;
+    let tapes = tape_costs(&module).map_err(|e| broken(e.to_string(), String::new()))?;
     let entry = library.entry_path(id).and_then(|path| Some((path.metadata().ok()?.len(), path)));
     let entry = entry.map(|(bytes, path)| (path, bytes));
     Ok(Arc::new(Examined { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
@@ -92,7 +91,7 @@ pub struct Work {
     differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDiff>>, String>>,
     reachable: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
     timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
-    maps: QueryCache<(u32, String), Result<MapFacts, String>>,
+    maps: QueryCache<(MapRole, String), Result<MapFacts, String>>,
     samples: QueryCache<ShaderKey, Sample>,
     pictures: HashMap<ShaderKey, TextureHandle>,
     swaps: QueryCache<Swap, Result<Arc<Pair>, String>>,
@@ -160,11 +159,11 @@ impl Work {
         self.timed.known(id).cloned()
     }
 
-    pub fn map(&mut self, worker: &dyn RenderWorker, binding: u32, file: &str) -> Option<Result<MapFacts, String>> {
+    pub fn map(&mut self, worker: &dyn RenderWorker, role: MapRole, file: &str) -> Option<Result<MapFacts, String>> {
         let named = file.to_owned();
         self.maps
-            .get(worker, &(binding, file.to_owned()), move |session| {
-                let reading = plan::map_decoding(binding, Shape::Ellipsoid);
+            .get(worker, &(role, file.to_owned()), move |session| {
+                let reading = plan::map_decoding(role, Shape::Ellipsoid);
                 let map = session.map(&named, reading).map_err(|e| e.to_string())?;
                 let first = map.levels.first().ok_or("the map is empty")?;
                 let bytes = map.levels.iter().map(|l| l.bytes.len()).sum();

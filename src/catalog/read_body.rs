@@ -1,0 +1,253 @@
+//! Reading `[[body]]`: what one file says of a body, over what earlier files said.
+//!
+//! A field replaces that field; photometry, motion, rotation, clouds and mesh are replaced whole, maps one by one.
+
+use super::fields::{each, finite, invented, located, map, need_word, number, percent, word};
+use super::table::{SourceLine, TableReader, WithLine};
+use super::{BodyKind, Clouds, Estimates, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
+use std::collections::BTreeMap;
+
+/// What the files say of one body so far.
+pub(super) struct BodyDraft {
+    pub place: SourceLine,
+    pub name: Option<String>,
+    pub aliases: Option<Vec<String>>,
+    pub kind: Option<BodyKind>,
+    pub parent: Option<WithLine<String>>,
+    pub radii_km: Option<[f64; 3]>,
+    pub gm_km3_s2: Option<f64>,
+    pub geometric_albedo: Option<f64>,
+    pub bond_albedo: Option<f64>,
+    pub clear_sky_albedo: Option<f64>,
+    pub colour: Option<[f64; 3]>,
+    pub photometry: Option<Photometry>,
+    pub maps: Maps,
+    pub clouds: Option<Clouds>,
+    pub mesh: Option<WithLine<ShapeModel>>,
+    pub motion: Option<WithLine<Motion>>,
+    pub rotation: Option<WithLine<Rotation>>,
+    pub sources: BTreeMap<String, String>,
+    pub estimates: Estimates,
+}
+
+fn photometry(mut s: TableReader) -> Option<Photometry> {
+    let model =
+        need_word(&mut s, "model", &[("emissive", 0), ("lambert", 1), ("lommel-seeliger", 2), ("lunar-lambert", 3), ("oren-nayar", 4)]);
+    let result = match model {
+        Some(0) => {
+            let allowed = "three numbers from -1 to 2 (red, green, blue)";
+            let u1 = s.need("u1", allowed, each(|x| (-1.0..=2.0).contains(&x)));
+            let u2 = s.need("u2", allowed, each(|x| (-1.0..=2.0).contains(&x)));
+            u1.zip(u2).map(|(u1, u2)| Photometry::Emissive { u1: u1.value, u2: u2.value })
+        }
+        Some(1) => Some(Photometry::Lambert),
+        Some(2) => Some(Photometry::LommelSeeliger),
+        Some(3) => number(&mut s, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
+            .map(|lunar_weight| Photometry::LunarLambert { lunar_weight }),
+        Some(4) => number(&mut s, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
+            .map(|roughness_deg| Photometry::OrenNayar { roughness_deg }),
+        _ => return None,
+    };
+    s.finish();
+    result
+}
+
+fn motion(mut s: TableReader) -> Option<Motion> {
+    let theory = need_word(&mut s, "theory", &[("planetary", 0), ("galilean-l12", 1), ("tass17", 2), ("mean-elements", 3)]);
+    let result = match theory {
+        Some(0) => Some(Motion::Planetary),
+        Some(1) => {
+            s.need("index", "0 Io, 1 Europa, 2 Ganymede or 3 Callisto", |i: &usize| *i < 4).map(|l| Motion::GalileanL12 { index: l.value })
+        }
+        Some(2) => s
+            .need("index", "0 Mimas, 1 Enceladus, 2 Tethys, 3 Dione, 4 Rhea, 5 Titan, 6 Iapetus or 7 Hyperion", |i: &usize| *i < 8)
+            .map(|l| Motion::Tass17 { index: l.value }),
+        Some(3) => elements(&mut s).map(Motion::MeanElements),
+        _ => return None,
+    };
+    s.finish();
+    result
+}
+
+fn elements(s: &mut TableReader) -> Option<MeanElements> {
+    let any = |_| true;
+    let pole_ra_deg = number(s, "pole_ra_deg", "degrees", any);
+    let pole_dec_deg = number(s, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+    let epoch_jd_tt = number(s, "epoch_jd_tt", "a Julian date", any);
+    let semi_major_axis_km = number(s, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
+    let eccentricity = number(s, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
+    let inclination_deg = number(s, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
+    let node_deg = number(s, "node_deg", "degrees", any);
+    let argument_of_periapsis_deg = number(s, "argument_of_periapsis_deg", "degrees", any);
+    let mean_anomaly_deg = number(s, "mean_anomaly_deg", "degrees", any);
+    let mean_motion_deg_day = number(s, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
+    let node_period_yr = number(s, "node_period_yr", "Julian years, 0 for none", any);
+    let argument_period_yr = number(s, "argument_period_yr", "Julian years, 0 for none", any);
+    let quadratic = s.take::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
+    Some(MeanElements {
+        pole_ra_deg: pole_ra_deg?,
+        pole_dec_deg: pole_dec_deg?,
+        epoch_jd_tt: epoch_jd_tt?,
+        semi_major_axis_km: semi_major_axis_km?,
+        eccentricity: eccentricity?,
+        inclination_deg: inclination_deg?,
+        node_deg: node_deg?,
+        argument_of_periapsis_deg: argument_of_periapsis_deg?,
+        mean_anomaly_deg: mean_anomaly_deg?,
+        mean_motion_deg_day: mean_motion_deg_day?,
+        node_period_yr: node_period_yr?,
+        argument_period_yr: argument_period_yr?,
+        longitude_quadratic_deg_cy2: quadratic.map_or(0.0, |l| l.value),
+    })
+}
+
+fn rotation(mut s: TableReader) -> Option<Rotation> {
+    let model = need_word(&mut s, "model", &[("earth-iau2006", 0), ("pck", 1), ("synchronous", 2), ("fixed", 3)]);
+    let result = match model {
+        Some(0) => Some(Rotation::EarthIau2006),
+        Some(1) => Some(Rotation::Pck),
+        Some(2) => Some(Rotation::Synchronous),
+        Some(3) => {
+            let pole_ra_deg = number(&mut s, "pole_ra_deg", "degrees", |_| true);
+            let pole_dec_deg = number(&mut s, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+            let w0_deg = number(&mut s, "w0_deg", "degrees", |_| true);
+            let w_deg_day = number(&mut s, "w_deg_day", "degrees a day", |_| true);
+            match (pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day) {
+                (Some(pole_ra_deg), Some(pole_dec_deg), Some(w0_deg), Some(w_deg_day)) => {
+                    Some(Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day })
+                }
+                _ => None,
+            }
+        }
+        _ => return None,
+    };
+    s.finish();
+    result
+}
+
+fn clouds(mut s: TableReader) -> Option<Clouds> {
+    let part = "a number from 0 to 1";
+    let height_km = number(&mut s, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
+    let albedo = number(&mut s, "albedo", part, |x| (0.0..=1.0).contains(&x));
+    let clear_texel = number(&mut s, "clear_texel", part, |x| (0.0..=1.0).contains(&x));
+    let closed_texel =
+        number(&mut s, "closed_texel", "a number above clear_texel, at most 1", |x| x <= 1.0 && clear_texel.is_none_or(|clear| x > clear));
+    let map = map(s)?;
+    Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
+}
+
+fn mesh(mut s: TableReader) -> Option<WithLine<ShapeModel>> {
+    let place = s.place.clone();
+    let file = s.need::<String>("file", "the name of a .obj file without folders", |f| {
+        f.to_lowercase().ends_with(".obj") && f.len() > 4 && !f.contains(['/', '\\'])
+    });
+    let scale_km = s.take("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
+    let mut flag = |field, default| s.take::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
+    let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
+    let invented = invented(&mut s);
+    let _ = s.take::<String>("source", "a string", |_| true);
+    s.finish();
+    let scale_km = scale_km.map_or(1.0, |l| l.value);
+    let value = ShapeModel { file: file?.value, scale_km, two_sided, alpha, vertex_colours, invented };
+    Some(WithLine { value, place })
+}
+
+fn maps(mut s: TableReader, into: &mut Maps) {
+    for (field, slot) in
+        [("albedo", &mut into.albedo), ("normal", &mut into.normal), ("specular", &mut into.specular), ("night", &mut into.night)]
+    {
+        if let Some(found) = s.section(field).and_then(map) {
+            *slot = Some(found);
+        }
+    }
+    s.finish();
+}
+
+fn estimates(mut s: TableReader) -> Estimates {
+    let found = Estimates { albedo_percent: percent(&mut s, "albedo_percent"), colour_percent: percent(&mut s, "colour_percent") };
+    s.finish();
+    found
+}
+
+pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
+    let name = s.take("name", "a name", |n: &String| !n.trim().is_empty());
+    let place = s.place.clone();
+    if let Some(n) = &name {
+        s.rename(&n.value);
+    }
+    let id = s.need("id", "a NAIF code above 9", |i: &i32| *i > 9);
+    if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
+        s.rename(&n);
+    }
+    let mut fresh = BodyDraft {
+        place,
+        name: name.map(|l| l.value),
+        aliases: s.take("aliases", "a list of names", |_: &Vec<String>| true).map(|l| l.value),
+        kind: word(
+            &mut s,
+            "kind",
+            &[
+                ("star", BodyKind::Star),
+                ("planet", BodyKind::Planet),
+                ("dwarf-planet", BodyKind::DwarfPlanet),
+                ("moon", BodyKind::Moon),
+                ("asteroid", BodyKind::Asteroid),
+            ],
+        ),
+        parent: s.take("parent", "the name of a body", |_: &String| true),
+        radii_km: s.take("radii_km", "three lengths above 0 and below 1e7", each(|x| x > 0.0 && x < 1e7)).map(|l| l.value),
+        gm_km3_s2: s.take("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
+        geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
+        bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
+        clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
+        colour: s
+            .take("colour_linear_srgb", "three numbers from 0 to 100, not all 0", |v: &[f64; 3]| {
+                each(|x| (0.0..=100.0).contains(&x))(v) && v.iter().sum::<f64>() > 0.0
+            })
+            .map(|l| l.value),
+        photometry: s.section("photometry").and_then(photometry),
+        maps: Maps::default(),
+        clouds: s.section("clouds").and_then(clouds),
+        mesh: s.section("mesh").and_then(mesh),
+        motion: s.section("motion").and_then(|s| located(s, motion)),
+        rotation: s.section("rotation").and_then(|s| located(s, rotation)),
+        sources: BTreeMap::new(),
+        estimates: s.section("estimates").map(estimates).unwrap_or_default(),
+    };
+    let Some(id) = id else {
+        return s.finish();
+    };
+    let older = drafts.remove(&id.value);
+    if let Some(older) = older {
+        // An estimate is of the value that it came with.
+        let kept = |own: Option<f64>, replaced: bool, former: Option<f64>| own.or(former.filter(|_| !replaced));
+        fresh.estimates = Estimates {
+            albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),
+            colour_percent: kept(fresh.estimates.colour_percent, fresh.colour.is_some(), older.estimates.colour_percent),
+        };
+        fresh.place = older.place;
+        fresh.name = fresh.name.or(older.name);
+        fresh.aliases = fresh.aliases.or(older.aliases);
+        fresh.kind = fresh.kind.or(older.kind);
+        fresh.parent = fresh.parent.or(older.parent);
+        fresh.radii_km = fresh.radii_km.or(older.radii_km);
+        fresh.gm_km3_s2 = fresh.gm_km3_s2.or(older.gm_km3_s2);
+        fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
+        fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
+        fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
+        fresh.colour = fresh.colour.or(older.colour);
+        fresh.photometry = fresh.photometry.or(older.photometry);
+        fresh.maps = older.maps;
+        fresh.clouds = fresh.clouds.or(older.clouds);
+        fresh.mesh = fresh.mesh.or(older.mesh);
+        fresh.motion = fresh.motion.or(older.motion);
+        fresh.rotation = fresh.rotation.or(older.rotation);
+        fresh.sources = older.sources;
+    }
+    if let Some(m) = s.section("maps") {
+        maps(m, &mut fresh.maps);
+    }
+    fresh.sources.extend(s.strings("sources"));
+    drafts.insert(id.value, fresh);
+    s.finish();
+}

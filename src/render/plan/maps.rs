@@ -1,0 +1,104 @@
+//! Which image and sampler each texture variable of a body's module is bound to: by the variable's name, read from the module.
+//!
+//! In: a draw and its module's layout. Out: bindings. Always: a texture that the module does not have is not asked for.
+
+use super::error::PlanError;
+use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, TextureSource};
+use super::provider::ResourceProvider;
+use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
+use crate::scene::draw::{Draw, MapRole, RingTable, Shape};
+use crate::scene::ring_shine::{self, RingShine};
+use crate::shader::Layout;
+use std::sync::Arc;
+
+/// The texture variables of shaders/lib/maps.wesl and overlay.wesl.
+const MAPS: [(&str, MapRole); 7] = [
+    ("albedo_map", MapRole::Albedo),
+    ("normal_map", MapRole::Normal),
+    ("specular_map", MapRole::Specular),
+    ("night_map", MapRole::Night),
+    ("cloud_map", MapRole::Clouds),
+    ("overlay_map", MapRole::Overlay(0)),
+    ("overlay_map_2", MapRole::Overlay(1)),
+];
+/// Their samplers: one of all maps, and one of each overlay, by its place.
+const MAP_SAMPLER: &str = "map_sampler";
+const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
+/// The variable of the ring's profile.
+pub const RING_PROFILE: &str = "ring_profile";
+/// The variable of the table of light that the ring sends onto its globe.
+pub const RING_SHINE: &str = "ring_shine_table";
+
+/// What the image of a texture variable is to the draw; `None`: it is none of a body's maps.
+pub fn role_of(texture: &str) -> Option<MapRole> {
+    MAPS.iter().find(|(name, _)| *name == texture).map(|(_, role)| *role)
+}
+
+/// Albedo and night maps and overlays hold colours, normal, water and cloud maps plain numbers.
+pub fn map_format(role: MapRole) -> TexelFormat {
+    match role {
+        MapRole::Normal | MapRole::Specular | MapRole::Clouds => TexelFormat::Rgba8Unorm,
+        MapRole::Albedo | MapRole::Night | MapRole::Overlay(_) => TexelFormat::Rgba8Srgb,
+    }
+}
+
+/// How a draw's map is read. A mesh has map coordinates of its own: its maps need not be those of a whole sphere, so they are taken as they are.
+pub fn map_decoding(role: MapRole, shape: Shape) -> MapDecoding {
+    let poles = match (shape, role) {
+        (Shape::Mesh, _) => PoleFilter::None,
+        (_, MapRole::Normal) => PoleFilter::Slopes,
+        _ => PoleFilter::Values,
+    };
+    MapDecoding { format: map_format(role), poles }
+}
+
+/// What the module's textures are bound to. The canonical key may read fewer maps than the draw has (a depth view reads none).
+pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourceProvider) -> Result<Vec<TextureBinding>, PlanError> {
+    let ring = &draw.uniforms.ring;
+    let image_of = |name: &str| -> Result<Option<SharedTexture>, PlanError> {
+        Ok(match (name, role_of(name)) {
+            (RING_PROFILE, _) => ring.table.as_deref().map(ring_profile),
+            (RING_SHINE, _) => ring.shine.as_deref().map(ring_shine),
+            (_, Some(role)) => match draw.map_files.by_role().find(|(r, _)| *r == role) {
+                Some((MapRole::Overlay(_), file)) => Some(provider.overlay(file)?),
+                Some((_, file)) => Some(provider.map(file, map_decoding(role, draw.features.shape))?),
+                None => None,
+            },
+            _ => None,
+        })
+    };
+    let mut all = Vec::new();
+    for texture in &layout.textures {
+        let bound = |image| TextureBinding { binding: texture.binding, source: TextureSource::Image(image) };
+        all.extend(image_of(&texture.name)?.map(bound));
+    }
+    Ok(all)
+}
+
+/// Maps go on over the date line; an overlay does where it goes around the body.
+pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
+    let around = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let state_of = |name: &str| {
+        let overlay = OVERLAY_SAMPLERS.iter().position(|s| *s == name).and_then(|n| draw.uniforms.overlays.get(n));
+        match overlay {
+            Some(overlay) if !overlay.around => Some(SamplerState { address_u: AddressMode::ClampToEdge, ..around }),
+            Some(_) => Some(around),
+            None => (name == MAP_SAMPLER).then_some(around),
+        }
+    };
+    layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
+}
+
+/// The ring's table as a texture of one level: it is read by texel.
+pub fn ring_profile(table: &RingTable) -> SharedTexture {
+    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let level = Level { width: table.width, height: table.height, bytes };
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
+}
+
+/// Light from the ring as a texture of one level: it is read by texel.
+pub fn ring_shine(table: &RingShine) -> SharedTexture {
+    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes };
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
+}
