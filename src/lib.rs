@@ -48,6 +48,7 @@
 pub mod catalog;
 pub mod cli;
 pub mod ephemeris;
+mod files;
 pub mod image;
 mod memo;
 pub mod mesh;

@@ -2,8 +2,8 @@
 
 use super::output::put;
 use super::{CliError, Common};
-use crate::image::{self, DisplayImage};
-use crate::session::{FileAccess, write_new, write_whole};
+use crate::files::{FileAccess, read_bytes, write_new, write_whole};
+use crate::image::{self, DisplayImage, MAX_FILE_BYTES};
 use crate::wording::{echo, echo_within};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -36,7 +36,7 @@ pub struct CompareArgs {
 
 fn read(path: &Path) -> Result<DisplayImage, CliError> {
     let name = echo(&path.display().to_string());
-    let bytes = std::fs::read(path).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;
+    let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;
     DisplayImage::decode(&name, &bytes).map_err(|e| CliError::Failed(e.to_string()))
 }
 
@@ -46,7 +46,7 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
     if overwrite {
         return write_whole(path, FileAccess::All, fill).map_err(CliError::Failed);
     }
-    match std::fs::read(path) {
+    match read_bytes(path, MAX_FILE_BYTES) {
         Ok(there) if there == bytes => Ok(()),
         Ok(_) => {
             let name = echo(&path.display().to_string());

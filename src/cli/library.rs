@@ -3,10 +3,9 @@
 use super::inputs::{lowering, reachable_keys};
 use super::output::{put, say};
 use super::{CliError, Common};
-use crate::session::open_library;
+use crate::session::{cache_folder, open_library};
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::{Library, ModuleId};
-use std::path::PathBuf;
 
 #[derive(clap::Args, Debug)]
 #[command(
@@ -32,14 +31,10 @@ enum LibraryVerb {
     Clear,
 }
 
-/// The cache directory: `--cache`, else the user's own; none where the system names none.
-pub fn cache_directory(common: &Common) -> Option<PathBuf> {
-    common.cache.clone().or_else(|| directories::BaseDirs::new().map(|d| d.cache_dir().to_owned()))
-}
-
 /// The library that this command line asks for. Troubles with the disk go to standard error.
 pub fn open(common: &Common) -> Result<Library, CliError> {
-    let library = open_library(common.cache.clone(), lowering(), std::sync::Arc::new(say));
+    let cache = cache_folder(common.cache.as_deref()).map_err(|why| say(&why)).ok();
+    let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(say));
     if common.shaders.is_some() {
         library.set_fragments(super::inputs::fragments(common)?);
     }

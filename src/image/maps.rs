@@ -1,6 +1,7 @@
 //! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
 
-use super::{ImageError, PoleFilter, SharedTexture, TexelFormat, Texture};
+use super::{ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
+use crate::files::read_bytes;
 use orrery_textures::MAPS;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -86,7 +87,8 @@ impl MapStore {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let shown = path.display().to_string();
-                let bytes = std::fs::read(&path).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
+                let bytes =
+                    read_bytes(&path, MAX_FILE_BYTES).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
                 Texture::decode_filtered(&shown, &bytes, format, poles)
             }
             MapOrigin::Embedded => {

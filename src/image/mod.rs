@@ -20,6 +20,9 @@ pub use maps::{MapDecoding, MapOrigin, MapStore};
 pub use sealed::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
 
+/// Bytes of an encoded picture at the most.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
     /// sRGB-encoded colour, linear alpha; decoded on read.

@@ -27,7 +27,7 @@ use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 use devices::Devices;
 pub use mark::{ExistingPicture, PROVENANCE_CHUNK, Provenance};
-pub use pictures::{FileAccess, is_exr, write_new, write_new_picture, write_picture, write_whole};
+pub use pictures::{is_exr, write_new_picture, write_picture};
 pub use price::{EffectCost, LightChange};
 pub use renderers::{DrawnBy, Readiness, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
@@ -39,6 +39,7 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::files::{read_bytes, read_text, who_else_writes};
 use crate::image::{GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
@@ -111,6 +112,10 @@ pub struct DrawnFrame {
     pub by: DrawnBy,
 }
 
+/// Bytes of one catalog file at the most; the shipped ones have some 10 kB each.
+const MAX_CATALOG_BYTES: u64 = 1 << 24;
+/// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
+const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Bodies whose lamps are kept.
 const LAMPS_KEPT: usize = 16;
 
@@ -152,7 +157,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     paths.sort();
     let mut files = Vec::new();
     for path in paths {
-        let text = std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?;
+        let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| failed(&path, e))?;
         files.push((path.display().to_string(), text));
     }
     Ok(Catalog::with_files(&files)?)
@@ -168,7 +173,7 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
         let name = path.display().to_string();
         let failed =
             |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --kernel takes an SPK file such as de440.bsp") };
-        let bytes = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
+        let bytes = read_bytes(path, MAX_KERNEL_BYTES).map_err(|e| failed(e.to_string()))?;
         ephemeris = ephemeris.with_kernel(&name, bytes)?;
     }
     let mut problems: Vec<_> = ephemeris.faults(catalog).into_iter().map(|f| catalog.problem(f.body, f.field, f.why)).collect();
@@ -177,18 +182,29 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
 }
 
 /// The cache folder that was named, or the user's own.
-fn cache_folder(cache: Option<PathBuf>) -> Option<PathBuf> {
-    cache.or_else(|| directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned()))
+///
+/// # Errors
+/// That there is none, or that others could put files into it.
+pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, String> {
+    let usual = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
+    let Some(folder) = cache.map(Path::to_owned).or_else(usual) else {
+        return Err("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place".into());
+    };
+    let own = folder.join("orrery");
+    for (part, sticky_is_safe) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
+        if let Some(why) = who_else_writes(part, sticky_is_safe) {
+            let part = echo(&part.display().to_string());
+            return Err(format!("the cache {part} is not used: {why}; shaders are kept in memory only, --cache DIR names another place"));
+        }
+    }
+    Ok(folder)
 }
 
-/// The library below a cache folder, or the user's own; in memory where the system names none.
-pub fn open_library(cache: Option<PathBuf>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
-    match cache_folder(cache) {
-        Some(folder) => Library::open(&folder, lowering, move |line| say(line)),
-        None => {
-            say("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place");
-            Library::in_memory(lowering)
-        }
+/// The library below the cache folder, or in memory where there is none.
+pub fn open_library(cache: Option<&Path>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
+    match cache {
+        Some(folder) => Library::open(folder, lowering, move |line| say(line)),
+        None => Library::in_memory(lowering),
     }
 }
 
@@ -205,8 +221,9 @@ impl Session {
         let catalog =
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
-        let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
-        let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
+        let cache = cache_folder(sources.cache.as_deref()).map_err(|why| say(&why)).ok();
+        let library = open_library(cache.as_deref(), software::lowering(), say.clone());
+        let air_tables = air_tables::AirTables::open(cache);
         if let Some(folder) = &sources.shaders {
             let fragments = fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps));
             library.set_fragments(fragments.map_err(SessionError::Shaders)?);

@@ -3,6 +3,7 @@
 //! In: a folder. Out: its `*.wesl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is used by one; another is named.
 //! Not done: to check what they say.
 
+use crate::files::read_text;
 use crate::shader::fragments::{FRAGMENTS, Fragments};
 use crate::wording::{did_you_mean, echo};
 use std::collections::BTreeMap;
@@ -66,17 +67,13 @@ fn is_old_fragment(folder: &Path, path: &Path) -> bool {
 /// # Errors
 /// A file that cannot be read, or that neither replaces a built-in fragment nor is imported by one.
 pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, String> {
-    let one = |(path, (_, length)): (&PathBuf, &(SystemTime, u64))| {
-        let failed = |why: String| format!("{}: {why}", echo(&path.display().to_string()));
-        if *length > LONGEST_FILE {
-            return Err(failed("longer than any fragment".into()));
-        }
-        let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+    let one = |path: &PathBuf| {
+        let text = read_text(path, LONGEST_FILE).map_err(|e| format!("{}: {e}", echo(&path.display().to_string())))?;
         let inside = path.strip_prefix(folder).unwrap_or(path);
         let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
         Ok((parts.join("/"), text))
     };
-    let fragments = Fragments::with_files(files.iter().map(one).collect::<Result<Vec<_>, String>>()?);
+    let fragments = Fragments::with_files(files.keys().map(one).collect::<Result<Vec<_>, String>>()?);
     match fragments.unused().first() {
         None => Ok(fragments),
         Some(path) => {

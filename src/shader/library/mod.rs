@@ -11,13 +11,16 @@ pub use entry::{EXTENSION, EntryError, file_name};
 use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
+use crate::files::{is_temporary, read_bytes, write_cached};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant};
+
+/// Bytes of an entry at the most; the longest have some 300 kB.
+const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
 type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
 
@@ -232,7 +235,7 @@ impl Library {
     /// `None`: nothing that can be read lies there.
     fn read(&self, generator: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Damaged>> {
         let start = Instant::now();
-        let bytes = match std::fs::read(path) {
+        let bytes = match read_bytes(path, MAX_ENTRY_BYTES) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return None,
             // Trouble with the folder itself is told when writing fails; an entry that is there and cannot be read is told here.
@@ -263,7 +266,7 @@ impl Library {
         }
         let start = Instant::now();
         let Some(bytes) = entry::encode(generator, module) else { return };
-        match write_whole(path, &bytes) {
+        match write_cached(path, &bytes) {
             Ok(()) => count(&self.counters.written, &self.counters.writing_ns, start),
             Err(e) => {
                 if !self.unwritable_said.swap(true, Ordering::Relaxed) {
@@ -338,7 +341,7 @@ impl Library {
     }
 
     fn verify_file(&self, file: &Path) -> Result<(), String> {
-        let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
+        let bytes = read_bytes(file, MAX_ENTRY_BYTES).map_err(|e| e.to_string())?;
         let generator = self.generator();
         let name = entry::inspect(&generator, &bytes).map_err(|e| e.to_string())?;
         let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
@@ -353,7 +356,7 @@ impl Library {
     pub fn clear(&self) -> std::io::Result<u64> {
         let mut removed = 0;
         for folder in self.folders() {
-            for file in files_in(&folder).filter(|f| is_entry(f) || is_leftover(f)) {
+            for file in files_in(&folder).filter(|f| is_entry(f) || is_temporary(f)) {
                 std::fs::remove_file(&file)?;
                 removed += 1;
             }
@@ -377,26 +380,4 @@ fn files_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
 
 fn is_entry(file: &Path) -> bool {
     file.extension().is_some_and(|e| e == EXTENSION)
-}
-
-const TEMPORARY: &str = ".writing-";
-
-fn is_leftover(file: &Path) -> bool {
-    file.file_name().is_some_and(|n| n.to_string_lossy().starts_with(TEMPORARY))
-}
-
-/// Writes beside the target, syncs, renames: the target is the old file, the new one, or absent, and never half of one.
-fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)?;
-    // Opened and written here: the crate's own ways put the temporary name into their messages.
-    let mut options = std::fs::OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY).make_in(folder, |at| options.open(at))?;
-    file.as_file_mut().write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
 }
