@@ -59,6 +59,7 @@ pub mod session;
 pub mod shader;
 pub mod time;
 pub mod units;
+mod unwinding;
 #[cfg(feature = "view")]
 pub mod view;
 pub mod wording;

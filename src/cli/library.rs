@@ -6,6 +6,7 @@ use super::{CliError, Common};
 use crate::session::{cache_folder, open_library};
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::{Library, ModuleId};
+use crate::wording::echo;
 
 #[derive(clap::Args, Debug)]
 #[command(
@@ -51,7 +52,8 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         LibraryVerb::Status => {
             let status = library.status();
             if args.json {
-                return json(&status);
+                json(&status)?;
+                return status.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))));
             }
             let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
             put(&format!(
@@ -60,7 +62,8 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 status.bytes / 1000,
                 status.other_entries,
                 status.other_bytes / 1000
-            ))
+            ))?;
+            status.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))))
         }
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
@@ -97,8 +100,12 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             if args.json {
                 json(&check)?;
             } else {
-                let damaged = check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", file.display()));
+                let damaged =
+                    check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
                 put(&format!("valid      {}\n{}", check.whole, damaged.collect::<String>()))?;
+            }
+            if let Some(why) = check.unreadable {
+                return Err(CliError::Failed(format!("shader library: {why}")));
             }
             if !check.damaged.is_empty() {
                 return Err(CliError::Failed(format!(

@@ -8,6 +8,7 @@
 
 use super::chebyshev::value_and_slope;
 use super::{EphemerisError, State};
+use crate::unwinding::caught;
 use anise::naif::SPK;
 use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2ChebyshevSet, datatypes::Type3ChebyshevSet};
 use glam::DVec3;
@@ -97,6 +98,10 @@ pub struct Spk {
 impl Spk {
     /// Reads the bytes of an SPK file. `name` is used in errors alone.
     pub fn parse(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
+        caught(|| Self::read(name, bytes)).unwrap_or_else(|| Err(EphemerisError(format!("kernel {name}: damaged; fetch the file again"))))
+    }
+
+    fn read(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
         let wrong = |what: String| EphemerisError(format!("kernel {name}: {}", what.replace('\n', " ")));
         if !bytes.starts_with(b"DAF/SPK") {
             return Err(wrong("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
@@ -105,8 +110,8 @@ impl Spk {
             return Err(wrong("its numbers are big-endian; NAIF's program bingo makes a little-endian file of it".into()));
         }
         check_summary_records(bytes).map_err(wrong)?;
-        let spk = SPK::parse(bytes).map_err(|e| wrong(e.to_string()))?;
         let mut by_target: HashMap<i32, Vec<Segment>> = HashMap::new();
+        let spk = SPK::parse(bytes).map_err(|e| wrong(e.to_string()))?;
         let mut doubles_left = bytes.len() / size_of::<f64>();
         let mut block = None;
         loop {
@@ -328,8 +333,8 @@ mod tests {
     #[test]
     fn segments_that_share_their_records_are_refused() {
         let mut bytes = file_of(2, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0]);
-        // One double more than a quarter of the file's 512, and as many summaries as a record holds.
-        let (first, last, record_len) = (385_i32, 512_i32, 124.0_f64);
+        // One record of 122 doubles, a quarter of the file's 512, named by as many summaries as fit.
+        let (first, last, record_len) = (385_i32, 510_i32, 122.0_f64);
         let summary = bytes[1024 + 24..1024 + 64].to_vec();
         for k in 0..25 {
             let at = 1024 + 24 + 40 * k;
@@ -338,7 +343,7 @@ mod tests {
             bytes[at + 36..at + 40].copy_from_slice(&last.to_le_bytes());
         }
         bytes[1024 + 16..1024 + 24].copy_from_slice(&25.0_f64.to_le_bytes());
-        let record = [0.0, 100.0].into_iter().chain(std::iter::repeat_n(1.0, 122)).chain([-100.0, 200.0, record_len, 1.0]);
+        let record = [0.0, 100.0].into_iter().chain(std::iter::repeat_n(1.0, 120)).chain([-100.0, 200.0, record_len, 1.0]);
         for (k, number) in record.enumerate() {
             bytes[3072 + 8 * k..3080 + 8 * k].copy_from_slice(&f64::to_le_bytes(number));
         }

@@ -347,6 +347,7 @@ impl Session {
                 Ok(plan) => return Ok((scene, plan)),
                 // A map that the requirements did not name; without it the scene is another one.
                 Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
+                Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
         }
@@ -378,10 +379,24 @@ impl Session {
         sampling: SamplingQuality,
         keep_hdr: bool,
     ) -> Result<DrawnFrame, SessionError> {
-        let (scene, plan) = self.plan(request, sampling)?;
         let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
-        let done = self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)).map_err(SessionError::Renderer)?;
-        Ok(drawn(scene, &plan, done))
+        loop {
+            let (scene, plan) = self.plan(request, sampling)?;
+            match self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
+                Ok(done) => return Ok(drawn(scene, &plan, done)),
+                Err(_) if self.replace_forged(&plan::modules(&scene)) => {}
+                Err(why) => return Err(SessionError::Renderer(why)),
+            }
+        }
+    }
+
+    /// Whether a module that could not be used had been forged on disk, and is now made anew. Each is at most once.
+    fn replace_forged(&self, modules: &[ModuleId]) -> bool {
+        let replaced = self.library.replace_forged(modules) > 0;
+        if replaced {
+            self.devices.forget_modules();
+        }
+        replaced
     }
 }
 
@@ -398,14 +413,17 @@ impl Session {
 
     /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the picture may stay on the device.
     pub fn draw_or_fall_back(&self, request: &ViewRequest, sampling: SamplingQuality, on_gpu: bool) -> Result<DrawnFrame, SessionError> {
-        let (scene, plan) = self.plan(request, sampling)?;
         let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
-        // Asked for by a device alone: in software no window needs that module.
-        let window = || plan::warm_up_interface(self).ok();
-        let done = self
-            .measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested))
-            .map_err(SessionError::Renderer)?;
-        Ok(drawn(scene, &plan, done))
+        loop {
+            let (scene, plan) = self.plan(request, sampling)?;
+            // Asked for by a device alone: in software no window needs that module.
+            let window = || plan::warm_up_interface(self).ok();
+            match self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
+                Ok(done) => return Ok(drawn(scene, &plan, done)),
+                Err(_) if self.replace_forged(&plan::modules(&scene)) => {}
+                Err(why) => return Err(SessionError::Renderer(why)),
+            }
+        }
     }
 }
 

@@ -7,10 +7,11 @@ use super::source_tree::{NamedPath, SourceFile, SourceTree, code_of};
 const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("units", &[], &["naga", "wgpu", "winit", "softbuffer"]),
     ("wording", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("unwinding", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("files", &["wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("ephemeris", &["units", "time", "catalog", "ephemeris"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("ephemeris", &["units", "time", "catalog", "ephemeris", "unwinding"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("memo", &["memo"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
@@ -18,9 +19,9 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["units", "time", "catalog", "ephemeris", "mesh", "memo", "scene", "wording"],
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
-    ("image", &["units", "files", "image"], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("image", &["units", "files", "image", "unwinding"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("shader/key", &["scene::draw", "shader::key", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("shader", &["scene::draw", "shader", "files", "wording"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
+    ("shader", &["scene::draw", "shader", "files", "unwinding", "wording"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
     ("render/plan", &["scene", "shader", "image", "render::plan"], &["wgpu", "winit", "softbuffer", "std::fs"]),
     ("render/frame", &["image", "render::frame"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
