@@ -10,13 +10,14 @@ use super::{
     MeanElements, Motion, NaifId, Overlay, Photometry, Ring, Rotation, ShapeModel, Species, moments,
 };
 use glam::{DVec3, Vec3};
+use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
 /// What the files say of one body so far.
 struct BodyDraft {
     place: SourceLine,
-    name: Option<String>,
-    aliases: Option<Vec<String>>,
+    name: Option<WithLine<String>>,
+    aliases: Option<WithLine<Vec<String>>>,
     kind: Option<BodyKind>,
     parent: Option<WithLine<String>>,
     radii_km: Option<[f64; 3]>,
@@ -230,20 +231,25 @@ fn estimates(mut s: TableReader) -> Estimates {
     found
 }
 
+/// One line that says something.
+fn is_name(text: &String) -> bool {
+    !text.trim().is_empty() && !text.contains(char::is_control)
+}
+
 fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
-    let name = s.take("name", "a name", |n: &String| !n.trim().is_empty());
+    let name = s.take("name", "a name", is_name);
     let place = s.place.clone();
     if let Some(n) = &name {
         s.rename(&n.value);
     }
     let id = s.need("id", "a NAIF code above 9", |i: &i32| *i > 9);
     if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
-        s.rename(&n);
+        s.rename(&n.value);
     }
     let mut fresh = BodyDraft {
         place,
-        name: name.map(|l| l.value),
-        aliases: s.take("aliases", "a list of names", |_: &Vec<String>| true).map(|l| l.value),
+        name,
+        aliases: s.take("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
         kind: word(
             &mut s,
             "kind",
@@ -315,7 +321,7 @@ fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
 
 fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
     let of = s.need("body", "the name of a body", |_: &String| true);
-    let name = s.need("name", "a name", |n: &String| !n.is_empty());
+    let name = s.need("name", "a name", is_name);
     let inner_km = number(&mut s, "inner_km", "kilometres above 0", |x| x > 0.0);
     let outer_km = s.need("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|i| *x > i));
     let tau_normal = number(&mut s, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
@@ -337,7 +343,7 @@ fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
 
 fn species(mut s: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
-    let name = s.need("name", "a name", |n: &String| !n.is_empty());
+    let name = s.need("name", "a name", is_name);
     let scale_height_km = number(&mut s, "scale_height_km", "kilometres above 0", |x| x > 0.0);
     let tent_centre_km = s.take("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
     let scattering = s.take("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
@@ -412,6 +418,26 @@ fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     fields.into_iter().filter_map(|(field, place)| Some(((NaifId(*id), field), (place?.file.to_string(), place?.line)))).collect()
 }
 
+fn is_embedded(place: &SourceLine) -> bool {
+    TABLES.iter().any(|(file, _)| *file == &*place.file)
+}
+
+/// Parents that lead round in a circle, each said at the parents of it that the user's files name.
+fn circles(bodies: &[Body], parents: &BTreeMap<i32, SourceLine>, problems: &Problems) {
+    let parent_of = |id: NaifId| bodies.iter().find(|b| b.id == id).and_then(|b| b.parent);
+    for body in bodies {
+        let round: Vec<NaifId> =
+            std::iter::successors(body.parent, |id| parent_of(*id)).take(bodies.len()).take_while(|id| *id != body.id).collect();
+        let is_circle = round.len() < bodies.len() && round.last().map_or(body.parent, |id| parent_of(*id)) == Some(body.id);
+        // A body that is its own parent has its own message.
+        if let (true, false, Some(place)) = (is_circle, round.is_empty(), parents.get(&body.id.0).filter(|place| !is_embedded(place))) {
+            let names = round.iter().filter_map(|id| bodies.iter().find(|b| b.id == *id)).map(|b| b.name.as_str());
+            let names: Vec<&str> = names.chain([body.name.as_str()]).collect();
+            problems.add(place, format!("{}.parent leads round in a circle: {}", body.name, names.join(", ")));
+        }
+    }
+}
+
 /// Drafts to bodies: what must be there is there, names are single, parents and owners exist.
 fn assemble(
     drafts: BTreeMap<i32, BodyDraft>,
@@ -421,11 +447,17 @@ fn assemble(
     problems: &Problems,
 ) -> Vec<Body> {
     let mut ids: BTreeMap<String, i32> = BTreeMap::new();
+    let mut named: BTreeMap<String, (i32, &SourceLine)> = BTreeMap::new();
     for (id, d) in &drafts {
-        for name in d.name.iter().chain(d.aliases.iter().flatten()) {
-            if let Some(other) = ids.insert(name.to_lowercase(), *id).filter(|other| other != id) {
-                problems.add(&d.place, format!("the name \"{name}\" is already that of body {other}"));
-            }
+        let aliases = d.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.place)));
+        for (name, place) in d.name.iter().map(|l| (&l.value, &l.place)).chain(aliases) {
+            ids.insert(name.to_lowercase(), *id);
+            let Some((other, other_place)) = named.insert(name.to_lowercase(), (*id, place)).filter(|(other, _)| other != id) else {
+                continue;
+            };
+            // The user's file is to blame, whichever body comes first.
+            let (place, other) = if is_embedded(place) { (other_place, *id) } else { (place, other) };
+            problems.add(place, format!("the name \"{name}\" is already that of body {other}"));
         }
     }
     let known: Vec<&str> = ids.keys().map(String::as_str).collect();
@@ -437,9 +469,10 @@ fn assemble(
         }
         id
     };
+    let parents = drafts.iter().filter_map(|(id, d)| Some((*id, d.parent.as_ref()?.place.clone()))).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, d) in drafts {
-        let label = d.name.clone().unwrap_or_else(|| format!("body {id}"));
+        let label = d.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
         let missing = |field: &str| problems.add(&d.place, format!("{label}.{field} is missing"));
         macro_rules! need {
             ($field:ident, $name:literal) => {
@@ -457,7 +490,7 @@ fn assemble(
         }
         let parent = d.parent.as_ref().and_then(&resolve).map(NaifId);
         if parent == Some(NaifId(id)) {
-            problems.add(&d.place, format!("{label}.parent is the body itself"));
+            problems.add(d.parent.as_ref().map_or(&d.place, |l| &l.place), format!("{label}.parent is the body itself"));
         }
         let (kind, radii, albedo, colour) = (
             need!(kind, "kind"),
@@ -484,7 +517,7 @@ fn assemble(
             }
         };
         let (Some(name), Some(kind), Some(radii), Some(geometric_albedo), Some(c), Some(photometry), Some(motion), Some(rotation)) =
-            (d.name, kind, radii, albedo, colour, photometry, motion, rotation)
+            (d.name.map(|l| l.value), kind, radii, albedo, colour, photometry, motion, rotation)
         else {
             continue;
         };
@@ -501,7 +534,7 @@ fn assemble(
         bodies.push(Body {
             id: NaifId(id),
             name,
-            aliases: d.aliases.unwrap_or_default(),
+            aliases: d.aliases.map(|l| l.value).unwrap_or_default(),
             kind,
             parent,
             radii_km: DVec3::from_array(radii),
@@ -523,6 +556,7 @@ fn assemble(
             estimates: d.estimates,
         });
     }
+    circles(&bodies, &parents, problems);
     for (of, list) in rings {
         if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.rings = list;

@@ -88,7 +88,15 @@ pub fn size(text: &str) -> Result<(u32, u32), CliError> {
 
 fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
     let both = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
-    both.ok_or_else(|| wrong("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))
+    let (latitude, longitude): (f64, f64) =
+        both.ok_or_else(|| wrong("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))?;
+    if !(-90.0..=90.0).contains(&latitude) {
+        return Err(wrong("--at", text, "a latitude is -90 to 90 degrees"));
+    }
+    if !(-360.0..=360.0).contains(&longitude) {
+        return Err(wrong("--at", text, "a longitude is -360 to 360 degrees, east"));
+    }
+    Ok((latitude, longitude))
 }
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
