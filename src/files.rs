@@ -190,10 +190,10 @@ fn remove_litter_once(folder: &Path) {
     entries.filter(|path| is_temporary(path) && is_old(path)).for_each(|path| drop(std::fs::remove_file(path)));
 }
 
-/// Why a folder is not this user's alone to write: another's, or open to others. `sticky_is_safe`: where everybody may write but remove nothing of others (as in /tmp).
-/// A folder that does not exist is nobody's.
+/// Why a folder is not this user's alone to write: another's, or open to others. `is_above`: our own folder is below it and is looked at itself, so that a group may write
+/// here, and everybody where nobody can remove what is another's (the sticky bit of /tmp). A folder that does not exist is nobody's.
 #[cfg(unix)]
-pub fn who_else_writes(folder: &Path, sticky_is_safe: bool) -> Option<String> {
+pub fn who_else_writes(folder: &Path, is_above: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
     // SAFETY: it takes nothing, cannot fail and changes nothing.
     let own = unsafe { libc::geteuid() };
@@ -202,8 +202,11 @@ pub fn who_else_writes(folder: &Path, sticky_is_safe: bool) -> Option<String> {
         if about.uid() != own && about.uid() != 0 {
             return Some(format!("it belongs to user {}", about.uid()));
         }
-        let is_sticky = sticky_is_safe && about.mode() & 0o1000 != 0;
-        if about.is_dir() && about.mode() & 0o022 != 0 && !is_sticky {
+        let is_open = match is_above {
+            true => about.mode() & 0o002 != 0 && about.mode() & 0o1000 == 0,
+            false => about.mode() & 0o022 != 0,
+        };
+        if about.is_dir() && is_open {
             return Some(format!("others may write into it (mode {:o})", about.mode() & 0o7777));
         }
     }
@@ -211,7 +214,7 @@ pub fn who_else_writes(folder: &Path, sticky_is_safe: bool) -> Option<String> {
 }
 
 #[cfg(not(unix))]
-pub fn who_else_writes(_folder: &Path, _sticky_is_safe: bool) -> Option<String> {
+pub fn who_else_writes(_folder: &Path, _is_above: bool) -> Option<String> {
     None
 }
 
@@ -362,11 +365,11 @@ mod tests {
     fn a_folder_that_others_write_is_told_from_ones_own() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("a folder");
-        let with = |mode: u32, sticky_is_safe: bool| {
+        let with = |mode: u32, is_above: bool| {
             std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
-            who_else_writes(folder.path(), sticky_is_safe).is_some()
+            who_else_writes(folder.path(), is_above).is_some()
         };
-        assert!(!with(0o700, false) && !with(0o755, false) && !with(0o1777, true));
+        assert!(!with(0o700, false) && !with(0o755, false) && !with(0o1777, true) && !with(0o775, true));
         assert!(with(0o777, false) && with(0o775, false) && with(0o777, true) && with(0o1777, false));
         assert!(who_else_writes(&folder.path().join("none"), false).is_none());
     }

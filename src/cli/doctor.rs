@@ -27,7 +27,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
         }
         Err(SessionError::Catalog(e)) => {
             tell!(out, "catalogs  {} invalid fields:", e.problems.len());
-            e.problems.iter().for_each(|problem| tell!(out, "          {problem}"));
+            e.to_string().lines().for_each(|problem| tell!(out, "          {problem}"));
             embedded
         }
         Err(e) => {
@@ -80,6 +80,9 @@ fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
 }
 
 fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
+    if let Some(folder) = common.textures.as_ref().filter(|folder| !folder.is_dir()) {
+        tell!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
+    }
     let store = MapStore::new(common.textures.clone());
     let (mut embedded, mut own, mut bare) = (0, 0, Vec::new());
     for body in catalog.bodies() {

@@ -40,7 +40,7 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::files::{read_bytes, read_text, who_else_writes};
-use crate::image::{GlyphAtlas, MapDecoding, MapStore, SharedTexture};
+use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
@@ -67,6 +67,8 @@ pub struct Sources {
     pub eclipse_radii: EclipseRadii,
     /// Maps that come before the embedded ones.
     pub textures: Option<PathBuf>,
+    /// Millions of pixels that such a map may have; `None`: [`DEFAULT_MAX_MEGAPIXELS`].
+    pub max_megapixels: Option<u32>,
     /// An SPK that comes before the embedded one.
     pub kernel: Option<PathBuf>,
     /// Shader fragments that lie over those built in.
@@ -191,8 +193,8 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, String> {
         return Err("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place".into());
     };
     let own = folder.join("orrery");
-    for (part, sticky_is_safe) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
-        if let Some(why) = who_else_writes(part, sticky_is_safe) {
+    for (part, is_above) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
+        if let Some(why) = who_else_writes(part, is_above) {
             let part = echo(&part.display().to_string());
             return Err(format!("the cache {part} is not used: {why}; shaders are kept in memory only, --cache DIR names another place"));
         }
@@ -212,6 +214,10 @@ impl Session {
     /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
     pub fn open(sources: &Sources, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let say: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(say);
+        if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
+            let why = "there is no such folder; --textures takes a folder of maps".to_owned();
+            return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
+        }
         let renderer = software::renderer(sources.threads, sources.double_precision).map_err(SessionError::Renderer)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
         if sources.draws {
@@ -231,7 +237,7 @@ impl Session {
         Ok(Self {
             catalog,
             ephemeris,
-            maps: MapStore::new(sources.textures.clone()),
+            maps: MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)),
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
