@@ -57,6 +57,7 @@ pub mod cli;
 pub mod ephemeris;
 #[doc(hidden)]
 pub mod events;
+mod files;
 #[doc(hidden)]
 pub mod image;
 mod memo;
@@ -71,6 +72,7 @@ pub mod session;
 pub mod shader;
 pub mod time;
 pub mod units;
+mod unwinding;
 #[cfg(feature = "view")]
 #[doc(hidden)]
 pub mod view;

@@ -27,8 +27,13 @@ pub fn escape_controls(message: &str) -> String {
     message.chars().map(|c| if controls_terminal(c) && c != '\n' { c.escape_default().to_string() } else { c.to_string() }).collect()
 }
 
+/// A message on one line, with what would steer a terminal escaped.
+pub fn one_line(message: &str) -> String {
+    message.chars().map(|c| if controls_terminal(c) { c.escape_default().to_string() } else { c.to_string() }).collect()
+}
+
 /// Whether a terminal acts upon it: control characters, and those that turn the direction of writing.
-fn controls_terminal(c: char) -> bool {
+pub fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
@@ -126,6 +131,7 @@ mod tests {
         }
         assert!(echo(&"x".repeat(201)).ends_with("x…") && echo("a\u{1b}[2J") == "a\\u{1b}[2J");
         assert_eq!(escape_controls("a\u{1b}b\nc"), "a\\u{1b}b\nc");
+        assert_eq!(one_line("a\u{1b}b\r\nc é"), "a\\u{1b}b\\r\\nc é");
     }
 
     #[test]

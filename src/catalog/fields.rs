@@ -60,3 +60,8 @@ const PERCENT: &str = "percent above 0, at most 90";
 pub(super) fn percent(s: &mut TableReader, field: &'static str) -> Option<f64> {
     s.take(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
 }
+
+/// One line that says something.
+pub(super) fn is_name(text: &String) -> bool {
+    !text.trim().is_empty() && !text.contains(char::is_control)
+}

@@ -3,7 +3,7 @@
 //! In: the embedded files of catalogs/ and the user's, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
 //! every field in its range, single names and known parents. It reads no file system and computes no position.
 
-use crate::wording::{did_you_mean, echo, echo_within};
+use crate::wording::{did_you_mean, echo, echo_within, one_line};
 use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
@@ -56,16 +56,30 @@ pub struct Problem {
 
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}:{}: {}", self.file, self.line, self.message)
+        // Both repeat what stands in files: a fault stays on its line.
+        write!(f, "{}:{}: {}", one_line(&self.file), self.line, one_line(&self.message))
     }
 }
 
-/// Every problem of the files, by file and line; printed one a line.
+/// Every problem of the files, by file and line; printed one a line, the first [`MAX_SHOWN_PROBLEMS`] and how many more there are.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}", problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct CatalogError {
     /// In the order of files and lines.
     pub problems: Vec<Problem>,
+}
+
+/// Problems that a message lists.
+const MAX_SHOWN_PROBLEMS: usize = 20;
+
+impl std::fmt::Display for CatalogError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let shown: Vec<String> = self.problems.iter().take(MAX_SHOWN_PROBLEMS).map(Problem::to_string).collect();
+        f.write_str(&shown.join("\n"))?;
+        match self.problems.len() - shown.len() {
+            0 => Ok(()),
+            more => write!(f, "\nand {more} more"),
+        }
+    }
 }
 
 /// A name that no body has. One line: the name, and the nearest.

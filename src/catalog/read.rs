@@ -3,19 +3,20 @@
 //! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
 //! replaces that field; photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced whole, maps one by one.
 
-use super::fields::{each, finite, number, percent};
+use super::fields::{each, finite, is_name, number, percent};
 use super::overlay;
 use super::read_body::{BodyDraft, body};
-use super::table::{Problems, TableReader, TomlFile, WithLine, nearest};
+use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine, nearest};
 use super::{
     Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, Ring, Species, moments,
 };
 use glam::{DVec3, Vec3};
+use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
 fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
     let of = s.need("body", "the name of a body", |_: &String| true);
-    let name = s.need("name", "a name", |n: &String| !n.is_empty());
+    let name = s.need("name", "a name", is_name);
     let inner_km = number(&mut s, "inner_km", "kilometres above 0", |x| x > 0.0);
     let outer_km = s.need("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|i| *x > i));
     let tau_normal = number(&mut s, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
@@ -37,7 +38,7 @@ fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
 
 fn species(mut s: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
-    let name = s.need("name", "a name", |n: &String| !n.is_empty());
+    let name = s.need("name", "a name", is_name);
     let scale_height_km = number(&mut s, "scale_height_km", "kilometres above 0", |x| x > 0.0);
     let tent_centre_km = s.take("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
     let scattering = s.take("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
@@ -112,6 +113,26 @@ fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     fields.into_iter().filter_map(|(field, place)| Some(((NaifId(*id), field), (place?.file.to_string(), place?.line)))).collect()
 }
 
+fn is_embedded(place: &SourceLine) -> bool {
+    TABLES.iter().any(|(file, _)| *file == &*place.file)
+}
+
+/// Parents that lead round in a circle, each said at the parents of it that the user's files name.
+fn circles(bodies: &[Body], parents: &BTreeMap<i32, SourceLine>, problems: &Problems) {
+    let parent_of = |id: NaifId| bodies.iter().find(|b| b.id == id).and_then(|b| b.parent);
+    for body in bodies {
+        let round: Vec<NaifId> =
+            std::iter::successors(body.parent, |id| parent_of(*id)).take(bodies.len()).take_while(|id| *id != body.id).collect();
+        let is_circle = round.len() < bodies.len() && round.last().map_or(body.parent, |id| parent_of(*id)) == Some(body.id);
+        // A body that is its own parent has its own message.
+        if let (true, false, Some(place)) = (is_circle, round.is_empty(), parents.get(&body.id.0).filter(|place| !is_embedded(place))) {
+            let names = round.iter().filter_map(|id| bodies.iter().find(|b| b.id == *id)).map(|b| b.name.as_str());
+            let names: Vec<&str> = names.chain([body.name.as_str()]).collect();
+            problems.add(place, format!("{}.parent leads round in a circle: {}", body.name, names.join(", ")));
+        }
+    }
+}
+
 /// Drafts to bodies: what must be there is there, names are single, parents and owners exist.
 fn assemble(
     drafts: BTreeMap<i32, BodyDraft>,
@@ -121,11 +142,17 @@ fn assemble(
     problems: &Problems,
 ) -> Vec<Body> {
     let mut ids: BTreeMap<String, i32> = BTreeMap::new();
+    let mut named: BTreeMap<String, (i32, &SourceLine)> = BTreeMap::new();
     for (id, d) in &drafts {
-        for name in d.name.iter().chain(d.aliases.iter().flatten()) {
-            if let Some(other) = ids.insert(name.to_lowercase(), *id).filter(|other| other != id) {
-                problems.add(&d.place, format!("the name \"{name}\" is already that of body {other}"));
-            }
+        let aliases = d.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.place)));
+        for (name, place) in d.name.iter().map(|l| (&l.value, &l.place)).chain(aliases) {
+            ids.insert(name.to_lowercase(), *id);
+            let Some((other, other_place)) = named.insert(name.to_lowercase(), (*id, place)).filter(|(other, _)| other != id) else {
+                continue;
+            };
+            // The user's file is to blame, whichever body comes first.
+            let (place, other) = if is_embedded(place) { (other_place, *id) } else { (place, other) };
+            problems.add(place, format!("the name \"{name}\" is already that of body {other}"));
         }
     }
     let known: Vec<&str> = ids.keys().map(String::as_str).collect();
@@ -137,9 +164,10 @@ fn assemble(
         }
         id
     };
+    let parents = drafts.iter().filter_map(|(id, d)| Some((*id, d.parent.as_ref()?.place.clone()))).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, d) in drafts {
-        let label = d.name.clone().unwrap_or_else(|| format!("body {id}"));
+        let label = d.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
         let missing = |field: &str| problems.add(&d.place, format!("{label}.{field} is missing"));
         macro_rules! need {
             ($field:ident, $name:literal) => {
@@ -157,7 +185,7 @@ fn assemble(
         }
         let parent = d.parent.as_ref().and_then(&resolve).map(NaifId);
         if parent == Some(NaifId(id)) {
-            problems.add(&d.place, format!("{label}.parent is the body itself"));
+            problems.add(d.parent.as_ref().map_or(&d.place, |l| &l.place), format!("{label}.parent is the body itself"));
         }
         let (kind, radii, albedo, colour) = (
             need!(kind, "kind"),
@@ -184,7 +212,7 @@ fn assemble(
             }
         };
         let (Some(name), Some(kind), Some(radii), Some(geometric_albedo), Some(c), Some(photometry), Some(motion), Some(rotation)) =
-            (d.name, kind, radii, albedo, colour, photometry, motion, rotation)
+            (d.name.map(|l| l.value), kind, radii, albedo, colour, photometry, motion, rotation)
         else {
             continue;
         };
@@ -201,7 +229,7 @@ fn assemble(
         bodies.push(Body {
             id: NaifId(id),
             name,
-            aliases: d.aliases.unwrap_or_default(),
+            aliases: d.aliases.map(|l| l.value).unwrap_or_default(),
             kind,
             parent,
             radii_km: DVec3::from_array(radii),
@@ -223,6 +251,7 @@ fn assemble(
             estimates: d.estimates,
         });
     }
+    circles(&bodies, &parents, problems);
     for (of, list) in rings {
         if let Some(b) = resolve(&of).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.rings = list;

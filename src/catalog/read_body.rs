@@ -2,7 +2,7 @@
 //!
 //! A field replaces that field; photometry, motion, rotation, clouds and mesh are replaced whole, maps one by one.
 
-use super::fields::{each, finite, invented, located, map, need_word, number, percent, word};
+use super::fields::{each, finite, invented, is_name, located, map, need_word, number, percent, word};
 use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
 use std::collections::BTreeMap;
@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 /// What the files say of one body so far.
 pub(super) struct BodyDraft {
     pub place: SourceLine,
-    pub name: Option<String>,
-    pub aliases: Option<Vec<String>>,
+    pub name: Option<WithLine<String>>,
+    pub aliases: Option<WithLine<Vec<String>>>,
     pub kind: Option<BodyKind>,
     pub parent: Option<WithLine<String>>,
     pub radii_km: Option<[f64; 3]>,
@@ -170,19 +170,19 @@ fn estimates(mut s: TableReader) -> Estimates {
 }
 
 pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
-    let name = s.take("name", "a name", |n: &String| !n.trim().is_empty());
+    let name = s.take("name", "a name", is_name);
     let place = s.place.clone();
     if let Some(n) = &name {
         s.rename(&n.value);
     }
     let id = s.need("id", "a NAIF code above 9", |i: &i32| *i > 9);
     if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
-        s.rename(&n);
+        s.rename(&n.value);
     }
     let mut fresh = BodyDraft {
         place,
-        name: name.map(|l| l.value),
-        aliases: s.take("aliases", "a list of names", |_: &Vec<String>| true).map(|l| l.value),
+        name,
+        aliases: s.take("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
         kind: word(
             &mut s,
             "kind",

@@ -4,7 +4,7 @@
 //! Serde turns each leaf into its type. What is allowed is said by the caller, beside the check.
 
 use super::{CatalogError, Problem};
-use crate::wording::echo_within;
+use crate::wording::{controls_terminal, echo_within};
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -68,7 +68,24 @@ impl<'a> TomlFile<'a> {
             let place = self.place(e.span().map_or(0, |s| s.start));
             self.problems.add(&place, format!("not TOML: {}", e.message().replace('\n', ", ")));
         }
-        TableReader { source: self, name: String::new(), place: self.place(0), table: table.into_inner(), known: Vec::new() }
+        let table = table.into_inner();
+        table.values().for_each(|value| self.refuse_controls(value));
+        TableReader { source: self, name: String::new(), place: self.place(0), table, known: Vec::new() }
+    }
+
+    /// Names and notes are printed: a string that steers a terminal is a problem. Lines and tabs are text.
+    fn refuse_controls(&self, value: &Spanned<DeValue>) {
+        match value.get_ref() {
+            DeValue::String(text) => {
+                if let Some(c) = text.chars().find(|c| controls_terminal(*c) && !matches!(c, '\n' | '\r' | '\t')) {
+                    self.problems
+                        .add(&self.place(value.span().start), format!("a string has the control character {}", c.escape_default()));
+                }
+            }
+            DeValue::Array(items) => items.iter().for_each(|item| self.refuse_controls(item)),
+            DeValue::Table(fields) => fields.values().for_each(|field| self.refuse_controls(field)),
+            _ => {}
+        }
     }
 }
 

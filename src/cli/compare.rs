@@ -2,8 +2,8 @@
 
 use super::output::put;
 use super::{CliError, Common};
-use crate::image::{self, DisplayImage};
-use crate::session::{FileAccess, write_new, write_whole};
+use crate::files::{FileAccess, read_bytes, write_new, write_whole};
+use crate::image::{self, DisplayImage, MAX_FILE_BYTES};
 use crate::wording::{echo, echo_within};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -34,10 +34,10 @@ pub struct CompareArgs {
     json: bool,
 }
 
-fn read(path: &Path) -> Result<DisplayImage, CliError> {
+fn read(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
     let name = echo(&path.display().to_string());
-    let bytes = std::fs::read(path).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;
-    DisplayImage::decode(&name, &bytes).map_err(|e| CliError::Failed(e.to_string()))
+    let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;
+    DisplayImage::decode(&name, &bytes, max_megapixels).map_err(|e| CliError::Failed(e.to_string()))
 }
 
 /// Writes the bytes, unless a file with other bytes is there and may not be replaced.
@@ -46,7 +46,7 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
     if overwrite {
         return write_whole(path, FileAccess::All, fill).map_err(CliError::Failed);
     }
-    match std::fs::read(path) {
+    match read_bytes(path, MAX_FILE_BYTES) {
         Ok(there) if there == bytes => Ok(()),
         Ok(_) => {
             let name = echo(&path.display().to_string());
@@ -56,11 +56,11 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
     }
 }
 
-pub fn run(_common: &Common, args: &CompareArgs) -> Result<(), CliError> {
+pub fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
         return Err(CliError::Failed(format!("--tolerance {t}: must be 0 to 255")));
     }
-    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let (a, b) = (read(&args.a, common.max_megapixels)?, read(&args.b, common.max_megapixels)?);
     let both = |e: image::ImageError| {
         CliError::Failed(format!(
             "{} and {}: {e}",

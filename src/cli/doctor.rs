@@ -5,7 +5,7 @@ use crate::catalog::{BodyKind, Catalog};
 use crate::image::{MapOrigin, MapStore};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
-use crate::session::{RendererPreference, SessionError, read_catalog};
+use crate::session::{RendererPreference, SessionError, cache_folder, read_catalog};
 
 /// One line more. Printed at the end: a reader that has seen enough is no error.
 macro_rules! tell {
@@ -27,7 +27,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
         }
         Err(SessionError::Catalog(e)) => {
             tell!(out, "catalogs  {} invalid fields:", e.problems.len());
-            e.problems.iter().for_each(|problem| tell!(out, "          {problem}"));
+            e.to_string().lines().for_each(|problem| tell!(out, "          {problem}"));
             embedded
         }
         Err(e) => {
@@ -80,6 +80,9 @@ fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
 }
 
 fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
+    if let Some(folder) = common.textures.as_ref().filter(|folder| !folder.is_dir()) {
+        tell!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
+    }
     let store = MapStore::new(common.textures.clone());
     let (mut embedded, mut own, mut bare) = (0, 0, Vec::new());
     for body in catalog.bodies() {
@@ -150,10 +153,10 @@ pub fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     kernel(common, &catalog, out);
     textures(common, &catalog, out);
     shaders(common, out);
-    match super::library::cache_directory(common).map(|cache| cache.join("orrery")) {
-        Some(folder) if folder.is_dir() => tell!(out, "cache     {}", folder.display()),
-        Some(folder) => tell!(out, "cache     {} does not exist yet; it is created with the first image", folder.display()),
-        None => tell!(out, "cache     no home folder; shaders are kept in memory unless you give --cache"),
+    match cache_folder(common.cache.as_deref()).map(|cache| cache.join("orrery")) {
+        Ok(folder) if folder.is_dir() => tell!(out, "cache     {}", folder.display()),
+        Ok(folder) => tell!(out, "cache     {} does not exist yet; it is created with the first image", folder.display()),
+        Err(why) => tell!(out, "cache     {why}"),
     }
     super::output::put(out)
 }

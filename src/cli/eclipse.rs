@@ -6,7 +6,7 @@ use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::events::{self, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, Place, SolarEclipse, Transit};
-use crate::session::{FileAccess, write_whole};
+use crate::files::{FileAccess, write_whole};
 use crate::time::Instant;
 use crate::wording::echo;
 use clap::{Args, Subcommand, ValueEnum};

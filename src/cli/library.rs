@@ -3,10 +3,10 @@
 use super::inputs::{lowering, reachable_keys};
 use super::output::{put, say};
 use super::{CliError, Common};
-use crate::session::open_library;
+use crate::session::{cache_folder, open_library};
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::{Library, ModuleId};
-use std::path::PathBuf;
+use crate::wording::echo;
 
 #[derive(clap::Args, Debug)]
 #[command(
@@ -32,14 +32,10 @@ enum LibraryVerb {
     Clear,
 }
 
-/// The cache directory: `--cache`, else the user's own; none where the system names none.
-pub fn cache_directory(common: &Common) -> Option<PathBuf> {
-    common.cache.clone().or_else(|| directories::BaseDirs::new().map(|d| d.cache_dir().to_owned()))
-}
-
 /// The library that this command line asks for. Troubles with the disk go to standard error.
 pub fn open(common: &Common) -> Result<Library, CliError> {
-    let library = open_library(common.cache.clone(), lowering(), std::sync::Arc::new(say));
+    let cache = cache_folder(common.cache.as_deref()).map_err(|why| say(&why)).ok();
+    let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(say));
     if common.shaders.is_some() {
         library.set_fragments(super::inputs::fragments(common)?);
     }
@@ -56,7 +52,8 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         LibraryVerb::Status => {
             let status = library.status();
             if args.json {
-                return json(&status);
+                json(&status)?;
+                return status.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))));
             }
             let folder = status.folder.map_or("in memory".to_owned(), |f| f.display().to_string());
             put(&format!(
@@ -65,7 +62,8 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 status.bytes / 1000,
                 status.other_entries,
                 status.other_bytes / 1000
-            ))
+            ))?;
+            status.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))))
         }
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
@@ -102,8 +100,12 @@ pub fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             if args.json {
                 json(&check)?;
             } else {
-                let damaged = check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", file.display()));
+                let damaged =
+                    check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
                 put(&format!("valid      {}\n{}", check.whole, damaged.collect::<String>()))?;
+            }
+            if let Some(why) = check.unreadable {
+                return Err(CliError::Failed(format!("shader library: {why}")));
             }
             if !check.damaged.is_empty() {
                 return Err(CliError::Failed(format!(

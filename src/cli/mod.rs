@@ -3,7 +3,8 @@
 //! Exit status: 0 for success, 1 for failure (one line says why and what to do), 2 for wrong arguments. Each verb is one file with its
 //! arguments and a `run`. Nothing here computes anything.
 
-use crate::catalog::EclipseRadii;
+use crate::catalog::{CatalogError, EclipseRadii};
+use crate::image::DEFAULT_MAX_MEGAPIXELS;
 use crate::scene::request::Quality;
 use crate::session::{RendererPreference, SessionError, Sources};
 use crate::wording::{echo_within, escape_controls};
@@ -104,6 +105,9 @@ pub struct Common {
     /// Folder of maps that replace the embedded ones
     #[arg(long, global = true, value_name = "DIR")]
     pub textures: Option<PathBuf>,
+    /// Largest image that is read, in millions of pixels
+    #[arg(long, global = true, value_name = "N", default_value_t = DEFAULT_MAX_MEGAPIXELS, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub max_megapixels: u32,
     /// SPICE SPK file, such as DE440, used before the embedded kernel
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
@@ -114,7 +118,7 @@ pub struct Common {
     #[arg(long, global = true, value_enum, default_value = "iau")]
     pub radii: EclipseRadii,
     /// Number of worker threads [default: one per core]
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
     /// Print more messages
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
@@ -127,6 +131,9 @@ pub enum CliError {
     /// It could not be done: one line that says why and what to do.
     #[error("{0}")]
     Failed(String),
+    /// Fields of catalog files are wrong: a line for each.
+    #[error(transparent)]
+    Catalog(#[from] CatalogError),
     /// The reader of standard output has seen enough, as in `orrery shader keys | head`.
     #[error("standard output was closed")]
     OutputClosed,
@@ -144,6 +151,7 @@ impl Common {
             catalogs: self.catalogs.clone(),
             eclipse_radii: self.radii,
             textures: self.textures.clone(),
+            max_megapixels: Some(self.max_megapixels),
             kernel: self.kernel.clone(),
             stars: self.stars.clone(),
             shaders: self.shaders.clone(),
@@ -158,8 +166,20 @@ impl Common {
 
 impl From<SessionError> for CliError {
     fn from(e: SessionError) -> Self {
-        Self::Failed(e.to_string())
+        match e {
+            SessionError::Catalog(faults) => Self::Catalog(faults),
+            other => Self::Failed(other.to_string()),
+        }
     }
+}
+
+/// More threads than this only wait for each other, and starting 1000 takes seconds.
+const MAX_THREADS: usize = 256;
+
+/// 0 stands for one thread per core.
+fn thread_count(text: &str) -> Result<usize, String> {
+    let allowed = || format!("write a whole number of threads from 1 to {MAX_THREADS}, or 0 for one per core");
+    text.parse().ok().filter(|n| *n <= MAX_THREADS).ok_or_else(allowed)
 }
 
 /// Characters of an argument that messages repeat, at most.
@@ -232,6 +252,10 @@ pub fn run() -> ExitCode {
     };
     match done {
         Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
+        Err(CliError::Catalog(faults)) => {
+            output::say_lines(&faults.to_string());
+            ExitCode::FAILURE
+        }
         Err(e) => {
             output::say(&e.to_string());
             ExitCode::FAILURE

@@ -4,7 +4,7 @@
 //! [`CliError::OutputClosed`], messages are dropped. It formats nothing.
 
 use super::CliError;
-use crate::wording::escape_controls;
+use crate::wording::{escape_controls, one_line};
 use std::io::{Error, ErrorKind, Write};
 
 /// Writes a result to standard output.
@@ -24,9 +24,14 @@ pub fn to_stdout(e: &Error) -> CliError {
     }
 }
 
-/// Writes a message for people to standard error: `orrery: …`.
+/// Writes a message for people to standard error, `orrery: …`, on one line whatever it repeats of a file.
 pub fn say(line: &str) {
-    write_error(&format!("orrery: {}\n", escape_controls(line)));
+    write_error(&format!("orrery: {}\n", one_line(line)));
+}
+
+/// Writes several messages, one a line.
+pub fn say_lines(lines: &str) {
+    write_error(&format!("orrery: {}\n", escape_controls(lines)));
 }
 
 /// Writes text to standard error as it is. Nobody reads a closed one, so a failure is no error.

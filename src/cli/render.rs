@@ -42,7 +42,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,
     /// Number of frames
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = OUTPUT)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     frames: u32,
     /// Time between frames: 60s, 10m, 6h, 1d; may be negative
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT)]
@@ -54,7 +54,7 @@ pub struct RenderArgs {
     #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
     /// Frames per second of a y4m stream
-    #[arg(long, value_name = "N", default_value_t = 25, help_heading = OUTPUT)]
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     rate: u32,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
     #[arg(long, help_heading = OUTPUT)]

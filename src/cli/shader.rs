@@ -3,8 +3,9 @@
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{put, say, write_error};
 use super::{CliError, Common};
+use crate::files::{FileAccess, read_bytes, read_text, write_whole};
 use crate::scene::request::ViewRequest;
-use crate::session::{FileAccess, Session, TapeCost, ms_per_megapixel, tape_costs, write_whole};
+use crate::session::{Session, TapeCost, ms_per_megapixel, tape_costs};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module_with;
 use crate::shader::fragments::FRAGMENTS;
@@ -239,13 +240,16 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
     }
 }
 
+/// Bytes of a fragment or a record of digests at the most.
+const MAX_FILE_BYTES: u64 = 1 << 26;
+
 /// The built-in fragments as files. What is there and says the same is left as it is.
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     let shown = |path: &Path| echo(&path.display().to_string());
     let (mut new, mut same) = (Vec::new(), 0);
     for (name, text) in FRAGMENTS.iter() {
         let path = folder.join(name);
-        match std::fs::read(&path) {
+        match read_bytes(&path, MAX_FILE_BYTES) {
             Ok(bytes) if bytes == text.as_bytes() => same += 1,
             Ok(_) if !overwrite => {
                 return Err(CliError::Failed(format!("{}: differs from the built-in fragment; --overwrite replaces it", shown(&path))));
@@ -273,7 +277,7 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     })?;
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
     put(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
-    let old = match std::fs::read_to_string(path) {
+    let old = match read_text(path, MAX_FILE_BYTES) {
         Ok(text) if update => DigestRecord::parse(&text).unwrap_or_default(),
         Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
         Err(_) if update => DigestRecord::default(),
@@ -285,7 +289,8 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let changes = old.changes(&now);
     put(&changes_text(&changes))?;
     if update {
-        std::fs::write(path, now.record.to_text()).map_err(|e| CliError::Failed(format!("{} cannot be written: {e}", path.display())))?;
+        let text = now.record.to_text();
+        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError::Failed)?;
         return put(&format!("recorded in {}\n", path.display()));
     }
     match changes.len() {

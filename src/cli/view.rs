@@ -58,6 +58,7 @@ mod windowed {
     use super::{CliError, Common, ViewArgs, instant};
     use crate::cli::output::say;
     use crate::ephemeris::body_order::by_distance;
+    use crate::files::read_text;
     use crate::session::Session;
     use crate::time::Instant;
     use crate::view::app::initial_view::initial_view;
@@ -65,7 +66,7 @@ mod windowed {
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
     use crate::view::app::viewer::{Subject, Viewer};
-    use crate::view::link::{SCHEME, is_link, restored};
+    use crate::view::link::{MAX_BYTES, SCHEME, is_link, restored};
     use crate::view::panels::Interface;
     use crate::view::window;
     use crate::view::window::shader_watcher::ShaderWatcher;
@@ -109,7 +110,7 @@ mod windowed {
         if is_link(link) {
             return restored(link, session, clock()).map_err(|e| named(&e));
         }
-        let text = std::fs::read_to_string(link).map_err(|e| named(&format!("{e}; a link starts with {SCHEME}")))?;
+        let text = read_text(link.as_ref(), MAX_BYTES).map_err(|e| named(&format!("{e}; a link starts with {SCHEME}")))?;
         restored(&text, session, clock()).map_err(|e| named(&e))
     }
 

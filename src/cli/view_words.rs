@@ -5,12 +5,16 @@
 use super::CliError;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
+use crate::files::read_text;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
 use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
+
+/// Bytes of a camera file at the most; it has some dozen fields.
+const MAX_CAMERA_FILE_BYTES: u64 = 1 << 20;
 
 /// What to look at, from where, when and how.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -84,7 +88,15 @@ pub fn size(text: &str) -> Result<(u32, u32), CliError> {
 
 fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
     let both = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
-    both.ok_or_else(|| wrong("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))
+    let (latitude, longitude): (f64, f64) =
+        both.ok_or_else(|| wrong("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))?;
+    if !(-90.0..=90.0).contains(&latitude) {
+        return Err(wrong("--at", text, "a latitude is -90 to 90 degrees"));
+    }
+    if !(-360.0..=360.0).contains(&longitude) {
+        return Err(wrong("--at", text, "a longitude is -360 to 360 degrees, east"));
+    }
+    Ok((latitude, longitude))
 }
 
 fn pixel_view(text: &str) -> Result<PixelView, CliError> {
@@ -101,7 +113,7 @@ impl ViewWords {
         request.target = target;
         if let Some(file) = &self.camera_json {
             let shown = echo(&file.display().to_string());
-            let text = std::fs::read_to_string(file).map_err(|e| CliError::Failed(format!("{shown}: {e}")))?;
+            let text = read_text(file, MAX_CAMERA_FILE_BYTES).map_err(|e| CliError::Failed(format!("{shown}: {e}")))?;
             let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError::Failed(e.to_string()))?;
             camera.resolve(catalog, &mut request).map_err(|e| CliError::Failed(e.to_string()))?;
         } else {

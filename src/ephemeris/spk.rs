@@ -3,14 +3,52 @@
 //! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
 //! doubles and summed in `chebyshev`: anise's own call goes through an epoch of nanoseconds, which costs more than the sum.
 //! What always holds: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
-//! (Chebyshev positions) and 3 (positions and velocities) are read; other types are named and refused.
+//! (Chebyshev positions) and 3 (positions and velocities) are read; other types are named and refused. A file is refused before anise sees it
+//! where its chain of summary records leaves the file or returns to a record, which anise would follow for ever.
 
 use super::chebyshev::value_and_slope;
 use super::{EphemerisError, State};
+use crate::unwinding::caught;
 use anise::naif::SPK;
 use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2ChebyshevSet, datatypes::Type3ChebyshevSet};
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+
+/// Bytes of a record of a DAF file.
+const RECORD_BYTES: usize = 1024;
+/// Summaries that a record of an SPK holds at most: (128 - 3) doubles, 5 a summary.
+const MAX_SUMMARIES: f64 = 25.0;
+
+/// Walks the chain of summary records (DAF Required Reading: each begins with the numbers of the next and of the previous record and with how
+/// many summaries it holds; records count from 1 and the last names 0).
+///
+/// # Errors
+/// Which record is outside the file, was there before, or has no such beginning.
+fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
+    let records = bytes.len() / RECORD_BYTES;
+    let first = bytes.get(76..80).and_then(|b| b.try_into().ok()).map_or(0, i32::from_le_bytes);
+    let mut seen = HashSet::new();
+    let mut number = f64::from(first);
+    loop {
+        if number.fract() != 0.0 || !(1.0..=records as f64).contains(&number) {
+            return Err(format!("summary record {number} is not in the file, which has {records} records; fetch the file again"));
+        }
+        if !seen.insert(number as usize) {
+            return Err(format!("summary record {number} follows itself; fetch the file again"));
+        }
+        let start = (number as usize - 1) * RECORD_BYTES;
+        let double =
+            |k: usize| bytes.get(start + 8 * k..start + 8 * k + 8).and_then(|b| b.try_into().ok()).map_or(f64::NAN, f64::from_le_bytes);
+        let (next, summaries) = (double(0), double(2));
+        if summaries.fract() != 0.0 || !(0.0..=MAX_SUMMARIES).contains(&summaries) {
+            return Err(format!("summary record {number} has {summaries} summaries, the most are {MAX_SUMMARIES}; fetch the file again"));
+        }
+        if next == 0.0 {
+            return Ok(());
+        }
+        number = next;
+    }
+}
 
 /// One stretch of Chebyshev records of equal length.
 #[derive(Debug)]
@@ -60,6 +98,10 @@ pub struct Spk {
 impl Spk {
     /// Reads the bytes of an SPK file. `name` is used in errors alone.
     pub fn parse(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
+        caught(|| Self::read(name, bytes)).unwrap_or_else(|| Err(EphemerisError(format!("kernel {name}: damaged; fetch the file again"))))
+    }
+
+    fn read(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
         let wrong = |what: String| EphemerisError(format!("kernel {name}: {}", what.replace('\n', " ")));
         if !bytes.starts_with(b"DAF/SPK") {
             return Err(wrong("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
@@ -67,8 +109,10 @@ impl Spk {
         if bytes.get(88..96) == Some(b"BIG-IEEE") {
             return Err(wrong("its numbers are big-endian; NAIF's program bingo makes a little-endian file of it".into()));
         }
-        let spk = SPK::parse(bytes).map_err(|e| wrong(e.to_string()))?;
+        check_summary_records(bytes).map_err(wrong)?;
         let mut by_target: HashMap<i32, Vec<Segment>> = HashMap::new();
+        let spk = SPK::parse(bytes).map_err(|e| wrong(e.to_string()))?;
+        let mut doubles_left = bytes.len() / size_of::<f64>();
         let mut block = None;
         loop {
             for (index, summary) in spk.data_summaries(block).map_err(|e| wrong(e.to_string()))?.iter().enumerate() {
@@ -91,6 +135,10 @@ impl Spk {
                     }
                     other => return Err(wrong(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
                 };
+                // Segments that share their records would let a small file ask for any amount of memory.
+                doubles_left = doubles_left
+                    .checked_sub(data.len())
+                    .ok_or_else(|| wrong(format!("segment of {target}: the segments hold more than the file; fetch the file again")))?;
                 let segment = Segment {
                     target,
                     center,
@@ -253,6 +301,72 @@ mod tests {
         ] {
             let error = Spk::parse("x.bsp", &bytes).expect_err(word).to_string();
             assert!(error.starts_with("kernel x.bsp: ") && error.contains(word) && !error.contains('\n'), "{word}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_chain_of_records_that_never_ends_is_refused_at_once() {
+        let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0];
+        let whole = file_of(2, &record);
+        let with = |at: usize, number: f64| {
+            let mut bytes = whole.clone();
+            bytes[at..at + 8].copy_from_slice(&number.to_le_bytes());
+            bytes
+        };
+        let (next, count) = (1024, 1024 + 16);
+        for (bytes, word) in [
+            (with(next, 2.0), "summary record 2 follows itself"),
+            (with(next, 1e9), "is not in the file, which has 4 records"),
+            (with(next, -1.0), "is not in the file"),
+            (with(next, 0.5), "is not in the file"),
+            (with(next, f64::NAN), "is not in the file"),
+            (with(count, 1e18), "the most are 25"),
+            (with(count, -1.0), "the most are 25"),
+        ] {
+            let error = Spk::parse("x.bsp", &bytes).expect_err(word).to_string();
+            assert!(error.starts_with("kernel x.bsp: ") && error.contains(word) && !error.contains('\n'), "{word}: {error}");
+        }
+        assert!(Spk::parse("x.bsp", &whole).is_ok());
+    }
+
+    /// Each summary of a record may name the same data: a file of some kilobytes must not ask for more memory than it has bytes.
+    #[test]
+    fn segments_that_share_their_records_are_refused() {
+        let mut bytes = file_of(2, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0]);
+        // One record of 122 doubles, a quarter of the file's 512, named by as many summaries as fit.
+        let (first, last, record_len) = (385_i32, 510_i32, 122.0_f64);
+        let summary = bytes[1024 + 24..1024 + 64].to_vec();
+        for k in 0..25 {
+            let at = 1024 + 24 + 40 * k;
+            bytes[at..at + 40].copy_from_slice(&summary);
+            bytes[at + 32..at + 36].copy_from_slice(&first.to_le_bytes());
+            bytes[at + 36..at + 40].copy_from_slice(&last.to_le_bytes());
+        }
+        bytes[1024 + 16..1024 + 24].copy_from_slice(&25.0_f64.to_le_bytes());
+        let record = [0.0, 100.0].into_iter().chain(std::iter::repeat_n(1.0, 120)).chain([-100.0, 200.0, record_len, 1.0]);
+        for (k, number) in record.enumerate() {
+            bytes[3072 + 8 * k..3080 + 8 * k].copy_from_slice(&f64::to_le_bytes(number));
+        }
+        let error = Spk::parse("x.bsp", &bytes).expect_err("shared records").to_string();
+        assert!(error.contains("the segments hold more than the file"), "{error}");
+    }
+
+    /// Every double and every whole number of the heads replaced by extremes: an answer, whichever, and no panic.
+    #[test]
+    fn no_number_in_the_heads_makes_the_reader_panic() {
+        let whole = file_of(3, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0]);
+        let heads = (0..1024 + 64).chain(3072..3072 + 18 * 8);
+        for at in heads.step_by(4) {
+            for whole_number in [-1_i32, 0, 1, 127, 384, 386, i32::MAX, i32::MIN] {
+                let mut bytes = whole.clone();
+                bytes[at..at + 4].copy_from_slice(&whole_number.to_le_bytes());
+                drop(Spk::parse("x.bsp", &bytes));
+            }
+            for number in [-1.0, 0.0, 0.5, 3.0, 1e-308, 1e9, 1e19, -1e300, f64::INFINITY, f64::NAN] {
+                let mut bytes = whole.clone();
+                bytes[at..at + 8].copy_from_slice(&f64::to_le_bytes(number));
+                drop(Spk::parse("x.bsp", &bytes));
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 //! In: two pictures of one size as 8-bit RGBA rows. Out: a [`Difference`] over every red, green and blue value, alpha where either picture has any,
 //! and a picture of the differences. Differences are of encoded values, as the eye steps through them; nothing is aligned, scaled or filtered.
 
-use super::ImageError;
+use super::{ImageError, decode_rgba8};
 
 /// The largest level of an 8-bit value.
 const FULL: f64 = 255.0;
@@ -30,9 +30,8 @@ pub struct DisplayImage {
 
 impl DisplayImage {
     /// Reads an encoded PNG or JPEG; `name` is for the error.
-    pub fn decode(name: &str, encoded: &[u8]) -> Result<Self, ImageError> {
-        let unreadable = |e: image::ImageError| ImageError::Unreadable { name: name.to_owned(), reason: e.to_string() };
-        let rgba = image::load_from_memory(encoded).map_err(unreadable)?.into_rgba8();
+    pub fn decode(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<Self, ImageError> {
+        let rgba = decode_rgba8(name, encoded, max_megapixels)?;
         Ok(Self { width: rgba.width(), height: rgba.height(), rgba: rgba.pixels().map(|p| p.0).collect() })
     }
 

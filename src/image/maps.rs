@@ -1,6 +1,7 @@
 //! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
 
-use super::{ImageError, PoleFilter, SharedTexture, TexelFormat, Texture};
+use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
+use crate::files::read_bytes;
 use orrery_textures::MAPS;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -23,9 +24,10 @@ pub struct MapDecoding {
 }
 
 /// All maps by file name.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct MapStore {
     folder: Option<PathBuf>,
+    max_megapixels: u32,
     decoded: Mutex<HashMap<(String, MapDecoding), SharedTexture>>,
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
 }
@@ -33,7 +35,12 @@ pub struct MapStore {
 impl MapStore {
     /// Maps of `folder` come before the embedded ones of the same name.
     pub fn new(folder: Option<PathBuf>) -> Self {
-        Self { folder, ..Self::default() }
+        Self::with_limit(folder, DEFAULT_MAX_MEGAPIXELS)
+    }
+
+    /// The same, and maps of the folder may have so many millions of pixels.
+    pub fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
+        Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default() }
     }
 
     /// Names and sizes in bytes of the maps inside the program.
@@ -82,16 +89,17 @@ impl MapStore {
         away.into_par_iter().for_each(|(name, reading)| drop(self.get_decoded(name, *reading)));
     }
 
-    fn read(&self, name: &str, MapDecoding { format, poles }: MapDecoding) -> Result<Texture, ImageError> {
+    fn read(&self, name: &str, reading: MapDecoding) -> Result<Texture, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let shown = path.display().to_string();
-                let bytes = std::fs::read(&path).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
-                Texture::decode_filtered(&shown, &bytes, format, poles)
+                let bytes =
+                    read_bytes(&path, MAX_FILE_BYTES).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
+                Texture::decode_filtered(&shown, &bytes, reading, self.max_megapixels)
             }
             MapOrigin::Embedded => {
                 let bytes = MAPS.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, b)| b);
-                Texture::decode_filtered(name, bytes, format, poles)
+                Texture::decode_filtered(name, bytes, reading, DEFAULT_MAX_MEGAPIXELS)
             }
             MapOrigin::Missing => {
                 let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));

@@ -3,6 +3,9 @@
 //! In: encoded map files (embedded or from a folder), or plain rows of a frame. Out: [`Texture`]s with full mip chains made in linear light, or
 //! bytes written. A texture always has all levels down to 1x1. Nothing here knows what a picture shows.
 
+use crate::unwinding::caught;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage};
+use std::io::Cursor;
 use std::sync::Arc;
 
 mod compare;
@@ -19,6 +22,13 @@ pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use maps::{MapDecoding, MapOrigin, MapStore};
 pub use sealed::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 pub use write::{write_exr, write_png, write_y4m_frame, write_y4m_header};
+
+/// Bytes of an encoded picture at the most.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+/// Millions of pixels that a picture may have unless the user allows more: a map of 8192 x 4096 has 34, a small file can claim any number.
+pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
+/// Bytes that a decoder may need for a pixel: four channels of 16 bits, and as much again for its own work.
+const DECODER_BYTES_PER_PIXEL: u64 = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
@@ -54,6 +64,8 @@ pub enum ImageError {
     Missing { name: String, searched: String },
     #[error("{name}: not a picture that can be read (JPEG or PNG): {reason}")]
     Unreadable { name: String, reason: String },
+    #[error("{name}: {width} x {height} pixels are {} megapixels, more than {max_megapixels}; --max-megapixels {} allows them", megapixels(*width, *height), megapixels(*width, *height))]
+    TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
     #[error("{width}x{height} texels do not fit {given} bytes")]
     Size { width: u32, height: u32, given: usize },
     #[error("the pictures differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
@@ -62,6 +74,30 @@ pub enum ImageError {
     Damaged(String),
     #[error("the picture could not be written: {0}")]
     Write(String),
+}
+
+/// Millions of pixels, rounded up.
+fn megapixels(width: u32, height: u32) -> u64 {
+    (u64::from(width) * u64::from(height)).div_ceil(1_000_000)
+}
+
+/// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for a picture of more pixels than allowed.
+fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<RgbaImage, ImageError> {
+    let unreadable = |reason: String| ImageError::Unreadable { name: name.to_owned(), reason };
+    let format = image::guess_format(encoded).ok().filter(|f| matches!(f, ImageFormat::Png | ImageFormat::Jpeg));
+    let format = format.ok_or_else(|| unreadable("it is neither".into()))?;
+    let mut reader = ImageReader::with_format(Cursor::new(encoded), format);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(u64::from(max_megapixels) * 1_000_000 * DECODER_BYTES_PER_PIXEL);
+    reader.limits(limits);
+    let decoder = caught(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
+    let decoder = decoder.map_err(|e| unreadable(e.to_string()))?;
+    let (width, height) = decoder.dimensions();
+    if megapixels(width, height) > u64::from(max_megapixels) {
+        return Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels });
+    }
+    let decoded = caught(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
+    Ok(decoded.map_err(|e| unreadable(e.to_string()))?.into_rgba8())
 }
 
 impl Texture {
@@ -80,13 +116,17 @@ impl Texture {
 
     /// A texture from an encoded JPEG or PNG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
-        Self::decode_filtered(name, encoded, format, PoleFilter::None)
+        Self::decode_filtered(name, encoded, MapDecoding { format, poles: PoleFilter::None }, DEFAULT_MAX_MEGAPIXELS)
     }
 
     /// The same of a map of a whole sphere, its rows near the poles made as coarse in longitude as they are in latitude.
-    pub fn decode_filtered(name: &str, encoded: &[u8], format: TexelFormat, poles: PoleFilter) -> Result<Self, ImageError> {
-        let unreadable = |e: image::ImageError| ImageError::Unreadable { name: name.to_owned(), reason: e.to_string() };
-        let rgba = image::load_from_memory(encoded).map_err(unreadable)?.into_rgba8();
+    pub fn decode_filtered(
+        name: &str,
+        encoded: &[u8],
+        MapDecoding { format, poles }: MapDecoding,
+        max_megapixels: u32,
+    ) -> Result<Self, ImageError> {
+        let rgba = decode_rgba8(name, encoded, max_megapixels)?;
         let (width, height) = rgba.dimensions();
         Self::around_poles(width, height, rgba.into_raw(), format, poles)
     }

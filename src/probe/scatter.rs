@@ -108,9 +108,7 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
     let a = &f.atmosphere;
-    if !(a.planet_radius_km > 0.0 && a.top_km > 0.0) {
-        return Err("field \"atmosphere\": planet_radius_km and top_km are greater than 0".into());
-    }
+    check(a)?;
     let air = Air {
         tier,
         mie: a.species.iter().any(|s| matches!(s, Species::Exponential { phase: Phase::Hg, .. })),
@@ -133,6 +131,42 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let answers = lanes.answers(prober.renderer, prober.library(), &[numbers])?;
     let [light, through] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
     Ok(json!({ "transmittance": &through[..3], "radiance": &light[..3], "hits_ground": light[3] > 0.5 }))
+}
+
+/// What no air can be, by its field.
+fn check(a: &Atmosphere) -> Result<(), String> {
+    let wrong = |field: &str, allowed: &str| Err(format!("field \"atmosphere\": {field} must be {allowed}"));
+    let is_positive = |x: f64| x > 0.0 && x.is_finite();
+    for (field, value) in [("planet_radius_km", a.planet_radius_km), ("top_km", a.top_km)] {
+        if !is_positive(value) {
+            return wrong(field, "greater than 0");
+        }
+    }
+    for s in &a.species {
+        let (lengths, coefficients, g) = match s {
+            Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, g, .. } => (
+                vec![("scale_height_km", *scale_height_km)],
+                vec![("scattering_per_m", scattering_per_m), ("extinction_per_m", extinction_per_m)],
+                *g,
+            ),
+            Species::Tent { centre_km, half_width_km, extinction_per_m } => {
+                if !(*centre_km >= 0.0 && centre_km.is_finite()) {
+                    return wrong("centre_km", "0 or greater");
+                }
+                (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], 0.0)
+            }
+        };
+        if let Some((field, _)) = lengths.into_iter().find(|(_, x)| !is_positive(*x)) {
+            return wrong(field, "greater than 0");
+        }
+        if let Some((field, _)) = coefficients.into_iter().find(|(_, v)| !v.iter().all(|x| (0.0..=1.0).contains(x))) {
+            return wrong(field, "three numbers from 0 to 1 per metre");
+        }
+        if g.abs() >= 1.0 || g.is_nan() {
+            return wrong("g", "between -1 and 1");
+        }
+    }
+    Ok(())
 }
 
 /// The bytes of the module's `Draw`. `camera`: height over the ground; `sky`: the ray does not end there.

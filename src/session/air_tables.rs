@@ -5,17 +5,19 @@
 //! cannot be written is no reason to stop.
 
 use crate::catalog::Body;
+use crate::files::{read_bytes, write_cached};
 use crate::memo::Memo;
 use crate::scene::air_table;
 use glam::Vec4;
 use sha2::{Digest, Sha256};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 /// Airs whose tables are kept in memory.
 const KEPT: usize = 64;
 const MAGIC: &[u8; 8] = b"ORRAIR01";
+/// Magic, checksum, and four floats a node.
+const FILE_BYTES: u64 = 8 + 32 + 16 * air_table::NODES as u64;
 
 pub struct AirTables {
     /// None: in memory only.
@@ -72,16 +74,6 @@ fn decode(bytes: &[u8]) -> Option<Vec<Vec4>> {
     Some(body.chunks_exact(16).map(|v| Vec4::new(number(&v[..4]), number(&v[4..8]), number(&v[8..12]), number(&v[12..]))).collect())
 }
 
-/// A whole file or none.
-fn write(folder: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    std::fs::create_dir_all(folder)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
-}
-
 impl AirTables {
     /// `cache`: the folder that holds `orrery/`.
     pub fn open(cache: Option<PathBuf>) -> Self {
@@ -96,13 +88,11 @@ impl AirTables {
 
     fn read_or_compute(&self, body: &Body, name: &str) -> Vec<Vec4> {
         let path = self.folder.as_ref().map(|f| f.join(format!("{name}.table")));
-        let kept = path.as_ref().and_then(|p| decode(&std::fs::read(p).ok()?));
+        let kept = path.as_ref().and_then(|p| decode(&read_bytes(p, FILE_BYTES).ok()?));
         kept.unwrap_or_else(|| {
             let made = air_table::table(body).unwrap_or_default();
-            if let (Some(folder), Some(path)) = (&self.folder, &path) {
-                // The next run computes it again.
-                drop(write(folder, path, &encode(&made)));
-            }
+            // Where that fails, the next run computes it again.
+            path.iter().for_each(|path| drop(write_cached(path, &encode(&made))));
             made
         })
     }

@@ -4,6 +4,7 @@
 //! ([`crate::mesh::self_shadow`]), kept while the Sun moves no more than [`TOLERANCE_RAD`] in the body's sky. A file that cannot be read is one line.
 
 use crate::catalog::{Body, NaifId};
+use crate::files::read_text;
 use crate::memo::Memo;
 use crate::mesh::{Model, ShapeFrame, obj};
 use glam::DVec3;
@@ -66,11 +67,7 @@ impl Meshes {
             ));
         };
         let shown = path.display();
-        let bytes = std::fs::metadata(&path).map_err(|e| format!("{shown}: {e}"))?.len();
-        if bytes > MAX_BYTES {
-            return Err(format!("{shown}: {bytes} bytes, more than {MAX_BYTES}, the most that are read"));
-        }
-        let text = std::fs::read_to_string(&path).map_err(|e| format!("{shown}: {e}"))?;
+        let text = read_text(&path, MAX_BYTES).map_err(|e| format!("{shown}: {e}"))?;
         let obj = obj::parse(&text).map_err(|e| format!("{shown}:{e}"))?;
         let figure = ShapeFrame {
             radii_km: body.radii_km,

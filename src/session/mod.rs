@@ -27,7 +27,7 @@ use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 use devices::Devices;
 pub use mark::{ExistingPicture, Provenance};
-pub use pictures::{FileAccess, PROVENANCE_CHUNK, is_exr, write_new, write_new_picture, write_picture, write_whole};
+pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
 pub use price::{EffectCost, LightChange};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
@@ -41,7 +41,8 @@ pub use tape_cost::{TapeCost, tape_costs};
 use crate::catalog::stars::{StarCatalog, StarFileError};
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
-use crate::image::{GlyphAtlas, MapDecoding, MapStore, SharedTexture};
+use crate::files::{read_bytes, read_text, who_else_writes};
+use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
@@ -69,6 +70,8 @@ pub struct Sources {
     pub eclipse_radii: EclipseRadii,
     /// Maps that come before the embedded ones.
     pub textures: Option<PathBuf>,
+    /// Millions of pixels that such a map may have; `None`: [`DEFAULT_MAX_MEGAPIXELS`].
+    pub max_megapixels: Option<u32>,
     /// An SPK that comes before the embedded one.
     pub kernel: Option<PathBuf>,
     /// Stars in place of those built in: a table with named columns, or hip2.dat.
@@ -101,11 +104,11 @@ pub enum SessionError {
     /// Wrong fields of catalog files, each with its line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
-    /// No position, or an unusable kernel.
+    /// Wrong lines of a star catalogue.
     #[error(transparent)]
     Stars(#[from] StarFileError),
+    /// No position, or an unusable kernel.
     #[error(transparent)]
-    /// A place or a velocity cannot be computed.
     Ephemeris(#[from] EphemerisError),
     /// A view that cannot be.
     #[error(transparent)]
@@ -141,6 +144,10 @@ pub struct DrawnFrame {
     pub by: DrawnBy,
 }
 
+/// Bytes of one catalog file at the most; the shipped ones have some 10 kB each.
+const MAX_CATALOG_BYTES: u64 = 1 << 24;
+/// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
+const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Bodies whose lamps are kept.
 const LAMPS_KEPT: usize = 16;
 
@@ -185,7 +192,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     paths.sort();
     let mut files = Vec::new();
     for path in paths {
-        let text = std::fs::read_to_string(&path).map_err(|e| failed(&path, e))?;
+        let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| failed(&path, e))?;
         files.push((path.display().to_string(), text));
     }
     Ok(Catalog::with_files(&files)?)
@@ -201,7 +208,7 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
         let name = path.display().to_string();
         let failed =
             |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --kernel takes an SPK file such as de440.bsp") };
-        let bytes = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
+        let bytes = read_bytes(path, MAX_KERNEL_BYTES).map_err(|e| failed(e.to_string()))?;
         ephemeris = ephemeris.with_kernel(&name, bytes)?;
     }
     let mut problems: Vec<_> = ephemeris.faults(catalog).into_iter().map(|f| catalog.problem(f.body, f.field, f.why)).collect();
@@ -230,18 +237,29 @@ fn read_stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionEr
 }
 
 /// The cache folder that was named, or the user's own.
-fn cache_folder(cache: Option<PathBuf>) -> Option<PathBuf> {
-    cache.or_else(|| directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned()))
+///
+/// # Errors
+/// That there is none, or that others could put files into it.
+pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, String> {
+    let usual = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
+    let Some(folder) = cache.map(Path::to_owned).or_else(usual) else {
+        return Err("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place".into());
+    };
+    let own = folder.join("orrery");
+    for (part, is_above) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
+        if let Some(why) = who_else_writes(part, is_above) {
+            let part = echo(&part.display().to_string());
+            return Err(format!("the cache {part} is not used: {why}; shaders are kept in memory only, --cache DIR names another place"));
+        }
+    }
+    Ok(folder)
 }
 
-/// The library below a cache folder, or the user's own; in memory where the system names none.
-pub fn open_library(cache: Option<PathBuf>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
-    match cache_folder(cache) {
-        Some(folder) => Library::open(&folder, lowering, move |line| say(line)),
-        None => {
-            say("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place");
-            Library::in_memory(lowering)
-        }
+/// The library below the cache folder, or in memory where there is none.
+pub fn open_library(cache: Option<&Path>, lowering: Lowering, say: Arc<dyn Fn(&str) + Send + Sync>) -> Library {
+    match cache {
+        Some(folder) => Library::open(folder, lowering, move |line| say(line)),
+        None => Library::in_memory(lowering),
     }
 }
 
@@ -249,6 +267,10 @@ impl Session {
     /// Reads catalogs and kernel; opens the library. Maps are read when a view needs them.
     pub fn open(sources: &Sources, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let say: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(say);
+        if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
+            let why = "there is no such folder; --textures takes a folder of maps".to_owned();
+            return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
+        }
         let renderer = software::renderer(sources.threads, sources.double_precision)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, say.clone());
         if sources.draws {
@@ -260,8 +282,9 @@ impl Session {
         let stars = stages.measure(Stage::Catalog, || read_stars(sources.stars.as_deref()))?;
         let catalog = catalog.with_stars(stars);
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
-        let air_tables = air_tables::AirTables::open(cache_folder(sources.cache.clone()));
-        let library = open_library(sources.cache.clone(), software::lowering(), say.clone());
+        let cache = cache_folder(sources.cache.as_deref()).map_err(|why| say(&why)).ok();
+        let library = open_library(cache.as_deref(), software::lowering(), say.clone());
+        let air_tables = air_tables::AirTables::open(cache);
         if let Some(folder) = &sources.shaders {
             let fragments = fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps));
             library.set_fragments(fragments?);
@@ -269,7 +292,7 @@ impl Session {
         Ok(Self {
             catalog,
             ephemeris,
-            maps: MapStore::new(sources.textures.clone()),
+            maps: MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)),
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
@@ -389,6 +412,7 @@ impl Session {
                 Ok(plan) => return Ok((scene, plan)),
                 // A map that the requirements did not name; without it the scene is another one.
                 Err(PlanError::Map { file, why }) if self.note_bad_map(&file, &why) => {}
+                Err(_) if self.replace_forged(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
         }
@@ -420,10 +444,24 @@ impl Session {
         sampling: SamplingQuality,
         keep_hdr: bool,
     ) -> Result<DrawnFrame, SessionError> {
-        let (scene, plan) = self.plan(request, sampling)?;
         let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
-        let done = self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested))?;
-        Ok(drawn(scene, &plan, done))
+        loop {
+            let (scene, plan) = self.plan(request, sampling)?;
+            match self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
+                Ok(done) => return Ok(drawn(scene, &plan, done)),
+                Err(_) if self.replace_forged(&plan::modules(&scene)) => {}
+                Err(why) => return Err(why.into()),
+            }
+        }
+    }
+
+    /// Whether a module that could not be used had been forged on disk, and is now made anew. Each is at most once.
+    fn replace_forged(&self, modules: &[ModuleId]) -> bool {
+        let replaced = self.library.replace_forged(modules) > 0;
+        if replaced {
+            self.devices.forget_modules();
+        }
+        replaced
     }
 }
 
@@ -440,12 +478,17 @@ impl Session {
 
     /// Draws a view for a window: in software while the GPU is not ready for it. `on_gpu`: the picture may stay on the device.
     pub fn draw_or_fall_back(&self, request: &ViewRequest, sampling: SamplingQuality, on_gpu: bool) -> Result<DrawnFrame, SessionError> {
-        let (scene, plan) = self.plan(request, sampling)?;
         let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
-        // Asked for by a device alone: in software no window needs that module.
-        let window = || plan::warm_up_interface(self).ok();
-        let done = self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested))?;
-        Ok(drawn(scene, &plan, done))
+        loop {
+            let (scene, plan) = self.plan(request, sampling)?;
+            // Asked for by a device alone: in software no window needs that module.
+            let window = || plan::warm_up_interface(self).ok();
+            match self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
+                Ok(done) => return Ok(drawn(scene, &plan, done)),
+                Err(_) if self.replace_forged(&plan::modules(&scene)) => {}
+                Err(why) => return Err(why.into()),
+            }
+        }
     }
 }
 

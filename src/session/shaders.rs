@@ -3,6 +3,7 @@
 //! In: a folder. Out: its `*.wesl` files by their paths inside it, and when each was changed. Always: every file replaces a built-in fragment or is used by one; another is named.
 //! Not done: to check what they say.
 
+use crate::files::read_text;
 use crate::shader::fragments::{FRAGMENTS, Fragments};
 use crate::wording::{did_you_mean, echo};
 use std::collections::BTreeMap;
@@ -104,16 +105,13 @@ fn is_old_fragment(folder: &Path, path: &Path) -> bool {
 /// # Errors
 /// A file that cannot be read, or that neither replaces a built-in fragment nor is imported by one.
 pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, FragmentFolderError> {
-    let one = |(path, (_, length)): (&PathBuf, &(SystemTime, u64))| {
-        if *length > LONGEST_FILE {
-            return Err(FragmentFolderError::TooLong(shown(path)));
-        }
-        let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, e))?;
+    let one = |path: &PathBuf| {
+        let text = read_text(path, LONGEST_FILE).map_err(|e| unreadable(path, e))?;
         let inside = path.strip_prefix(folder).unwrap_or(path);
         let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
         Ok((parts.join("/"), text))
     };
-    let fragments = Fragments::with_files(files.iter().map(one).collect::<Result<Vec<_>, FragmentFolderError>>()?);
+    let fragments = Fragments::with_files(files.keys().map(one).collect::<Result<Vec<_>, FragmentFolderError>>()?);
     match fragments.unused().first() {
         None => Ok(fragments),
         Some(path) => Err(FragmentFolderError::Unused { path: shown(&folder.join(path)), hint: meant(path) }),

@@ -15,12 +15,14 @@ pub struct Lowering {
     pub digest: String,
     /// Validated IR to a tape's bytes, or one line that says what has no operation.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, String>,
+    /// Whether bytes from a disk are a tape of this module's shape, which cannot reach outside its own data.
+    pub check: fn(&naga::Module, &[u8]) -> Result<(), String>,
 }
 
 impl Lowering {
     /// No tape: for tools that only want the text and the IR.
     pub fn none() -> Self {
-        Self { digest: "none".into(), lower: |_, _| Ok(Vec::new()) }
+        Self { digest: "none".into(), lower: |_, _| Ok(Vec::new()), check: |_, _| Ok(()) }
     }
 }
 

@@ -25,7 +25,7 @@ pub const SCHEME: &str = "orrery://view?";
 /// Fields of a view that its text may have and its defaults do not write.
 const UNWRITTEN: [&str; 2] = ["time", "paused"];
 /// A text of more bytes is no view: those that are written have some 600.
-const MAX_BYTES: usize = 65_536;
+pub const MAX_BYTES: u64 = 65_536;
 /// Faults that are listed; of each so many characters.
 const MAX_FAULTS: usize = 20;
 const FAULT_CHARACTERS: usize = 200;
@@ -105,7 +105,7 @@ struct PartialView {
 
 impl PartialView {
     fn of(text: &str) -> Self {
-        if text.len() > MAX_BYTES {
+        if text.len() as u64 > MAX_BYTES {
             Self::refused(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
         } else if is_link(text) {
             Self::of_link(text)

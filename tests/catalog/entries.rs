@@ -292,3 +292,43 @@ fn colours_follow_from_the_albedos_they_name() {
     assert!(seen_colour([0.5; 3]).iter().all(|v| (v - 1.0).abs() < 0.002), "grey is grey");
     assert!((seen_colour([0.088, 0.17, 0.25])[0] - 1.27).abs() > 0.1, "three wavelengths would not do");
 }
+
+/// What only the whole shows is said at the line of the user's file that made it so, whichever body comes first.
+#[test]
+fn circles_and_doubled_names_are_found_in_the_users_file() {
+    let moon = |id: i32, name: &str, parent: &str| {
+        let orbit: String =
+            ["pole_ra_deg", "pole_dec_deg", "epoch_jd_tt", "eccentricity", "inclination_deg", "node_deg", "argument_of_periapsis_deg"]
+                .into_iter()
+                .chain(["mean_anomaly_deg", "node_period_yr", "argument_period_yr"])
+                .map(|field| format!("{field} = 0.0\n"))
+                .collect();
+        format!(
+            "[[body]]\nid = {id}\nname = \"{name}\"\nparent = \"{parent}\"\nkind = \"moon\"\nradii_km = [10.0, 10.0, 10.0]\ngeometric_albedo = 0.1\n\
+             colour_linear_srgb = [1.0, 1.0, 1.0]\nphotometry = {{ model = \"lambert\" }}\nrotation = {{ model = \"synchronous\" }}\n\
+             [body.motion]\ntheory = \"mean-elements\"\nsemi_major_axis_km = 1e5\nmean_motion_deg_day = 1.0\n{orbit}"
+        )
+    };
+    assert_eq!(complaints(&moon(50_001, "A", "Mars")), Vec::<String>::new(), "a sound moon");
+    let lines = moon(50_001, "A", "Mars").lines().count();
+    for (text, expected) in [
+        ("[[body]]\nid = 401\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Phobos.parent is the body itself")]),
+        ("[[body]]\nid = 499\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Mars.parent leads round in a circle: Phobos, Mars")]),
+        ("[[body]]\nid = 402\nname = \"Phobos\"\n".to_owned(), vec![(3, "the name \"Phobos\" is already that of body 401")]),
+        ("[[body]]\nid = 401\nname = \"Deimos\"\n".to_owned(), vec![(3, "the name \"Deimos\" is already that of body 402")]),
+        ("[[body]]\nid = 401\naliases = [\"deimos\"]\n".to_owned(), vec![(3, "already that of body 402")]),
+        (moon(50_001, "Earth", "Mars"), vec![(3, "the name \"Earth\" is already that of body 399")]),
+        (moon(50_001, "A", "A"), vec![(4, "A.parent is the body itself")]),
+        (
+            moon(50_001, "A", "B") + &moon(50_002, "B", "A"),
+            vec![(4, "A.parent leads round in a circle: B, A"), (lines + 4, "B.parent leads round in a circle: A, B")],
+        ),
+        (moon(50_001, "A", "Mars") + &moon(50_002, "a", "Mars"), vec![(lines + 3, "the name \"a\" is already that of body 50001")]),
+    ] {
+        let found = complaints(&text);
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        for (found, (line, words)) in found.iter().zip(expected) {
+            assert!(found.contains(&format!(":{line}: ")) && found.contains(words) && !found.contains("moons_inner"), "{found}");
+        }
+    }
+}

@@ -2,5 +2,6 @@
 
 mod bench;
 mod frames;
+mod hostile;
 mod messages;
 mod verbs;

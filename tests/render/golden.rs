@@ -61,7 +61,7 @@ fn far(d: &Difference) -> bool {
 fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     let path = folder().join(format!("{name}.png"));
     let bytes = std::fs::read(&path).map_err(|e| format!("{name}: no recorded picture ({e})"))?;
-    let golden = DisplayImage::decode(name, &bytes).map_err(|e| e.to_string())?;
+    let golden = DisplayImage::decode(name, &bytes, orrery::image::DEFAULT_MAX_MEGAPIXELS).map_err(|e| e.to_string())?;
     let d = golden.difference(drawn).map_err(|e| format!("{name}: {e}"))?;
     if !far(&d) {
         return Ok(d);

@@ -8,7 +8,15 @@ use std::sync::{Arc, Mutex};
 
 /// A stand-in for the renderer's lowering whose tape depends on the module, so that a mixed-up tape shows.
 fn lowering() -> Lowering {
-    Lowering { digest: "test 1".into(), lower: |module, _| Ok(format!("{} types", module.types.len()).into_bytes()) }
+    Lowering {
+        digest: "test 1".into(),
+        lower: |module, _| Ok(tape_of(module)),
+        check: |module, bytes| if bytes == tape_of(module) { Ok(()) } else { Err("another module's tape".into()) },
+    }
+}
+
+fn tape_of(module: &naga::Module) -> Vec<u8> {
+    format!("{} types", module.types.len()).into_bytes()
 }
 
 fn ids() -> Vec<ModuleId> {
@@ -256,4 +264,116 @@ fn a_full_disk_only_warns() {
     assert_eq!(library.status().entries, 0);
     library.get(&ids()[0]).expect("module");
     assert!(heard.lines().is_empty());
+}
+
+/// An entry whose content was edited and whose checksum is right: what someone writes who may write into the folder.
+fn forged(whole: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+    use sha2::{Digest, Sha256};
+    let (magic, content) = (&whole[..8], &whole[40..]);
+    let mut content = content.to_vec();
+    edit(&mut content);
+    [magic, Sha256::digest(&content).as_slice(), &content].concat()
+}
+
+/// Single bytes of the content replaced all the way through it, by the software renderer's lowering: what is read is valid, its tape fits it, and
+/// `verify` finds each without a panic.
+#[test]
+fn forged_entries_are_read_only_where_they_are_valid() {
+    let dir = tempfile::tempdir().expect("temp");
+    let lowering = orrery::lowering();
+    let id: ModuleId = "point".parse().expect("name");
+    let library = Library::open(dir.path(), lowering.clone(), |_| {});
+    library.get(&id).expect("module");
+    let path = library.entry_path(&id).expect("on disk");
+    let whole = std::fs::read(&path).expect("written");
+    let length = whole.len() - 40;
+    let (mut read, mut healed) = (0, 0);
+    for k in 0..400 {
+        let at = k * (length - 1) / 399;
+        let damaged = forged(&whole, |content| content[at] = content[at].wrapping_add([1, 0x80, 0xff, 7][k % 4]));
+        std::fs::write(&path, &damaged).expect("write");
+        let library = Library::open(dir.path(), lowering.clone(), |_| {});
+        assert_eq!(library.verify().damaged.len(), 1, "byte {at}");
+        let module = library.get(&id).expect("a module");
+        if library.statistics().healed == 1 {
+            healed += 1;
+            assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is whole again");
+            continue;
+        }
+        read += 1;
+        orrery::shader::module::validate(&module.module).expect("valid");
+        (lowering.check)(&module.module, &module.tape).expect("its own tape");
+        // Whoever cannot use it has it made anew.
+        assert_eq!(
+            (library.replace_forged(std::slice::from_ref(&id)), library.replace_forged(std::slice::from_ref(&id))),
+            (1, 0),
+            "byte {at}"
+        );
+        assert_eq!(library.get(&id).expect("a module").wgsl, ShaderModule::build(&id, &lowering).expect("builds").wgsl);
+        assert_eq!(std::fs::read(&path).expect("read"), whole, "byte {at}: the entry is whole again");
+    }
+    println!("of 400 forged entries {healed} are replaced when read, {read} are valid modules");
+    assert!(healed > 100 && read > 0, "{healed} and {read}: the sweep shows nothing");
+    // The whole entry is none of them.
+    let library = Library::open(dir.path(), lowering, |_| {});
+    assert_eq!((library.verify().whole, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
+}
+
+/// A forged entry that a plan or a renderer cannot use ends no frame: it is made anew and the picture is the right one.
+#[test]
+fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
+    use orrery::{NaifId, SamplingQuality, Session, Sources, ViewRequest};
+    let dir = tempfile::tempdir().expect("temp");
+    let said = Arc::new(Mutex::new(Vec::<String>::new()));
+    let request = {
+        let mut request = ViewRequest::of(NaifId(505), orrery::Instant::parse("2024-01-01").expect("a time"));
+        (request.width, request.height) = (16, 16);
+        request
+    };
+    let draw = || {
+        let heard = Arc::clone(&said);
+        let sources = Sources { cache: Some(dir.path().to_owned()), ..Sources::default() };
+        let session = Session::open(&sources, move |line| heard.lock().expect("no panic").push(line.to_owned())).expect("opens");
+        session.draw(&request, SamplingQuality::of(request.quality), false).map(|drawn| drawn.frame.display).map_err(|e| e.to_string())
+    };
+    let right = draw().expect("a picture");
+    let shaders =
+        std::fs::read_dir(dir.path().join("orrery/shaders")).expect("a folder").next().expect("a generator").expect("an entry").path();
+    let entries: Vec<PathBuf> = std::fs::read_dir(shaders).expect("a folder").map(|e| e.expect("an entry").path()).collect();
+    assert!(entries.len() >= 2, "{entries:?}");
+    let mut renamed = 0;
+    for path in &entries {
+        let whole = std::fs::read(path).expect("read");
+        // Another name for each field and binding of the module: valid, and no plan knows it.
+        let names = ["exposure", "body_from", "camera", "source", "picture", "scene"];
+        for name in names {
+            let places: Vec<usize> =
+                whole.windows(name.len()).enumerate().filter(|(_, w)| *w == name.as_bytes()).map(|(at, _)| at - 40.min(at)).collect();
+            if places.is_empty() {
+                continue;
+            }
+            renamed += 1;
+            let damaged = forged(&whole, |content| places.iter().for_each(|at| content[*at] = b'Z'));
+            std::fs::write(path, damaged).expect("write");
+            assert_eq!(draw().as_ref(), Ok(&right), "{name} in {}", path.display());
+            let lines: Vec<String> = said.lock().expect("no panic").drain(..).collect();
+            assert!(lines.len() <= 1 && lines.iter().all(|l| l.contains("is replaced")), "{lines:?}");
+            std::fs::write(path, &whole).expect("write");
+        }
+    }
+    assert!(renamed > 2, "{renamed} names were found in the entries");
+}
+
+/// A library that cannot be looked into is not an empty one.
+#[test]
+fn what_cannot_be_looked_into_is_said() {
+    let dir = tempfile::tempdir().expect("temp");
+    std::fs::create_dir_all(dir.path().join("orrery")).expect("a folder");
+    std::fs::write(dir.path().join("orrery/shaders"), "a file").expect("a file");
+    let (library, _) = open(dir.path());
+    assert!(library.status().unreadable.is_some_and(|why| why.contains("shaders cannot be read")));
+    assert!(library.verify().unreadable.is_some());
+    // One that is not there yet is empty.
+    let (library, _) = open(&dir.path().join("none"));
+    assert_eq!((library.status().unreadable, library.verify().unreadable), (None, None));
 }

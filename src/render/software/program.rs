@@ -138,7 +138,8 @@ impl Program {
             && self.output_operands.iter().chain(&self.discarded).all(operand)
             && self.draw_tape.iter().all(|i| i.is_scalar())
             && self.draw_tape.iter().chain(&self.lane_tape).all(|i| {
-                i.operands().iter().all(operand)
+                i.is_well_formed()
+                    && i.operands().iter().all(operand)
                     && i.written_slots().iter().all(|&s| u32::from(s) < self.slots && !i.operands().contains(&Operand::Slot(s)))
                     && i.written_register().is_none_or(|r| u32::from(r) < self.registers)
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())

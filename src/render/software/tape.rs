@@ -151,6 +151,27 @@ impl Instr {
         matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
+    /// Whether it has the operands that it needs, each of the kind that it takes.
+    pub(crate) fn is_well_formed(&self) -> bool {
+        let is_register = |o: &Operand| matches!(o, Operand::Reg(_));
+        match self {
+            Self::Lane { op, args, .. } => args.len() == op.arity(),
+            Self::Scalar { op, args, .. } => args.len() == op.arity() && args.iter().all(is_register),
+            Self::LoadUniform { index, .. } => index.iter().all(is_register),
+            Self::Texture { what, args, .. } => {
+                let needed = match what {
+                    TextureOp::Gradients => 6,
+                    TextureOp::Filtered => 7,
+                    TextureOp::Level | TextureOp::Load => 3,
+                };
+                args.len() == needed
+            }
+            Self::TextureSize { axis, level, .. } => *axis <= 2 && is_register(level),
+            Self::JumpIf { cond, .. } => is_register(cond),
+            Self::FusedKernel { .. } | Self::GatherUniform { .. } | Self::SkipIfNone { .. } | Self::Jump { .. } => true,
+        }
+    }
+
     /// Everything read.
     pub(crate) fn operands(&self) -> Vec<Operand> {
         match self {

@@ -1,14 +1,17 @@
 //! One entry on disk: bytes of a module behind a checksum.
 //!
 //! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module name,
-//! text, IR, validation info, layout, source map and tape. Always holds: bytes that decode came whole from a writer of the same generator,
-//! and for the module that was asked for. naga keeps no spans in its encoding; they matter to error messages only.
+//! text, IR, source map and tape. Always holds: bytes that decode came whole from a writer of the same generator, for the module that was asked
+//! for; their IR is valid and their tape is one of its entry points. The checksum is no signature: who writes into the folder can write entries,
+//! and of those only the form is checked. naga keeps no spans in its encoding; they matter to error messages only.
 
-use crate::shader::{Layout, ModuleId, ShaderModule, SourceMap};
+use crate::shader::module::validate;
+use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
+use crate::unwinding::caught;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-const MAGIC: [u8; 8] = *b"ORRSHD\x00\x01";
+const MAGIC: [u8; 8] = *b"ORRSHD\x00\x02";
 const CHECKSUM: std::ops::Range<usize> = 8..40;
 
 /// What is wrong with an entry.
@@ -24,6 +27,10 @@ pub enum EntryError {
     OtherModule,
     #[error("its content does not decode")]
     Content,
+    #[error("its module is not valid")]
+    Module,
+    #[error("its tape is not that of its module")]
+    Tape,
 }
 
 /// What comes first, readable without the module.
@@ -37,8 +44,6 @@ struct Head {
 struct Written<'a> {
     wgsl: &'a str,
     module: &'a naga::Module,
-    info: &'a naga::valid::ModuleInfo,
-    layout: &'a Layout,
     source_map: &'a SourceMap,
     tape: &'a [u8],
 }
@@ -47,8 +52,6 @@ struct Written<'a> {
 struct Read {
     wgsl: String,
     module: naga::Module,
-    info: naga::valid::ModuleInfo,
-    layout: Layout,
     source_map: SourceMap,
     tape: Vec<u8>,
 }
@@ -56,7 +59,7 @@ struct Read {
 /// The bytes of an entry; `None` if the module cannot be encoded.
 pub fn encode(generator: &str, m: &ShaderModule) -> Option<Vec<u8>> {
     let head = Head { generator: generator.to_owned(), module: m.id.to_string() };
-    let body = Written { wgsl: &m.wgsl, module: &m.module, info: &m.info, layout: &m.layout, source_map: &m.source_map, tape: &m.tape };
+    let body = Written { wgsl: &m.wgsl, module: &m.module, source_map: &m.source_map, tape: &m.tape };
     let content = postcard::to_stdvec(&(head, body)).ok()?;
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&Sha256::digest(&content));
@@ -85,13 +88,24 @@ pub fn inspect(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
 }
 
 /// The module in an entry.
-pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8]) -> Result<ShaderModule, EntryError> {
+pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
+    // naga's arenas and postcard's readers of them expect what naga wrote.
+    caught(|| decode_trusting(generator, id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
+}
+
+fn decode_trusting(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let (head, rest) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
     if head.generator != generator || head.module != id.to_string() {
         return Err(EntryError::OtherModule);
     }
-    let read: Read = postcard::from_bytes(rest).map_err(|_| EntryError::Content)?;
-    let Read { wgsl, module, info, layout, source_map, tape } = read;
+    let (read, rest): (Read, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;
+    let Read { wgsl, module, source_map, tape } = read;
+    if !rest.is_empty() || wgsl.lines().count() != source_map.lines.len() {
+        return Err(EntryError::Content);
+    }
+    let info = validate(&module).map_err(|_| EntryError::Module)?;
+    let layout = Layout::of(&module).map_err(|_| EntryError::Module)?;
+    (lowering.check)(&module, &tape).map_err(|_| EntryError::Tape)?;
     Ok(ShaderModule { id: id.clone(), wgsl, module, info, layout, source_map, tape })
 }
 

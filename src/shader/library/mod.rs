@@ -6,18 +6,21 @@
 
 mod entry;
 
-pub use entry::{EXTENSION, EntryError, file_name};
+pub use entry::{EXTENSION, EntryError, decode, file_name};
 
 use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
+use crate::files::{is_temporary, read_bytes, write_cached};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant};
+
+/// Bytes of an entry at the most; the longest have some 300 kB.
+const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
 type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
 
@@ -86,6 +89,8 @@ pub struct DiskStatus {
     /// Entries and bytes of other generators (older or newer programs).
     pub other_entries: u64,
     pub other_bytes: u64,
+    /// What could not be looked into, and why: the numbers leave it out.
+    pub unreadable: Option<String>,
 }
 
 /// What [`Library::verify`] found.
@@ -94,6 +99,8 @@ pub struct DiskCheck {
     pub whole: u64,
     /// File and what is wrong with it.
     pub damaged: Vec<(PathBuf, String)>,
+    /// What could not be looked into, and why.
+    pub unreadable: Option<String>,
 }
 
 /// What modules are made of, and what names that.
@@ -232,7 +239,7 @@ impl Library {
     /// `None`: nothing that can be read lies there.
     fn read(&self, generator: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Damaged>> {
         let start = Instant::now();
-        let bytes = match std::fs::read(path) {
+        let bytes = match read_bytes(path, MAX_ENTRY_BYTES) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return None,
             // Trouble with the folder itself is told when writing fails; an entry that is there and cannot be read is told here.
@@ -243,7 +250,7 @@ impl Library {
                 return None;
             }
         };
-        match entry::decode(generator, id, &bytes) {
+        match decode(generator, id, &bytes, &self.lowering) {
             Ok(module) => {
                 count(&self.counters.from_disk, &self.counters.reading_ns, start);
                 Some(Ok(module))
@@ -263,7 +270,7 @@ impl Library {
         }
         let start = Instant::now();
         let Some(bytes) = entry::encode(generator, module) else { return };
-        match write_whole(path, &bytes) {
+        match write_cached(path, &bytes) {
             Ok(()) => count(&self.counters.written, &self.counters.writing_ns, start),
             Err(e) => {
                 if !self.unwritable_said.swap(true, Ordering::Relaxed) {
@@ -309,10 +316,10 @@ impl Library {
     /// Counts what lies on disk.
     pub fn status(&self) -> DiskStatus {
         let generator = self.generator();
-        let mut status = DiskStatus { folder: self.folder(), ..DiskStatus::default() };
+        let mut status = DiskStatus { folder: self.folder(), unreadable: self.unreadable(), ..DiskStatus::default() };
         for folder in self.folders() {
             let own = folder.file_name().is_some_and(|n| n == &*generator);
-            for file in files_in(&folder).filter(|f| is_entry(f)) {
+            for file in entries_in(&folder) {
                 let bytes = file.metadata().map_or(0, |m| m.len());
                 let (entries, total) =
                     if own { (&mut status.entries, &mut status.bytes) } else { (&mut status.other_entries, &mut status.other_bytes) };
@@ -323,13 +330,14 @@ impl Library {
         status
     }
 
-    /// Reads every entry of this generator and checks it whole, IR included.
+    /// Reads every entry of this generator, emits its module anew and compares both, on all cores.
     pub fn verify(&self) -> DiskCheck {
-        let mut check = DiskCheck::default();
-        let mut files: Vec<_> = self.folder().iter().flat_map(|f| files_in(f)).filter(|f| is_entry(f)).collect();
+        let mut check = DiskCheck { unreadable: self.unreadable(), ..DiskCheck::default() };
+        let mut files: Vec<_> = self.folder().iter().flat_map(|f| entries_in(f)).collect();
         files.sort();
-        for file in files {
-            match self.verify_file(&file) {
+        let found: Vec<_> = files.into_par_iter().map(|file| (self.verify_file(&file), file)).collect();
+        for (found, file) in found {
+            match found {
                 Ok(()) => check.whole += 1,
                 Err(what) => check.damaged.push((file, what)),
             }
@@ -338,22 +346,44 @@ impl Library {
     }
 
     fn verify_file(&self, file: &Path) -> Result<(), String> {
-        let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
+        let bytes = read_bytes(file, MAX_ENTRY_BYTES).map_err(|e| e.to_string())?;
         let generator = self.generator();
         let name = entry::inspect(&generator, &bytes).map_err(|e| e.to_string())?;
         let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
         if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
             return Err(EntryError::OtherModule.to_string());
         }
-        let module = entry::decode(&generator, &id, &bytes).map_err(|e| e.to_string())?;
-        super::module::validate(&module.module).map(drop).map_err(|e| e.as_inner().to_string())
+        decode(&generator, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
+        let made = ShaderModule::build_with(&self.source().fragments, &id, &self.lowering).map_err(|e| e.to_string())?;
+        if entry::encode(&generator, &made).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
+    }
+
+    /// Makes modules that came from disk anew, and replaces those that differ: for whoever cannot use what an entry held. Answers how many did.
+    pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
+        let source = self.source();
+        let is_forged = |id: &&ModuleId| {
+            let held = self.modules.lock().unwrap_or_else(PoisonError::into_inner).get(id).cloned();
+            let Some(Ok((held, Origin { how: CacheOutcome::Read, .. }))) = held.as_ref().and_then(|slot| slot.get()) else { return false };
+            let made = ShaderModule::build_with(&source.fragments, id, &self.lowering).ok();
+            made.is_some_and(|made| entry::encode(&source.generator, &made) != entry::encode(&source.generator, held))
+        };
+        let forged: Vec<&ModuleId> = ids.iter().filter(is_forged).collect();
+        for id in &forged {
+            let path = self.entry_path(id).unwrap_or_default();
+            (self.say)(&format!("shader library: {} is replaced: it is not what its key emits", path.display()));
+            self.counters.healed.fetch_add(1, Ordering::Relaxed);
+            // Gone from both, it is emitted when it is next asked for.
+            drop(std::fs::remove_file(path));
+            self.modules.lock().unwrap_or_else(PoisonError::into_inner).remove(id);
+        }
+        forged.len()
     }
 
     /// Removes every entry of every generator, and what crashed writers left. Returns the number of files removed.
     pub fn clear(&self) -> std::io::Result<u64> {
         let mut removed = 0;
         for folder in self.folders() {
-            for file in files_in(&folder).filter(|f| is_entry(f) || is_leftover(f)) {
+            for file in files_in(&folder).filter(|f| is_temporary(f)).chain(entries_in(&folder)) {
                 std::fs::remove_file(&file)?;
                 removed += 1;
             }
@@ -362,6 +392,16 @@ impl Library {
         }
         self.modules.lock().unwrap_or_else(PoisonError::into_inner).clear();
         Ok(removed)
+    }
+
+    /// The first folder that is there and cannot be looked into.
+    fn unreadable(&self) -> Option<String> {
+        let why = |folder: &Path| match std::fs::read_dir(folder) {
+            Ok(mut entries) => entries.find_map(|entry| entry.err()),
+            Err(e) => Some(e).filter(|e| e.kind() != std::io::ErrorKind::NotFound),
+        };
+        let folders = self.root.iter().cloned().chain(self.folders());
+        folders.into_iter().find_map(|folder| why(&folder).map(|e| format!("{} cannot be read: {e}", folder.display())))
     }
 
     /// Folders of all generators.
@@ -375,28 +415,8 @@ fn files_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path()).filter(|p| p.is_file())
 }
 
-fn is_entry(file: &Path) -> bool {
-    file.extension().is_some_and(|e| e == EXTENSION)
-}
-
-const TEMPORARY: &str = ".writing-";
-
-fn is_leftover(file: &Path) -> bool {
-    file.file_name().is_some_and(|n| n.to_string_lossy().starts_with(TEMPORARY))
-}
-
-/// Writes beside the target, syncs, renames: the target is the old file, the new one, or absent, and never half of one.
-fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)?;
-    // Opened and written here: the crate's own ways put the temporary name into their messages.
-    let mut options = std::fs::OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY).make_in(folder, |at| options.open(at))?;
-    file.as_file_mut().write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    Ok(())
+/// Whatever has the name of an entry: a pipe or a link, too, is in an entry's place.
+fn entries_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
+    let all = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
+    all.filter(|p| p.extension().is_some_and(|e| e == EXTENSION) && !p.is_dir())
 }

@@ -3,7 +3,8 @@
 //! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
 //! overwritten; fields that a file lacks keep their defaults.
 
-use crate::session::{DisplayPreference, FileAccess, write_whole};
+use crate::files::{FileAccess, read_text, write_whole};
+use crate::session::DisplayPreference;
 use crate::view::app::view_state::ViewState;
 use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// Sizes of text and controls.
 pub const ZOOMS: RangeInclusive<f32> = 0.6..=3.0;
+/// Bytes of a settings file at the most: thousands of bookmarks.
+const MAX_BYTES: u64 = 1 << 24;
 /// Views that are remembered without being kept.
 const RECENT: usize = 20;
 
@@ -99,7 +102,7 @@ impl Settings {
 
     /// The settings of a file, and one line where it could not be read: it then stands beside its place with `.broken` after its name.
     pub fn load(path: &Path) -> (Self, Option<String>) {
-        let text = match std::fs::read_to_string(path) {
+        let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return (Self::default(), None),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),

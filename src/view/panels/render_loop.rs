@@ -90,7 +90,7 @@ impl Interface {
     pub(super) fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
         match worker.take() {
             None => {}
-            Some(Err(why)) => self.no_picture = Some(why.to_string()),
+            Some(Err(why)) => self.fail(why.to_string(), worker),
             Some(Ok(mut drawing)) => {
                 self.no_picture = None;
                 let pixels = u64::from(drawing.width) * u64::from(drawing.height);
@@ -119,6 +119,14 @@ impl Interface {
         }
     }
 
+    /// There is no picture of this view. Where there was none before either, who started the program hears of it on standard error, too.
+    fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
+        if self.viewport.drawing.is_none() && self.no_picture.as_ref() != Some(&why) {
+            worker.session().tell(&why);
+        }
+        self.no_picture = Some(why);
+    }
+
     pub(super) fn refresh_marks(&mut self, lettering: &LabelMetrics) {
         let Some(drawing) = &self.viewport.drawing else { return };
         let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
@@ -143,7 +151,7 @@ impl Interface {
         let mut request = match request {
             Ok(r) => r,
             Err(why) => {
-                self.no_picture = Some(why.to_string());
+                self.fail(why.to_string(), worker);
                 return;
             }
         };

@@ -3,15 +3,16 @@
 //! In: the view, names of files. Out: files, and where they are. Always: no file that exists is written over; what was begun goes on when the panel is closed.
 
 use super::{Interface, accessible};
+use crate::files::{FileAccess, read_text, write_new};
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{FileAccess, PROVENANCE_CHUNK, Session, is_exr, write_new, write_new_picture};
+use crate::session::{PROVENANCE_CHUNK, Session, is_exr, write_new_picture};
 use crate::view::app::file_names::{NumberedName, free_names, whole};
 use crate::view::app::settings::{Bookmark, ZOOMS};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::link::{SCHEME, restored};
+use crate::view::link::{MAX_BYTES, SCHEME, restored};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{DragValue, ProgressBar, ScrollArea, TextEdit};
 use std::io::Write;
@@ -115,7 +116,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             interface.message = written.map_or_else(|why| why, |path| saved(&path));
         }
         if ui.button("Open view").clicked() {
-            let text = std::fs::read_to_string(&path).map_err(|e| e.to_string());
+            let text = read_text(&path, MAX_BYTES).map_err(|e| e.to_string());
             let read = text.and_then(|text| restored(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
             opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
         }

@@ -26,7 +26,11 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
-        ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
+        if interface.said().is_empty() {
+            ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
+        } else {
+            say(interface, ui, rect);
+        }
         return;
     };
     let place = ImagePlacement::of(size_px, rect, interface.viewport.size_px);

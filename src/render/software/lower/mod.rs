@@ -90,25 +90,14 @@ fn lowered(
     let found = module.entry_points.iter().position(|e| e.name == entry);
     let index = found.ok_or_else(|| LowerError::new(format!("no entry point '{entry}'"), Span::UNDEFINED))?;
     let point = &module.entry_points[index];
-    let stage = match point.stage {
-        naga::ShaderStage::Vertex => Stage::Vertex,
-        naga::ShaderStage::Fragment => Stage::Fragment,
-        other => return Err(LowerError::new(format!("entry point '{entry}': stage {other:?} is not supported"), Span::UNDEFINED)),
-    };
-    let mut interface = Interface { inputs: Vec::new(), values: Vec::new(), outputs: Vec::new() };
+    let stage = stage_of(point)?;
     let mut builder = Builder::new();
-    let mut arguments = Vec::new();
-    for arg in &point.function.arguments {
-        arguments.push(interface.read(module, stage, &mut builder, arg.ty, arg.binding.as_ref(), &arg.name)?);
-    }
+    let (mut interface, arguments) = Interface::of(module, point, stage, &mut builder)?;
     let active = builder.fresh_lane();
     interface.values.push(active);
     let mut lowerer = Lowerer::new(module, info, builder, active)?;
     lowerer.watch = watch;
     let result = lowerer.entry(&point.function, info.get_entry_point(index), arguments)?;
-    if let Some(r) = &point.function.result {
-        interface.write(module, stage, r.ty, r.binding.as_ref())?;
-    }
     let discarded = lowerer.discarded();
     let mut b = lowerer.builder;
     let mut outputs: Vec<Val> = result.into_iter().take(interface.outputs.len()).collect();
@@ -176,6 +165,43 @@ pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, Pr
     Ok(programs)
 }
 
+/// Verifies that bytes are programs of this module's entry points: the same names, stages, inputs and outputs, and only textures that it binds.
+///
+/// # Errors
+/// What does not fit, in one line.
+pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(), String> {
+    let programs = programs_from_bytes(bytes).map_err(|e| e.to_string())?;
+    if programs.len() != module.entry_points.len() {
+        return Err(format!("{} programs for {} entry points", programs.len(), module.entry_points.len()));
+    }
+    let is_bound =
+        |number: u32| module.global_variables.iter().any(|(_, v)| v.binding.is_some_and(|b| b.group == 0 && b.binding == number));
+    for (program, point) in programs.iter().zip(&module.entry_points) {
+        let stage = stage_of(point).map_err(|e| e.to_string())?;
+        let (interface, _) = Interface::of(module, point, stage, &mut Builder::new()).map_err(|e| e.to_string())?;
+        let bound = program.textures.iter().all(|t| is_bound(t.texture_binding) && t.sampler_binding.is_none_or(is_bound));
+        let same = (&program.name, program.stage) == (&point.name, stage)
+            && program.inputs == interface.inputs
+            && program.outputs == interface.outputs;
+        if !(bound && same) {
+            return Err(format!(
+                "program '{}' is not that of the entry point '{}'",
+                program.name.escape_debug(),
+                point.name.escape_debug()
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn stage_of(point: &naga::EntryPoint) -> Result<Stage> {
+    match point.stage {
+        naga::ShaderStage::Vertex => Ok(Stage::Vertex),
+        naga::ShaderStage::Fragment => Ok(Stage::Fragment),
+        other => Err(LowerError::new(format!("entry point '{}': stage {other:?} is not supported", point.name), Span::UNDEFINED)),
+    }
+}
+
 struct Interface {
     inputs: Vec<LaneInput>,
     values: Vec<Val>,
@@ -198,6 +224,19 @@ fn flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bool>
 }
 
 impl Interface {
+    /// What an entry point takes, with the value of each argument, and what it gives.
+    fn of(module: &naga::Module, point: &naga::EntryPoint, stage: Stage, builder: &mut Builder) -> Result<(Self, Vec<Vec<Val>>)> {
+        let mut interface = Self { inputs: Vec::new(), values: Vec::new(), outputs: Vec::new() };
+        let mut arguments = Vec::new();
+        for arg in &point.function.arguments {
+            arguments.push(interface.read(module, stage, builder, arg.ty, arg.binding.as_ref(), &arg.name)?);
+        }
+        if let Some(r) = &point.function.result {
+            interface.write(module, stage, r.ty, r.binding.as_ref())?;
+        }
+        Ok((interface, arguments))
+    }
+
     fn read(
         &mut self,
         module: &naga::Module,

@@ -47,7 +47,7 @@ fn digest_of(sources: &[(String, &[u8])]) -> String {
 
 /// What the shader library needs to store tapes: the lowering and the digest of its code.
 pub fn lowering() -> crate::shader::Lowering {
-    crate::shader::Lowering { digest: digest_of(&sources()), lower: super::lower_to_bytes }
+    crate::shader::Lowering { digest: digest_of(&sources()), lower: super::lower_to_bytes, check: super::check_bytes }
 }
 
 #[cfg(test)]

@@ -1,0 +1,352 @@
+//! What the built program makes of files and words that mean harm: an answer in bounded time and memory, on one line that names the file or field.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest that a refusal may take; most take a tenth of a second.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// The program's answer, without a screen. One that does not come is a failure, not a wait.
+fn orrery(cache: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orrery"));
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
+    command.args(["--renderer", "software", "--cache", text(cache)]).args(words);
+    ended(command)
+}
+
+fn ended(mut command: Command) -> Output {
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    let (mut out, mut err) = (child.stdout.take().expect("a pipe"), child.stderr.take().expect("a pipe"));
+    let read = |from: &mut dyn std::io::Read| {
+        let mut bytes = Vec::new();
+        from.read_to_end(&mut bytes).expect("read");
+        bytes
+    };
+    std::thread::scope(|scope| {
+        let (stdout, stderr) = (scope.spawn(|| read(&mut out)), scope.spawn(|| read(&mut err)));
+        let begun = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().expect("waits") {
+                break Some(status);
+            }
+            if begun.elapsed() > PATIENCE {
+                child.kill().expect("killed");
+                child.wait().expect("ended");
+                break None;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        let (stdout, stderr) = (stdout.join().expect("read"), stderr.join().expect("read"));
+        let status = status.unwrap_or_else(|| panic!("{command:?} does not end: {}", String::from_utf8_lossy(&stderr)));
+        Output { status, stdout, stderr }
+    })
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a plain name")
+}
+
+fn said(out: &Output) -> String {
+    String::from_utf8_lossy(&out.stderr).into_owned()
+}
+
+/// The only line that a failed command says.
+fn refusal(out: &Output, case: &str) -> String {
+    let line = said(out);
+    assert!(matches!(out.status.code(), Some(1 | 2)), "{case}: {:?}: {line}", out.status);
+    assert!(line.trim().lines().count() == 1 && out.stdout.is_empty(), "{case}: {line}");
+    assert!(!line.contains("panicked"), "{case}: {line}");
+    line
+}
+
+#[cfg(unix)]
+fn pipe(path: PathBuf) -> PathBuf {
+    assert!(Command::new("mkfifo").arg(&path).status().expect("mkfifo runs").success());
+    path
+}
+
+/// A link comes from a stranger's page: 30,000 dotted parts, and as many brackets, overflowed the stack.
+#[test]
+fn a_link_of_any_depth_and_length_is_answered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dotted = format!("orrery://view?{}=1", vec!["a"; 30_000].join("."));
+    let brackets = format!("orrery://view?eye={}", "[".repeat(60_000));
+    let long = format!("orrery://view?target={}", "x".repeat(100_000));
+    for (link, word) in [(&dotted, "nested one level deep"), (&brackets, "eye"), (&long, "too long for a view")] {
+        let out = orrery(folder.path(), &["view", link]);
+        // The second line says that there is no screen.
+        let line = said(&out);
+        assert!(out.status.code() == Some(1) && line.contains(word) && line.lines().count() <= 2, "{word}: {line}");
+        assert!(line.lines().all(|l| l.chars().count() < 600), "{line}");
+    }
+    let nested = folder.path().join("view.json");
+    std::fs::write(&nested, format!("{{\"eye\":{}", "[".repeat(30_000))).expect("a file");
+    assert!(said(&orrery(folder.path(), &["view", text(&nested)])).contains("recursion limit exceeded"));
+}
+
+/// Every option that names a file: a pipe that nobody writes, and a device without an end.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_in_the_place_of_files_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let fifo = pipe(at("pipe"));
+    let endless = at("endless");
+    std::os::unix::fs::symlink("/dev/zero", &endless).expect("a link");
+    let view = ["explain", "--target", "moon", "--time", "2024-01-01"];
+    for (kind, odd) in [("pipe", &fifo), ("device", &endless)] {
+        let catalogs = at(&format!("catalogs-{kind}"));
+        let shaders = at(&format!("shaders-{kind}"));
+        let textures = at(&format!("textures-{kind}"));
+        for (folder, name) in [(&catalogs, "x.toml"), (&shaders, "lib/draw.wesl"), (&textures, "moon.jpg")] {
+            let place = folder.join(name);
+            std::fs::create_dir_all(place.parent().expect("a folder")).expect("a folder");
+            std::os::unix::fs::symlink(odd, place).expect("a link");
+        }
+        let o = text(odd);
+        for words in [["--kernel", o], ["--catalogs", text(&catalogs)], ["--shaders", text(&shaders)]] {
+            refusal(&orrery(&at("cache"), &[&view[..], &words].concat()), &format!("{kind} {words:?}"));
+        }
+        for words in [["explain", "--camera-json", o], ["compare", o, o]] {
+            assert!(refusal(&orrery(&at("cache"), &words), kind).contains("not a regular file"), "{kind} {words:?}");
+        }
+        let out = orrery(&at("cache"), &["view", o]);
+        assert!(out.status.code() == Some(1) && said(&out).contains("not a regular file"), "{kind}: {}", said(&out));
+        let out = orrery(&at("cache"), &["view", "--settings", o]);
+        assert!(out.status.code() == Some(1) && said(&out).contains("not a regular file"), "{kind}: {}", said(&out));
+        let out = orrery(&at("cache"), &[&view[..], &["--textures", text(&textures)]].concat());
+        assert!(out.status.success(), "{kind}: {}", said(&out));
+    }
+}
+
+/// The library and the tables of air read entries that someone else may have laid there.
+#[cfg(unix)]
+#[test]
+fn odd_kinds_of_files_in_the_cache_stop_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
+    let render = || {
+        let words = ["render", "--target", "pluto", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", text(&picture)];
+        let out = orrery(&cache, &words);
+        assert!(out.status.success(), "{}", said(&out));
+        (std::fs::read(&picture).expect("a picture"), said(&out))
+    };
+    let (first, _) = render();
+    let entries = |below: &Path| -> Vec<PathBuf> {
+        let mut found: Vec<PathBuf> = std::fs::read_dir(below).expect("a folder").map(|e| e.expect("an entry").path()).collect();
+        found.sort();
+        found
+    };
+    let shaders = entries(&entries(&cache.join("orrery/shaders"))[0]);
+    let tables = entries(&cache.join("orrery/air"));
+    assert!(!shaders.is_empty() && !tables.is_empty());
+    for entry in shaders.iter().chain(&tables) {
+        std::fs::remove_file(entry).expect("removed");
+    }
+    shaders.iter().chain(&tables).enumerate().for_each(|(k, entry)| match k % 2 {
+        0 => drop(pipe(entry.clone())),
+        _ => std::os::unix::fs::symlink("/dev/zero", entry).expect("a link"),
+    });
+    let (again, line) = render();
+    assert!(first == again, "another picture");
+    assert!(line.lines().count() <= 2 && line.contains("not a regular file"), "{line}");
+}
+
+/// In a shared cache another user's link made us overwrite our own file.
+#[cfg(unix)]
+#[test]
+fn a_cache_that_others_may_write_is_not_used() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().expect("a folder");
+    let cache = folder.path().join("cache");
+    for part in ["orrery", "orrery/shaders", "orrery/air"] {
+        let shared = cache.join(part);
+        std::fs::create_dir_all(&shared).expect("a folder");
+        std::fs::set_permissions(&shared, std::fs::Permissions::from_mode(0o777)).expect("permissions");
+        let out = orrery(
+            &cache,
+            &["render", "--target", "pluto", "--time", "2024-01-01", "--size", "8x8", "-o", text(&folder.path().join("a.png"))],
+        );
+        let line = said(&out);
+        assert!(out.status.success() && line.lines().count() == 1, "{part}: {line}");
+        assert!(line.contains("is not used: others may write into it (mode 777)") && line.contains("--cache"), "{part}: {line}");
+        assert_eq!(std::fs::read_dir(&shared).expect("a folder").count(), 0, "{part}: something was written");
+        std::fs::remove_dir_all(&cache).expect("removed");
+    }
+    // What the program makes itself is nobody else's to read.
+    let status = orrery(
+        &cache,
+        &["render", "--target", "pluto", "--time", "2024-01-01", "--size", "8x8", "--overwrite", "-o", text(&folder.path().join("a.png"))],
+    );
+    assert!(status.status.success() && status.stderr.is_empty(), "{}", said(&status));
+    let mode = cache.join("orrery/air").metadata().expect("made").permissions().mode();
+    assert_eq!(mode & 0o777, 0o700);
+}
+
+/// What a small argument or file may claim: 100,000 threads, 400 megapixels in a file of 100 bytes, 20,000 wrong fields.
+#[test]
+fn claims_beyond_all_measure_are_refused_with_their_limit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let (maps, picture) = (at("maps"), at("a.png"));
+    for threads in ["257", "100000", "-1", "many"] {
+        let out = orrery(&at("cache"), &["doctor", &format!("--threads={threads}")]);
+        assert!(out.status.code() == Some(2) && said(&out).contains("threads from 1 to 256"), "{threads}: {}", said(&out));
+    }
+    assert!(orrery(&at("cache"), &["doctor", "--threads", "256"]).status.success());
+
+    std::fs::create_dir(at("maps")).expect("a folder");
+    let huge = at("maps/moon.jpg");
+    let file = std::fs::File::create(&huge).expect("a file");
+    let mut head = png::Encoder::new(file, 20_000, 20_000).write_header().expect("a head");
+    head.write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).expect("no pixels");
+    drop(head);
+    let line = refusal(&orrery(&at("cache"), &["compare", text(&huge), text(&huge)]), "compare");
+    assert!(line.contains("20000 x 20000 pixels are 400 megapixels, more than 64; --max-megapixels 400 allows them"), "{line}");
+    // With the limit raised it is the file's own damage that is said.
+    let line = refusal(&orrery(&at("cache"), &["compare", text(&huge), text(&huge), "--max-megapixels", "400"]), "raised");
+    assert!(line.contains("not a picture that can be read"), "{line}");
+    let words = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "--textures", text(&maps), "-o", text(&picture)];
+    let out = orrery(&at("cache"), &words);
+    assert!(out.status.success() && said(&out).contains("400 megapixels") && said(&out).lines().count() == 1, "{}", said(&out));
+
+    std::fs::create_dir(at("catalogs")).expect("a folder");
+    let fields: String = (0..20_000).map(|k| format!("x{k} = 1\n")).collect();
+    std::fs::write(at("catalogs/a.toml"), format!("[[body]]\nid = 401\n{fields}")).expect("a file");
+    for verb in [&["explain", "--target", "moon", "--time", "2024-01-01"][..], &["doctor"]] {
+        let out = orrery(&at("cache"), &[verb, &["--catalogs", text(&at("catalogs"))]].concat());
+        let both = format!("{}{}", said(&out), String::from_utf8_lossy(&out.stdout));
+        assert!(both.matches("is not a field here").count() == 20 && both.contains("and 19980 more"), "{verb:?}: {}", both.len());
+    }
+}
+
+/// Every text of a file or a question that a message repeats, made to steer a terminal and to forge lines.
+#[test]
+fn what_a_message_repeats_of_a_file_stays_on_its_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let evil = "\\u001b[2J\\u001b]0;x\\u0007\\r\\norrery: all is well\\u202e";
+    let steers = |text: &str| text.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}');
+    let catalogs = [
+        format!("[[body]]\nid = 401\n\"{evil}\" = 1\n"),
+        format!("[[body]]\nid = 401\nname = \"{evil}\"\n"),
+        format!("[[body]]\nid = 401\naliases = [\"{evil}\"]\n"),
+        format!("[[body]]\nid = 401\nparent = \"{evil}\"\n"),
+        format!("[[body]]\nid = 401\nkind = \"{evil}\"\n"),
+        format!("[[body]]\nid = 401\n[body.sources]\nradii = \"{evil}\"\n"),
+        format!("[[ring]]\nbody = \"Mars\"\nname = \"{evil}\"\n"),
+        format!("[[moment]]\nname = \"{evil}\"\n"),
+        "\u{1b}[2J = 1\n".to_owned(),
+    ];
+    for (k, text_of_file) in catalogs.iter().enumerate() {
+        let catalog = at(&format!("catalogs-{k}"));
+        std::fs::create_dir(&catalog).expect("a folder");
+        std::fs::write(catalog.join("a.toml"), text_of_file).expect("a file");
+        let out = orrery(&at("cache"), &["explain", "--target", "moon", "--time", "2024-01-01", "--catalogs", text(&catalog)]);
+        let lines = said(&out);
+        assert!(out.status.code() == Some(1) && !steers(&lines), "{text_of_file}: {lines:?}");
+        assert!(lines.lines().all(|l| l.contains("a.toml:")), "{text_of_file}: a line of its own: {lines}");
+    }
+    for question in [
+        format!("{{\"q\":\"disc-overlap\",\"{evil}\":1}}"),
+        format!("{{\"q\":\"{evil}\"}}"),
+        format!("{{\"q\":\"disc-overlap\",\"k\":1,\"d\":1,\"model\":\"{evil}\"}}"),
+        format!("{{\"q\":\"sunlight\",\"body\":\"{evil}\",\"time\":\"2024-04-08\",\"lat\":0,\"lon\":0}}"),
+    ] {
+        assert!(!steers(&refusal(&orrery(&at("cache"), &["probe", &question]), &question)), "{question}");
+    }
+    let camera = at("camera.json");
+    std::fs::write(&camera, format!("{{\"{evil}\":1}}")).expect("a file");
+    assert!(!steers(&refusal(&orrery(&at("cache"), &["explain", "--camera-json", text(&camera)]), "camera")));
+    // A shape model's line, raw bytes and all.
+    let (mesh, picture) = (at("mesh"), at("a.png"));
+    std::fs::create_dir(&mesh).expect("a folder");
+    std::fs::write(mesh.join("a.toml"), "[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n").expect("a file");
+    std::fs::write(mesh.join("a.obj"), "v 1 2 \u{1b}[2J\u{7}\r\n").expect("a file");
+    let words = ["render", "--target", "phobos", "--time", "2024-01-01", "--size", "8x8", "-o", text(&picture), "--catalogs", text(&mesh)];
+    let out = orrery(&at("cache"), &words);
+    assert!(said(&out).lines().count() == 1 && said(&out).contains("a.obj:1") && !steers(&said(&out)), "{:?}", said(&out));
+}
+
+/// What was taken and gave a wrong answer or none.
+#[test]
+fn values_that_mean_nothing_are_refused_by_their_option() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (cache, picture) = (folder.path().join("cache"), folder.path().join("a.png"));
+    let none = folder.path().join("none");
+    let cases: [(&[&str], &str); 9] = [
+        (&["--at", "91,0"], "--at 91,0"),
+        (&["--at=-90.5,0"], "--at -90.5,0"),
+        (&["--at", "0,400"], "--at 0,400"),
+        (&["--at", "nan,0"], "--at nan,0"),
+        (&["--from", "earth", "--at", "91,0"], "--at 91,0"),
+        (&["--rate", "0"], "--rate"),
+        (&["--frames", "0"], "--frames"),
+        (&["--textures", text(&none)], "there is no such folder; --textures"),
+        (&["--textures", "/dev/null"], "there is no such folder; --textures"),
+    ];
+    for (words, named) in cases {
+        let view = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", text(&picture)];
+        let out = orrery(&cache, &[&view[..], words].concat());
+        assert!(matches!(out.status.code(), Some(1 | 2)) && said(&out).contains(named), "{words:?}: {:?} {}", out.status, said(&out));
+        assert!(!picture.exists(), "{words:?}: a picture");
+    }
+    let air = |fields: &str| {
+        let species = format!(
+            "{{\"profile\":\"exponential\",\"scattering_per_m\":[5e-6,1e-5,3e-5],\"extinction_per_m\":[5e-6,1e-5,3e-5],\"phase\":\"rayleigh\",{fields}}}"
+        );
+        let ray = "\"cam\":[0,0,1.0001],\"dir\":[1,0,0.2],\"sun\":[1,0,1],\"tier\":\"pixel-16\"";
+        format!("{{\"q\":\"scatter\",\"atmosphere\":{{\"planet_radius_km\":6371,\"top_km\":60,\"species\":[{species}]}},{ray}}}")
+    };
+    for height in ["0", "-1", "-1e-300"] {
+        let line = refusal(&orrery(&cache, &["probe", &air(&format!("\"scale_height_km\":{height}"))]), height);
+        assert!(line.contains("scale_height_km must be greater than 0"), "{height}: {line}");
+    }
+    let out = orrery(&cache, &["probe", &air("\"scale_height_km\":8")]);
+    assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", said(&out));
+    // A cache that is there and cannot be looked into is not an empty one.
+    std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
+    let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
+    std::fs::write(cache.join("orrery/shaders"), "a file").expect("a file");
+    for words in [["library", "status"], ["library", "verify"]] {
+        let out = orrery(&cache, &words);
+        assert!(out.status.code() == Some(1) && said(&out).contains("shaders cannot be read"), "{words:?}: {}", said(&out));
+    }
+}
+
+/// What killed runs left is gone after a day; what a full disk cuts short is not left at all.
+#[cfg(unix)]
+#[test]
+fn no_half_file_is_left_behind() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (cache, picture, difference) = (folder.path().join("cache"), folder.path().join("a.png"), folder.path().join("d.png"));
+    let litter = |folder: &Path, name: &str, age_s: u64| {
+        std::fs::create_dir_all(folder).expect("a folder");
+        let file = std::fs::File::create(folder.join(name)).expect("a file");
+        file.set_modified(std::time::SystemTime::now() - Duration::from_secs(age_s)).expect("a time");
+        folder.join(name)
+    };
+    let old = litter(folder.path(), ".orrery-writing-aaaaaa", 100_000);
+    let young = litter(folder.path(), ".orrery-writing-bbbbbb", 100);
+    let other = litter(folder.path(), ".tmpcccccc", 100_000);
+    let words = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", text(&picture)];
+    assert!(orrery(&cache, &words).status.success());
+    assert!(!old.exists() && young.exists() && other.exists());
+    let program = env!("CARGO_BIN_EXE_orrery");
+    let mut full = Command::new("sh");
+    full.args([
+        "-c",
+        "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"",
+        program,
+        "compare",
+        text(&picture),
+        text(&picture),
+        "-o",
+        text(&difference),
+    ]);
+    let line = said(&ended(full));
+    assert!(line.lines().count() == 1 && line.contains("d.png"), "{line}");
+    let left: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").map(|e| e.expect("an entry").file_name()).collect();
+    assert!(left.len() == 4 && !difference.exists(), "{left:?}");
+}
