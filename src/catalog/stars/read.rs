@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn both_forms_say_the_same_of_a_star() {
-        let (ra_deg, dec_deg) = (279.234_108, 38.782_993);
+        let (ra_deg, dec_deg) = (279.234_108_f64, 38.782_993_f64);
         let table = format!(
             "# name,RA_deg(ICRS, J1991.25),dec_deg,V,plx,pmRA,pmDec,B-V\nVega,{ra_deg},{dec_deg},0.03,130.23,200.94,286.23,-0.001\n"
         );
