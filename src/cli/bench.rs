@@ -26,7 +26,7 @@ wall_ms: the median difference between --frames pairs of frames with and without
 effect, at least 0. cpu_noise_ms and wall_noise_ms: the median absolute deviation of
 these differences (null for one pair); a cost below its noise is not significant.
 
-Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system.
+Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system, night-sky.
 
 Each scene is drawn once to fill the caches (first_ms), then --frames times. median_ms,
 median_cpu_ms, stages and stages_cpu are those of the frame with the median wall time

@@ -1,7 +1,7 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
 //! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue and has proper motion, parallax and aberration; right ascension and
-//! declination are of the ICRF, without distance, and have aberration. Pixels count from the upper left corner of the picture. What is behind the camera has none.
+//! declination are of the ICRF, without distance, and have aberration. Pixels count from the upper left corner of the picture. What is behind the camera is not in the frame; its pixel is that of the opposite direction.
 
 use super::pixel::view_request;
 use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
@@ -78,12 +78,12 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
         (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
         _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),
     };
-    let Some(clip) = scene.camera.clip(direction) else {
-        return Ok(json!({ "x": null, "y": null, "in_frame": false, "hidden": is_hidden(&scene, direction, distance_km) }));
-    };
-    let at = scene.camera.pixel_from_clip(clip);
-    let in_frame = clip.abs().max_element() <= 1.0;
-    Ok(json!({ "x": at.x, "y": at.y, "in_frame": in_frame, "hidden": is_hidden(&scene, direction, distance_km) }))
+    let camera = &scene.camera;
+    let before = camera.clip(direction);
+    let at = before.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
+    let in_frame = before.is_some_and(|clip| clip.abs().max_element() <= 1.0);
+    let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
+    Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": is_hidden(&scene, direction, distance_km) }))
 }
 
 /// Whether the line of sight to a place meets a nearer body.

@@ -65,7 +65,13 @@ fn lines_run_before_and_behind_the_planet() {
 fn layers_are_read_or_refused_by_name() {
     assert_eq!(Layers::parse("+orbits,-labels").expect("the contract's example"), Layers { orbits: true, ..Layers::default() });
     assert_eq!(Layers::parse("+orbits, -orbits").expect("the last sign"), Layers::default());
-    for (text, why) in [("orbits", "write + or -"), ("+stars", "one of orbits, labels, outline, bloom"), ("labels", "write + or -")] {
+    // What is as usual is not written down; what is not comes back.
+    assert_eq!(Layers::default().to_text(), "");
+    let switched = Layers::parse("-stars,+bloom").expect("layers");
+    assert_eq!((switched.to_text().as_str(), switched.stars), ("+bloom,-stars", false));
+    assert_eq!(Layers::parse(&switched.to_text()).expect("layers"), switched);
+    for (text, why) in [("orbits", "write + or -"), ("+trails", "one of orbits, labels, outline, bloom, stars"), ("labels", "write + or -")]
+    {
         let error = Layers::parse(text).expect_err("refused").to_string();
         assert!(error.contains(why) && error.contains(text), "{error}");
     }

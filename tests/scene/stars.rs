@@ -7,7 +7,7 @@ use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::Catalog;
 use orrery::catalog::NaifId;
-use orrery::catalog::stars::Star;
+use orrery::catalog::stars::{Star, StarCatalog};
 use orrery::ephemeris::Ephemeris;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::photometry::irradiance_of_magnitude;
@@ -20,6 +20,7 @@ use orrery::time::Instant;
 use serde::Deserialize;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 const TOLERANCE_PX: f64 = 0.1;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
@@ -81,10 +82,18 @@ fn sky() -> (Catalog, Ephemeris) {
     (catalog, ephemeris)
 }
 
-/// The pixel of a star in a view.
+/// The pixel of a star in a view; `None` behind the camera.
 fn pixel(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest, star: &Star) -> Option<DVec2> {
     let direction = StarPlacer::of(catalog, viewer, request).place(star).direction;
     viewer.camera.clip(direction).map(|clip| viewer.camera.pixel_from_clip(clip))
+}
+
+/// The same; of a star behind the camera the pixel of the opposite direction, as the reference has it of some.
+fn pixel_through_centre(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest, star: &Star) -> DVec2 {
+    let camera = &viewer.camera;
+    let direction = StarPlacer::of(catalog, viewer, request).place(star).direction;
+    let clip = camera.clip(direction).or_else(|| camera.clip(-direction)).expect("before or behind");
+    camera.pixel_from_clip(clip)
 }
 
 #[test]
@@ -99,7 +108,7 @@ fn directions_are_those_of_an_independent_reduction() {
         let star = stars.hip(case.hip()).expect("in the catalogue");
         let moving = viewer(&catalog, &ephemeris, &request).expect("a viewer");
         let at_rest = Viewer { body_velocity_km_s: DVec3::ZERO, ..moving.clone() };
-        let off = |viewer: &Viewer| pixel(&catalog, viewer, &request, star).expect("in front").distance(case.place_px());
+        let off = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.place_px());
         worst = worst.max(off(&moving));
         worst_at_rest = worst_at_rest.max(off(&at_rest));
         assert!(off(&moving) < TOLERANCE_PX, "{} in {}: {:.4} pixels", case.star, case.view, off(&moving));
@@ -155,6 +164,10 @@ fn centroids_in_pictures_are_those_of_the_reference() {
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
         for case in of_view {
             let place = case.place_px();
+            let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalogue");
+            if star.direction.dot(drawn.scene.camera.forward) < 0.0 {
+                continue;
+            }
             if all.iter().filter(|at| at.distance(place) < 12.0).count() != 1 {
                 continue;
             }
@@ -313,13 +326,34 @@ fn the_exposure_decides_what_shows() {
     assert!(night.stars.len() > 300 && night.sky[0].on, "{:?}", night.sky);
     let off = at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
     assert!(off.stars.is_empty() && off.sky[0].reason == "set by you");
-    // Through civil twilight their number grows.
+    // None at sunset, all of them when the night has come.
     let counts: Vec<usize> =
-        [18, 19, 20].iter().map(|h| at(45.0, 0.0, &format!("2024-03-20T{h}:15:00Z"), Layers::default()).stars.len()).collect();
-    assert!(counts.windows(2).all(|w| w[0] <= w[1]), "{counts:?}");
-    // Light near the horizon is redder by the air.
-    let faint = EffectOverrides::parse("-atmosphere").expect("effects");
-    assert!(faint.override_of(orrery::scene::effects::Effect::Atmosphere) == Some(false));
+        ["18:15", "18:40", "20:15"].iter().map(|h| at(45.0, 0.0, &format!("2024-03-20T{h}:00Z"), Layers::default()).stars.len()).collect();
+    assert!(counts[0] == 0 && counts[1] < counts[2] && counts[2] > 500, "{counts:?}");
+}
+
+/// The air reddens a star near the horizon and leaves the hue of one overhead; without air neither changes.
+#[test]
+fn air_reddens_low_stars() {
+    let red_over_blue = |altitude_deg: f64, effects: &str| {
+        let overhead = DVec3::new(0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt());
+        let direction = overhead * altitude_deg.to_radians().sin() + DVec3::Y * altitude_deg.to_radians().cos();
+        let request = ViewRequest {
+            position: Position::Ground { body: NaifId::EARTH, latitude_deg: 45.0, longitude_deg: 0.0, height_km: 0.002 },
+            look: Look::Along { direction, axes: Axes::BodyFixed },
+            effects: EffectOverrides::parse(effects).expect("effects"),
+            ..towards(DVec3::Z, 10.0, Instant::parse("2024-03-20T00:00:00Z").expect("a time"))
+        };
+        let (catalog, ephemeris) = sky();
+        let ahead = viewer(&catalog, &ephemeris, &request).expect("a viewer").camera.forward;
+        let (ra, dec) = (ahead.y.atan2(ahead.x).to_degrees().rem_euclid(360.0), ahead.z.asin().to_degrees());
+        let stars = StarCatalog::parse("one", &format!("ra_deg,dec_deg,v_mag\n{ra},{dec},1\n")).expect("a star");
+        let scene = Scene::build(&catalog.with_stars(Some(Arc::new(stars))), &ephemeris, &request).expect("a scene");
+        scene.stars[0].flux.x / scene.stars[0].flux.z
+    };
+    let (low, high) = (red_over_blue(2.0, ""), red_over_blue(90.0, ""));
+    assert!(low > 3.0 && (1.0..1.4).contains(&high), "{low} {high}");
+    assert_eq!(red_over_blue(2.0, "-atmosphere"), 1.0);
 }
 
 /// A star behind the Moon adds nothing to its disc, and shines beside it.

@@ -157,7 +157,43 @@ fn a_pixel_tells_how_it_came_about() {
     let graphic = (mars.sub_viewer.latitude_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
     assert!((middle["lat"].as_f64().expect("lat") - graphic).abs() < 0.05, "{} {graphic}", middle["lat"]);
     assert!((middle["lon"].as_f64().expect("lon") - mars.sub_viewer.longitude_deg).abs() < 0.05, "{}", middle["lon"]);
-    // Beside the disc nothing is drawn.
+    // Beside the disc nothing is drawn but stars.
     let beside = pixel(Precision::F32, 0, 0);
-    assert!(beside["body"].is_null() && beside["lat"].is_null() && beside["radiance"][0] == 0.0, "{beside}");
+    let light = beside["radiance"][0].as_f64().expect("a number");
+    assert!(beside["body"].is_null() && beside["lat"].is_null() && light < 1e-6, "{beside}");
+}
+
+/// The pixel of a star, a body and a direction: those of the reference (tests/data/stars_public.json), in the frame or behind the camera, hidden or not.
+#[test]
+fn a_star_and_a_body_have_their_pixel() {
+    let prober = Prober { session: &SESSION, renderer: SESSION.renderer() };
+    let ask = |more: &str| {
+        let look = "[0.40193385173382296,0.8619499266302462,0.3090169943749474]";
+        let view =
+            format!(r#"{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":{look}}},"up":"celestial","fov_deg":35}}"#);
+        prober.answer(&format!(r#"{{"q":"project","view":{view},"time":"2000-01-01T00:00:00Z","size":[900,900],{more}}}"#))
+    };
+    let near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.1;
+    let aldebaran = ask(r#""star":"HIP 21421""#).expect("a star");
+    assert!(near(&aldebaran, 354.653, 486.187) && aldebaran["in_frame"] == true && aldebaran["hidden"] == false, "{aldebaran}");
+    // Antares is behind the camera.
+    let antares = ask(r#""star":"80763""#).expect("a star");
+    assert!(near(&antares, 397.066, 237.970) && antares["in_frame"] == false, "{antares}");
+    // The same place by right ascension and declination, J2000, without proper motion.
+    let place = ask(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
+    assert!(near(&place, 354.653, 486.187), "{place}");
+    // The Earth hides what lies behind it, towards -x; itself it does not.
+    let behind = ask(r#""ra_deg":180.0,"dec_deg":0.0"#).expect("a direction");
+    assert!(behind["hidden"] == true && behind["in_frame"] == false, "{behind}");
+    assert_eq!(ask(r#""body":"earth""#).expect("a body")["hidden"], false);
+    for (more, why) in [
+        (r#""star":"Nemesis""#, "no star `Nemesis`"),
+        (r#""body":"vulcan""#, "field `body`"),
+        (r#""ra_deg":1.0"#, "give one of"),
+        (r#""ra_deg":1.0,"dec_deg":91.0"#, "-90 to 90"),
+        (r#""star":"HIP 1","body":"mars""#, "give one of"),
+    ] {
+        let error = ask(more).expect_err("refused");
+        assert!(error.contains(why), "{error}");
+    }
 }

@@ -283,8 +283,10 @@ impl GpuRenderer {
     fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
         match format {
             // Half floats reach 65504, the Sun's middle is 58,000 in our unit, and their error is 0.12 of a 255th at most.
-            ColourFormat::Rgba32Float if keep_hdr => TextureFormat::Rgba32Float,
-            ColourFormat::Rgba32Float => TextureFormat::Rgba16Float,
+            ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim if keep_hdr => TextureFormat::Rgba32Float,
+            // Without it faint stars are lost, as on a camera's short exposure.
+            ColourFormat::Rgba32FloatDim if self.wide_colour => TextureFormat::Rgba32Float,
+            ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => TextureFormat::Rgba16Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
         }
     }

@@ -55,6 +55,9 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
 const HDR_TARGET: &str = "light";
 pub const DISPLAY_TARGET: &str = "picture";
 
+/// Below this white a level of the display may be less than the least step of half floats, 2^-24: half a level on black is 1.5e-4 of white.
+const DIM_WHITE: f64 = 4e-4;
+
 /// Plans one frame.
 pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
     Ok(graph::compile(&steps(scene, provider, sampling)?, DISPLAY_TARGET)?)
@@ -75,7 +78,7 @@ pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Sampling
         resource: HDR_TARGET,
         width,
         height,
-        format: ColourFormat::Rgba32Float,
+        format: if scene.exposure.white() < DIM_WHITE { ColourFormat::Rgba32FloatDim } else { ColourFormat::Rgba32Float },
         samples: sampling.samples,
         clear: black,
         depth: true,

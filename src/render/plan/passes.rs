@@ -115,8 +115,10 @@ pub struct PlanDraw {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColourFormat {
-    /// Linear HDR working target.
+    /// Linear HDR working target, where half floats will do.
     Rgba32Float,
+    /// The same for light so dim that half floats would lose it: a night sky.
+    Rgba32FloatDim,
     /// Display-ready bytes, already encoded by the shader.
     Rgba8Unorm,
 }

@@ -100,7 +100,9 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     timings.binning_ms = 1e3 * start.elapsed().as_secs_f64();
 
     let image = match pass.format {
-        ColourFormat::Rgba32Float => PassImage::Float(draw_tiles(pass, &jobs, &bins, "a pass of f32 colour", |c| c, &mut timings)?),
+        ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => {
+            PassImage::Float(draw_tiles(pass, &jobs, &bins, "a pass of f32 colour", |c| c, &mut timings)?)
+        }
         ColourFormat::Rgba8Unorm => PassImage::Unorm(draw_tiles(pass, &jobs, &bins, "a pass of display bytes", unorm8, &mut timings)?),
     };
     timings.wall_ms = 1e3 * whole.elapsed().as_secs_f64();

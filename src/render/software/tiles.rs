@@ -198,7 +198,7 @@ pub fn unorm8(colour: [f32; 4]) -> [u8; 4] {
 /// Bytes of one pixel of a target.
 pub fn bytes_per_pixel(format: ColourFormat) -> usize {
     match format {
-        ColourFormat::Rgba32Float => 16,
+        ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => 16,
         ColourFormat::Rgba8Unorm => 4,
     }
 }
