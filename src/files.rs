@@ -181,9 +181,11 @@ fn remove_litter_once(folder: &Path) {
     if !LOOKED_INTO.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_owned()) {
         return;
     }
+    #[expect(clippy::disallowed_methods, reason = "the age of a file on disk; no picture depends on it")]
+    let now = SystemTime::now();
     let is_old = |path: &Path| {
         let changed = path.symlink_metadata().ok().filter(std::fs::Metadata::is_file).and_then(|m| m.modified().ok());
-        changed.and_then(|at| SystemTime::now().duration_since(at).ok()).is_some_and(|age| age > LITTER_AGE)
+        changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > LITTER_AGE)
     };
     let entries = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
     // Another user's, or gone already: neither stops anybody.
@@ -324,6 +326,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::disallowed_methods, reason = "ages of files on disk")]
     fn litter_older_than_a_day_is_removed_and_nothing_else() {
         let folder = tempfile::tempdir().expect("a folder");
         let put = |name: &str, age_s: u64| {

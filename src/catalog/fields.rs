@@ -62,6 +62,7 @@ pub(super) fn percent(s: &mut TableReader, field: &'static str) -> Option<f64> {
 }
 
 /// One line that says something.
+#[expect(clippy::ptr_arg, reason = "the check of a field that is read as a `String`")]
 pub(super) fn is_name(text: &String) -> bool {
     !text.trim().is_empty() && !text.contains(char::is_control)
 }

@@ -84,7 +84,8 @@ struct InShadow {
 }
 
 impl Geometry {
-    fn moon_km(&self) -> f64 {
+    /// The Moon's radius in eclipses.
+    fn moon_radius_km(&self) -> f64 {
         self.bodies.penumbral_moon_km
     }
 
@@ -111,7 +112,7 @@ impl Geometry {
     /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
         let at = self.in_shadow(s);
-        let part = |shadow_km: f64| (shadow_km + self.moon_km() - at.aside.length()) / (2.0 * self.moon_km());
+        let part = |shadow_km: f64| (shadow_km + self.moon_radius_km() - at.aside.length()) / (2.0 * self.moon_radius_km());
         (part(at.umbra_km), part(at.penumbra_km))
     }
 }

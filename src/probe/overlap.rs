@@ -65,7 +65,7 @@ impl Fields {
             });
         }
         if minor > major {
-            return Err(format!("field \"semi_minor\" is {minor}: not above semi_major, {major}").into());
+            return Err(format!("field \"semi_minor\" is {minor}: not above semi_major, {major}"));
         }
         if !self.offset_angle_from_major_axis_deg.is_finite() {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
@@ -73,7 +73,7 @@ impl Fields {
         // The law's flux: 1 - u1/3 - u2/6 of the even disc's.
         let (u1, u2) = self.law();
         if !(1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite()) {
-            return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark").into());
+            return Err(format!("fields \"u1\" {u1} and \"u2\" {u2} leave the disc dark"));
         }
         Ok([major, minor, distance])
     }

@@ -194,6 +194,6 @@ fn a_star_and_a_body_have_their_pixel() {
         (r#""star":"HIP 1","body":"mars""#, "give one of"),
     ] {
         let error = ask(more).expect_err("refused");
-        assert!(error.contains(why), "{error}");
+        assert!(error.to_string().contains(why), "{error}");
     }
 }
