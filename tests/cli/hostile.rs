@@ -318,6 +318,7 @@ fn values_that_mean_nothing_are_refused_by_their_option() {
 /// What killed runs left is gone after a day; what a full disk cuts short is not left at all.
 #[cfg(unix)]
 #[test]
+#[expect(clippy::disallowed_methods, reason = "ages of files on disk")]
 fn no_half_file_is_left_behind() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, picture, difference) = (folder.path().join("cache"), folder.path().join("a.png"), folder.path().join("d.png"));
