@@ -313,7 +313,7 @@ pub struct Body {
     pub id: NaifId,
     /// In English, without an article.
     pub name: String,
-    /// Other names that [`Catalog::find_body_or_barycenter`] takes.
+    /// Other names that [`find_body_or_barycenter`](super::Catalog::find_body_or_barycenter) finds.
     pub aliases: Vec<String>,
     /// Star, planet, moon and so on.
     pub kind: BodyKind,

@@ -213,7 +213,8 @@ fn when(body: NaifId, place: (f64, f64), from: Instant, height_deg: f64, afterno
     };
     let (mut early, mut late) = (0.0, afternoon_s);
     assert!(height(early) > height_deg && height(late) < height_deg, "{} to {} degrees", height(early), height(late));
-    for _ in 0..24 {
+    // To two seconds, in which the Sun moves by 0.01 degrees.
+    for _ in 0..14 {
         let middle = 0.5 * (early + late);
         if height(middle) > height_deg { early = middle } else { late = middle }
     }

@@ -98,7 +98,8 @@ fn ends_are_exact_and_between_them_light_falls() {
         let points: Vec<_> = along.iter().map(|a| (-(direction * *a + aside)).extend(0.0)).collect();
         // The ramp takes a long occluder by its tangent, whose contacts are not those of the outline.
         for model in MODELS.into_iter().filter(|m| round || *m != EclipseModel::Linear) {
-            for count in [1, 2, 4] {
+            // Each size meets two occluders and four: in other rounds of the twelve.
+            for count in [1, if (case / 12 + case) % 2 == 0 { 2 } else { 4 }] {
                 // The others stand aside, where they hide nothing of it.
                 let others = (1..count).map(|k| shape.moved(DVec2::new(3e4 * f64::from(k), 1e4)));
                 let occluders: Vec<_> = std::iter::once(shape).chain(others).collect();

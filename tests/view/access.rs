@@ -49,8 +49,8 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     };
     let (first, first_title) = (day(&harness), title(&harness));
     let mut told = std::collections::BTreeSet::new();
-    for _ in 0..90 {
-        later(&mut harness, 1.0);
+    for _ in 0..45 {
+        later(&mut harness, 2.0);
         told.insert(day(&harness).to_bits());
         assert_eq!(title(&harness), first_title);
     }

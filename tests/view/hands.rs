@@ -247,7 +247,7 @@ fn open_things(window: &Window) -> usize {
     things.into_iter().filter(|open| *open).count()
 }
 
-/// Every combination of search, menu, warning, help, panel and full screen: each Escape closes one of them, the last ones nothing, none the program.
+/// Every combination of search, menu, warning, help, some panel and full screen, and every panel with each of them: each Escape closes one of them, the last ones nothing, none the program.
 #[test]
 fn escape_closes_one_thing_at_a_time_and_never_the_program() {
     let tabs: Vec<Option<Tab>> = std::iter::once(None).chain(Tab::ALL.map(Some)).collect();
@@ -259,6 +259,11 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
                 let [help, full, warned] = [1, 2, 4].map(|bit| bits & bit != 0);
                 // The window that warns has the keyboard.
                 if warned && search != Search::Untouched {
+                    continue;
+                }
+                // Which panel is open matters once: beside one state of the search, with each of the others open and closed.
+                let panel_meets = tab.is_none() || matches!(tab, Some(Tab::Information)) || search == Search::Untouched || bits == 3;
+                if !panel_meets {
                     continue;
                 }
                 // Once all is closed it is as it was opened.
@@ -301,7 +306,8 @@ fn no_letter_quits_and_ctrl_q_does() {
         window.run_steps(2);
         prepared(&mut window, search);
         for letter in (' '..='~').filter(|c| *c != '/') {
-            typed(&mut window, &letter.to_string());
+            window.event(Event::Text(letter.to_string()));
+            window.run_steps(1);
             assert!(!window.state().quits, "{search:?}: `{letter}` quits");
         }
         window.key_press_modifiers(Modifiers::COMMAND, Key::Q);

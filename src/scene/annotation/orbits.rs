@@ -2,7 +2,7 @@
 //!
 //! In: a state relative to the parent and where the body is seen. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet exactly.
 //! The ellipse is counted from the body's own place, so that the line passes through the disc at any distance, and pieces are halved until a chord
-//! leaves its arc by less than [`MOST_BEND_PX`], or lies outside the frame: from a metre to a hundred au the work is some hundred pieces. All in f64;
+//! leaves its arc by less than [`MAX_BEND_PX`], or lies outside the frame: from a metre to a hundred au the work is some hundred pieces. All in f64;
 //! only clip coordinates are narrowed. Open orbits have no line.
 
 use crate::ephemeris::{Ephemeris, State};

@@ -43,7 +43,7 @@ const INDEX: (f64, f64) = (0.35, 0.05);
 /// Uniforms of the corona, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corona {
-    /// Left, top, right, bottom: what holds all light over [`LEAST_SHOWN`] of white.
+    /// Left, top, right, bottom: what holds all light over [`MIN_SHOWN`](super::glow::MIN_SHOWN) of white.
     pub rect_in_clip: Vec4,
     /// How many of the scene's draws lie behind it.
     pub draws_behind: usize,

@@ -4,7 +4,7 @@
 //! Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, where it holds from 1 to 30 degrees): about a tenth of
 //! the light goes astray. It stands for the glare of the whole optics; a clean lens spreads less, by a factor that depends on the lens. Nearer than
 //! the Sun's limb (or a pixel, where that is wider) the veil is flat. It is drawn as far as it can change a display level: beyond that it adds less than
-//! [`LEAST_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
+//! [`MIN_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
 //! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
 
 use crate::catalog::NaifId;
@@ -27,7 +27,7 @@ pub const MIN_SHOWN: f64 = 0.5 / 255.0 / 12.92;
 /// Uniforms of the glow, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glow {
-    /// Left, top, right, bottom: what holds all light over [`LEAST_SHOWN`] of white.
+    /// Left, top, right, bottom: what holds all light over [`MIN_SHOWN`] of white.
     pub rect_in_clip: Vec4,
     pub sun_direction: Vec3,
     pub least_sq: f32,

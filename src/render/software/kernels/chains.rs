@@ -1,6 +1,6 @@
 //! Chains of operations in one kernel: each takes the result of the one before without a store and a load between.
 //!
-//! In: up to [`MOST_OPERANDS`] operands, those of the first operation and then the rest of each further one's. Out: what the single kernels
+//! In: up to [`MAX_OPERANDS`] operands, those of the first operation and then the rest of each further one's. Out: what the single kernels
 //! would give one after the other, bit for bit, because each operation still rounds by itself. Which chains there are was chosen by what the
 //! atmosphere, eclipse, map and tone-map code asks for; the lowering asks [`find`] and cuts every other chain into these.
 
