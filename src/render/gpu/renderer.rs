@@ -286,9 +286,8 @@ impl GpuRenderer {
     fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
         match format {
             // Half floats reach 65504, the Sun's middle is 58,000 in our unit, and their error is 0.12 of a 255th at most.
-            ColourFormat::Rgba32Float if keep_hdr => TextureFormat::Rgba32Float,
-            ColourFormat::Rgba32FloatDim => TextureFormat::Rgba32Float,
-            ColourFormat::Rgba32Float => TextureFormat::Rgba16Float,
+            ColourFormat::Rgba32Float if !keep_hdr => TextureFormat::Rgba16Float,
+            ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => TextureFormat::Rgba32Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
         }
     }
