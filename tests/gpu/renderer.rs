@@ -79,7 +79,14 @@ fn views_are_the_software_renderers(gpu: &GpuRenderer) {
     let mut failures = Vec::new();
     for (name, request) in compared_views() {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
-        let (drawn, _) = gpu.render(&plan, session.library(), false).expect("drawn");
+        let drawn = match gpu.render(&plan, session.library(), false) {
+            // GL has no 32-bit blending here; the session then draws in software.
+            Err(GpuError::NotDrawn(why)) if name == "night-sky" && gpu.facts().backend == "gl" => {
+                println!("{name}: {why}");
+                continue;
+            }
+            drawn => drawn.expect("drawn").0,
+        };
         let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
         let (drawn, soft) = (picture(drawn), picture(soft));
         let d = soft.difference(&drawn).expect("one size");

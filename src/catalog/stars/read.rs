@@ -56,6 +56,7 @@ const FIELDS: [Field; 9] = [
 const HIP2: [(usize, Range<usize>); 7] =
     [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
 const HIP2_HP: Range<usize> = 129..136;
+const HIP2_BYTES: usize = 158;
 
 /// Where each field stands in a line of a table.
 struct Columns {
@@ -151,6 +152,9 @@ fn v_of_hp(hp: f64, b_v: f64) -> f64 {
 
 fn of_hip2(line: &str) -> Result<Star, String> {
     let short = || "too short for hip2.dat, and the first line names no columns such as ra_deg,dec_deg,v_mag".to_owned();
+    if line.len() < HIP2_BYTES {
+        return Err(short());
+    }
     let cell = |columns: &Range<usize>| line.get(columns.clone()).ok_or_else(short);
     let mut values = [None; FIELDS.len()];
     for (k, columns) in &HIP2 {

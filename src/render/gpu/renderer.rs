@@ -271,6 +271,9 @@ impl GpuRenderer {
         if plan.passes.iter().flat_map(|p| &p.draws).any(counts) {
             return Err(GpuError::NotDrawn("the picture of costs, which counts the software renderer's operations"));
         }
+        if !self.wide_colour && plan.passes.iter().any(|p| p.format == ColourFormat::Rgba32FloatDim) {
+            return Err(GpuError::NotDrawn("light as dim as a night sky's on this adapter, which has no 32-bit blending"));
+        }
         let done = caught(&self.device, work);
         self.still_there()?;
         done?
@@ -283,10 +286,8 @@ impl GpuRenderer {
     fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
         match format {
             // Half floats reach 65504, the Sun's middle is 58,000 in our unit, and their error is 0.12 of a 255th at most.
-            ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim if keep_hdr => TextureFormat::Rgba32Float,
-            // Without it faint stars are lost, as on a camera's short exposure.
-            ColourFormat::Rgba32FloatDim if self.wide_colour => TextureFormat::Rgba32Float,
-            ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => TextureFormat::Rgba16Float,
+            ColourFormat::Rgba32Float if !keep_hdr => TextureFormat::Rgba16Float,
+            ColourFormat::Rgba32Float | ColourFormat::Rgba32FloatDim => TextureFormat::Rgba32Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
         }
     }
