@@ -7,6 +7,7 @@
 //! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
 
+use super::contacts::{Contact, seconds_between};
 use super::local::{LocalCircumstances, Place, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{end_of_negative, least_instant};
@@ -62,8 +63,10 @@ pub struct LunarEclipse {
     /// Where the Moon is overhead at greatest eclipse.
     pub place: Place,
     /// P1, U1, U2, U3, U4, P4 by time: the Moon meets the penumbra, meets the umbra, is wholly inside it, and so back.
-    pub contacts: Vec<(&'static str, Instant)>,
+    pub contacts: Vec<Contact>,
     pub saros: i64,
+    /// Number in the series, from 1 on.
+    pub saros_member: Option<i64>,
     geometry: Geometry,
 }
 
@@ -162,6 +165,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
         },
         contacts: contacts.into_iter().map(|(name, s)| (name, geometry.sky.instant(s))).collect(),
         saros: full_moon.saros(),
+        saros_member: None,
         geometry,
     }))
 }
@@ -169,8 +173,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
 impl LunarEclipse {
     /// From one contact to another, such as U1 to U4 for the partial and U2 to U3 for the total phase.
     pub fn duration_s(&self, first: &str, last: &str) -> Option<f64> {
-        let of = |name: &str| Some(self.contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
-        Some(of(last)? - of(first)?)
+        seconds_between(&self.contacts, first, last)
     }
 
     /// What a place sees of it.

@@ -5,15 +5,13 @@
 //! line says, to the 20 metres that the Moon moves while light crosses the Earth. The shader's receiver has the same frame. Not in: bending of light,
 //! refraction.
 
+use super::fitted::FittedPlace;
 use crate::catalog::{Catalog, EclipseRadii, NaifId};
 use crate::ephemeris::apparent::aberrated;
-use crate::ephemeris::{Ephemeris, EphemerisError, chebyshev};
+use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
-use std::cell::RefCell;
 
-/// Terms of a polynomial over a day and a half.
-const TERMS: usize = 14;
 /// Turning of the Earth against the ICRF, radians a second (IERS Conventions 2010, eq. 5.15).
 const EARTH_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 
@@ -63,9 +61,8 @@ impl EclipseBodies {
 #[derive(Clone, Debug)]
 pub(super) struct EarthSky {
     middle: Instant,
-    half_s: f64,
-    sun: [Vec<f64>; 3],
-    moon: [Vec<f64>; 3],
+    sun: FittedPlace,
+    moon: FittedPlace,
     itrs_from_gcrs_at_middle: DMat3,
 }
 
@@ -75,36 +72,25 @@ impl EarthSky {
     /// # Errors
     /// The theories do not reach so far.
     pub fn around(ephemeris: &Ephemeris, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
-        let failed = RefCell::new(None);
-        let fit = |body| {
-            chebyshev::fit_nodes(TERMS, |u| {
-                seen_from_earth_km(ephemeris, body, middle.plus_seconds(u * half_s)).unwrap_or_else(|e| {
-                    failed.replace(Some(e));
-                    DVec3::ZERO
-                })
-            })
-        };
-        let (sun, moon) = (fit(NaifId::SUN), fit(NaifId::MOON));
-        if let Some(e) = failed.into_inner() {
-            return Err(e);
-        }
-        Ok(Self { middle, half_s, sun, moon, itrs_from_gcrs_at_middle: ephemeris.body_from_icrf(NaifId::EARTH, middle)? })
+        let fit = |body| FittedPlace::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
+        Ok(Self {
+            middle,
+            sun: fit(NaifId::SUN)?,
+            moon: fit(NaifId::MOON)?,
+            itrs_from_gcrs_at_middle: ephemeris.body_from_icrf(NaifId::EARTH, middle)?,
+        })
     }
 
     pub fn instant(&self, s: f64) -> Instant {
         self.middle.plus_seconds(s)
     }
 
-    fn sum(&self, series: &[Vec<f64>; 3], s: f64) -> DVec3 {
-        DVec3::from_array(series.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_s).0))
-    }
-
     pub fn sun_km(&self, s: f64) -> DVec3 {
-        self.sum(&self.sun, s)
+        self.sun.at(s)
     }
 
     pub fn moon_km(&self, s: f64) -> DVec3 {
-        self.sum(&self.moon, s)
+        self.moon.at(s)
     }
 
     pub fn itrs_from_gcrs(&self, s: f64) -> DMat3 {

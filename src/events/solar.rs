@@ -5,6 +5,7 @@
 //! mountains, refraction.
 
 use super::cone::{Cone, Spheroid, axis};
+use super::contacts::Contact;
 use super::local::{LocalCircumstances, Place, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{end_of_negative, least_instant};
@@ -57,8 +58,10 @@ pub struct SolarEclipse {
     /// Of totality or annularity there.
     pub duration_s: Option<f64>,
     /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: umbra or antumbra.
-    pub contacts: Vec<(&'static str, Instant)>,
+    pub contacts: Vec<Contact>,
     pub saros: i64,
+    /// Number in the series, from 1 on.
+    pub saros_member: Option<i64>,
     pub(super) geometry: Geometry,
 }
 
@@ -180,6 +183,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
         duration_s: station.central_span(greatest_s).map(|(second, third)| third - second),
         contacts,
         saros: new_moon.saros(),
+        saros_member: None,
         geometry,
     }))
 }

@@ -3,14 +3,14 @@
 //! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs. The planet stands where the light passed it, the Sun
 //! where it left. Not here: the parallax of a place (up to 7 minutes for Venus), the black drop.
 
+use super::contacts::{Contact, seconds_between};
+use super::fitted::FittedPlace;
 use super::numeric::{end_of_negative, least_instant};
 use super::sky::seen_from_earth_km;
 use crate::catalog::{Catalog, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad, chebyshev};
+use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
 use crate::time::Instant;
 use crate::units::RAD_PER_ARCSEC;
-use glam::DVec3;
-use std::cell::RefCell;
 
 /// The planets between the Earth and the Sun.
 const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
@@ -18,7 +18,6 @@ const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
 const STEP_S: f64 = 2.0 * 86_400.0;
 /// A transit takes 8 hours at most.
 const HALF_S: f64 = 6.0 * 3600.0;
-const TERMS: usize = 12;
 
 /// A transit of an inner planet.
 #[derive(Clone, Debug)]
@@ -32,7 +31,14 @@ pub struct Transit {
     /// The planet's diameter over the Sun's; less where the planet is not wholly before the Sun.
     pub magnitude: f64,
     /// I to IV; II and III are missing where the planet is never wholly before the Sun.
-    pub contacts: Vec<(&'static str, Instant)>,
+    pub contacts: Vec<Contact>,
+}
+
+impl Transit {
+    /// From first to fourth contact.
+    pub fn duration_s(&self) -> Option<f64> {
+        seconds_between(&self.contacts, "I", "IV")
+    }
 }
 
 /// Transits that are greatest from `from` to before `to`, planet by planet.
@@ -74,8 +80,8 @@ const NEAR: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// The discs of the Sun and a planet for some hours.
 struct Passage {
     middle: Instant,
-    sun: [Vec<f64>; 3],
-    planet: [Vec<f64>; 3],
+    sun: FittedPlace,
+    planet: FittedPlace,
     radii_km: [f64; 2],
 }
 
@@ -83,42 +89,26 @@ impl Passage {
     fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, radii_km: [f64; 2]) -> Result<Self, EphemerisError> {
         // Over four days first, to find the middle; then over the hours of a transit.
         let wide = Self::fit(ephemeris, planet, near, 2.0 * STEP_S, radii_km)?;
-        let s = least_instant(-STEP_S, STEP_S, |s| wide.separation(s, 2.0 * STEP_S));
+        let s = least_instant(-STEP_S, STEP_S, |s| wide.separation(s));
         Self::fit(ephemeris, planet, near.plus_seconds(s), HALF_S, radii_km)
     }
 
     fn fit(ephemeris: &Ephemeris, planet: NaifId, middle: Instant, half_s: f64, radii_km: [f64; 2]) -> Result<Self, EphemerisError> {
-        let failed = RefCell::new(None);
-        let places = |body| {
-            chebyshev::fit_nodes(TERMS, |u| {
-                seen_from_earth_km(ephemeris, body, middle.plus_seconds(u * half_s)).unwrap_or_else(|e| {
-                    failed.replace(Some(e));
-                    DVec3::X
-                })
-            })
-        };
-        let (sun, planet) = (places(NaifId::SUN), places(planet));
-        failed.into_inner().map_or(Ok(Self { middle, sun, planet, radii_km }), Err)
+        let fit = |body| FittedPlace::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
+        Ok(Self { middle, sun: fit(NaifId::SUN)?, planet: fit(planet)?, radii_km })
     }
 
-    fn places(&self, s: f64, half_s: f64) -> (DVec3, DVec3) {
-        let sum = |c: &[Vec<f64>; 3]| DVec3::from_array(c.each_ref().map(|c| chebyshev::value_and_slope(c, s / half_s).0));
-        (sum(&self.sun), sum(&self.planet))
-    }
-
-    fn separation(&self, s: f64, half_s: f64) -> f64 {
-        let (sun, planet) = self.places(s, half_s);
-        angle_rad(sun, planet)
+    fn separation(&self, s: f64) -> f64 {
+        angle_rad(self.sun.at(s), self.planet.at(s))
     }
 
     /// Angular radii.
     fn discs(&self, s: f64) -> (f64, f64) {
-        let (sun, planet) = self.places(s, HALF_S);
-        ((self.radii_km[0] / sun.length()).asin(), (self.radii_km[1] / planet.length()).asin())
+        ((self.radii_km[0] / self.sun.at(s).length()).asin(), (self.radii_km[1] / self.planet.at(s).length()).asin())
     }
 
     fn transit(&self, planet: NaifId) -> Option<Transit> {
-        let separation = |s: f64| self.separation(s, HALF_S);
+        let separation = |s: f64| self.separation(s);
         let outer = |s: f64| separation(s) - self.discs(s).0 - self.discs(s).1;
         let inner = |s: f64| separation(s) - self.discs(s).0 + self.discs(s).1;
         let greatest_s = least_instant(-HALF_S, HALF_S, separation);
@@ -131,7 +121,7 @@ impl Passage {
             contacts.splice(1..1, [("II", end(-1.0, &inner)), ("III", end(1.0, &inner))]);
         }
         let (sun_radius, planet_radius) = self.discs(greatest_s);
-        let (sun, seen) = self.places(greatest_s, HALF_S);
+        let (sun, seen) = (self.sun.at(greatest_s), self.planet.at(greatest_s));
         let north = seen.normalize_or_zero().z - sun.normalize_or_zero().z;
         Some(Transit {
             planet,
