@@ -63,7 +63,7 @@ struct FindArgs {
     /// What to find; several with commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "solar,lunar")]
     kind: Vec<Kind>,
-    /// Local circumstances of eclipses at a place: latitude, east longitude (degrees), height (metres)
+    /// Local circumstances of eclipses and transits at a place: latitude, east longitude (degrees), height (metres)
     #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true)]
     at: Option<String>,
     /// Write centre lines and limits of the central solar eclipses found as GeoJSON
@@ -112,7 +112,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     }
     if wants(Kind::Transit) {
         let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, transit(catalog, e))));
+        rows.extend(found.iter().map(|e| (e.greatest, transit(catalog, e, place))));
     }
     if wants(Kind::Moons) {
         let found = events::moon_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
@@ -206,8 +206,8 @@ fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
 
-fn transit(catalog: &Catalog, e: &Transit) -> Value {
-    json!({
+fn transit(catalog: &Catalog, e: &Transit, place: Option<Place>) -> Value {
+    let mut row = json!({
         "kind": "transit",
         "type": "transit",
         "body": name_of(catalog, e.planet),
@@ -221,7 +221,11 @@ fn transit(catalog: &Catalog, e: &Transit) -> Value {
         "lon": null,
         "duration_s": e.duration_s(),
         "saros": null,
-    })
+    });
+    if let Some(place) = place {
+        add_local(&mut row, e.seen_from(place).as_ref());
+    }
+    row
 }
 
 fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {

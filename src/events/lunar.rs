@@ -12,7 +12,7 @@ use super::local::{LocalCircumstances, Place, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{end_of_negative, least_instant};
 use super::sky::{EarthSky, EclipseBodies};
-use crate::catalog::EclipseRadii;
+use crate::catalog::{EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
@@ -92,7 +92,7 @@ impl Geometry {
     }
 
     fn in_shadow(&self, s: f64) -> InShadow {
-        let moon_km = self.sky.moon_km(s);
+        let moon_km = self.sky.near_km(s);
         let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
         let distance_km = sun_km.length();
         let along = -sun_km / distance_km;
@@ -125,7 +125,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     if !full_moon.may_eclipse() {
         return Ok(None);
     }
-    let sky = EarthSky::around(ephemeris, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
+    let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
     let mut geometry = Geometry { sky, bodies, greatest_s: 0.0 };
     let greatest_s = least_instant(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).aside.length());
     geometry.greatest_s = greatest_s;
@@ -147,7 +147,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     add("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let aside = geometry.in_shadow(greatest_s).aside;
-    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.moon_km(greatest_s);
+    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
             m if m >= 1.0 => LunarType::Total,

@@ -1,4 +1,4 @@
-//! The Sun and the Moon as the Earth's centre sees them for some hours.
+//! The Sun, and the Moon or a planet beside it, as the Earth's centre sees them for some hours.
 //!
 //! In: the ephemeris and an instant. Out: apparent places by Chebyshev polynomials, exact to under a metre, so that contacts cost no ephemeris. Light time
 //! is in, and so is the aberration of the Earth's motion: in the Earth's own frame the light that passes the Moon meets the ground where the straight
@@ -26,7 +26,7 @@ pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant
     Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
 }
 
-/// The catalog's radii of the three bodies of an eclipse, km.
+/// Radii of the three bodies of an eclipse, km: the catalog's. In a transit the planet is in the Moon's place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EclipseBodies {
     pub sun_km: f64,
@@ -62,21 +62,21 @@ impl EclipseBodies {
 pub(super) struct EarthSky {
     middle: Instant,
     sun: FittedPlace,
-    moon: FittedPlace,
+    near: FittedPlace,
     itrs_from_gcrs_at_middle: DMat3,
 }
 
 impl EarthSky {
-    /// `half_s` before and after `middle`, a day at most.
+    /// `half_s` before and after `middle`, a day at most of the Moon. `near`: the Moon, or a planet that passes before the Sun.
     ///
     /// # Errors
     /// The theories do not reach so far.
-    pub fn around(ephemeris: &Ephemeris, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
+    pub fn around(ephemeris: &Ephemeris, near: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
         let fit = |body| FittedPlace::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {
             middle,
             sun: fit(NaifId::SUN)?,
-            moon: fit(NaifId::MOON)?,
+            near: fit(near)?,
             itrs_from_gcrs_at_middle: ephemeris.body_from_icrf(NaifId::EARTH, middle)?,
         })
     }
@@ -89,8 +89,8 @@ impl EarthSky {
         self.sun.at(s)
     }
 
-    pub fn moon_km(&self, s: f64) -> DVec3 {
-        self.moon.at(s)
+    pub fn near_km(&self, s: f64) -> DVec3 {
+        self.near.at(s)
     }
 
     pub fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
