@@ -35,7 +35,7 @@ enum Kind {
     Lunar,
     /// Mercury and Venus before the Sun
     Transit,
-    /// Io, Europa, Ganymede, Callisto and Titan: transits, occultations, shadow transits, eclipses
+    /// Io, Europa, Ganymede, Callisto and Titan: transits, occultations, shadow transits, eclipses, and what the Galilean moons do to each other
     Moons,
 }
 
@@ -63,7 +63,7 @@ struct FindArgs {
     /// What to find; several with commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "solar,lunar")]
     kind: Vec<Kind>,
-    /// Local circumstances of eclipses at a place: latitude, east longitude (degrees), height (metres)
+    /// Local circumstances of eclipses and transits at a place: latitude, east longitude (degrees), height (metres)
     #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true)]
     at: Option<String>,
     /// Write centre lines and limits of the central solar eclipses found as GeoJSON
@@ -112,11 +112,12 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     }
     if wants(Kind::Transit) {
         let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, transit(catalog, e))));
+        rows.extend(found.iter().map(|e| (e.greatest, transit(catalog, e, place))));
     }
     if wants(Kind::Moons) {
         let found = events::moon_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, moon_event(catalog, e))));
+        let mutual = events::mutual_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
+        rows.extend(found.iter().chain(&mutual).map(|e| (e.greatest, moon_event(catalog, e))));
     }
     rows.sort_by(|a, b| a.0.tdb_seconds_past_j2000().total_cmp(&b.0.tdb_seconds_past_j2000()));
     for (_, row) in &mut rows {
@@ -164,6 +165,7 @@ fn solar(e: &SolarEclipse, place: Option<Place>) -> Value {
         "sun_altitude_deg": e.sun_altitude_deg,
         "duration_s": e.duration_s,
         "saros": e.saros,
+        "saros_member": e.saros_member,
     });
     if let Some(place) = place {
         add_local(&mut row, e.seen_from(place).as_ref());
@@ -191,6 +193,7 @@ fn lunar(e: &LunarEclipse, place: Option<Place>, shadow: &str) -> Value {
         },
         "durations_s": { "penumbral": penumbral_s, "partial": partial_s, "total": total_s },
         "saros": e.saros,
+        "saros_member": e.saros_member,
         "shadow": shadow,
     });
     if let Some(place) = place {
@@ -203,8 +206,8 @@ fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
 
-fn transit(catalog: &Catalog, e: &Transit) -> Value {
-    json!({
+fn transit(catalog: &Catalog, e: &Transit, place: Option<Place>) -> Value {
+    let mut row = json!({
         "kind": "transit",
         "type": "transit",
         "body": name_of(catalog, e.planet),
@@ -216,9 +219,13 @@ fn transit(catalog: &Catalog, e: &Transit) -> Value {
         "contacts": times(&e.contacts),
         "lat": null,
         "lon": null,
-        "duration_s": seconds_between(&e.contacts, "I", "IV"),
+        "duration_s": e.duration_s(),
         "saros": null,
-    })
+    });
+    if let Some(place) = place {
+        add_local(&mut row, e.seen_from(place).as_ref());
+    }
+    row
 }
 
 fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {
@@ -227,6 +234,7 @@ fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {
         "type": e.class.name(),
         "body": name_of(catalog, e.moon),
         "planet": name_of(catalog, e.planet),
+        "by": e.by.map(|id| name_of(catalog, id)),
         "greatest": e.greatest.to_utc_iso(),
         "greatest_tt": e.greatest.to_tt_iso(),
         "gamma": null,
@@ -234,14 +242,9 @@ fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {
         "contacts": times(&e.contacts),
         "lat": null,
         "lon": null,
-        "duration_s": seconds_between(&e.contacts, "begin", "end"),
+        "duration_s": e.duration_s(),
         "saros": null,
     })
-}
-
-fn seconds_between(contacts: &[(&'static str, Instant)], first: &str, last: &str) -> Option<f64> {
-    let of = |name: &str| Some(contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
-    Some(of(last)? - of(first)?)
 }
 
 /// Centre lines and limits as a GeoJSON file (RFC 7946).

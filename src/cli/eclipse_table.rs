@@ -37,13 +37,23 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
         table.push([
             short_time(&row["greatest"]),
             word("kind"),
-            row["body"].as_str().map_or_else(|| word("type"), |body| format!("{body} {}", word("type"))),
+            row["body"].as_str().map_or_else(
+                || word("type"),
+                |body| match row["by"].as_str() {
+                    Some(by) => format!("{body} {} by {by}", word("type")),
+                    None => format!("{body} {}", word("type")),
+                },
+            ),
             number(&row["gamma"], 4),
             number(&row["magnitude"], 4),
             number(&row["lat"], 2),
             number(&row["lon"], 2),
             length(&row["duration_s"]),
-            row["saros"].as_i64().map_or_else(|| "-".to_owned(), |n| n.to_string()),
+            match (row["saros"].as_i64(), row["saros_member"].as_i64()) {
+                (Some(series), Some(member)) => format!("{series}/{member}"),
+                (Some(series), None) => series.to_string(),
+                _ => "-".to_owned(),
+            },
             contacts_text(row),
         ]);
         notes.push((at_place && !row["local"].is_null()).then(|| local_text(&row["local"])));

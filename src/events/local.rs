@@ -13,8 +13,8 @@ use std::f64::consts::{PI, TAU};
 
 /// Refraction at the horizon, as almanacs have it, radians.
 const HORIZON_REFRACTION: f64 = 34.0 / 60.0 * PI / 180.0;
-/// An eclipse of the Sun lasts 3.6 hours at a place, at most; one of the Moon 6.3.
-const SEARCH_S: f64 = 4.0 * 3600.0;
+/// From the deepest to either end: an eclipse of the Sun lasts 3.6 hours at a place at most, one of the Moon 6.3, a transit 8.
+const SEARCH_S: f64 = 4.5 * 3600.0;
 const STEP_S: f64 = 120.0;
 
 /// A place on the Earth.
@@ -65,7 +65,7 @@ const DISC_RADIUS: f64 = 16.0 / 60.0 * PI / 180.0;
 pub struct LocalCircumstances {
     /// Whether any of it is above the horizon; the rest is then geometry alone.
     pub visible: bool,
-    /// C1 to C4 of the Sun, P1 to P4 of the Moon, by time; those below the horizon are told apart by [`LocalContact::is_up`].
+    /// C1 to C4 of the discs before the Sun, P1 to P4 of the Moon, by time; those below the horizon are told apart by [`LocalContact::is_up`].
     pub contacts: Vec<LocalContact>,
     /// The deepest that is above the horizon; where nothing is, the deepest.
     pub maximum: LocalContact,
@@ -138,7 +138,7 @@ impl<'a> Station<'a> {
 
     pub fn discs(&self, s: f64) -> Discs {
         let point_km = self.sky.itrs_from_gcrs(s).transpose() * self.point_km;
-        let (sun, moon) = (self.sky.sun_km(s) - point_km, self.sky.moon_km(s) - point_km);
+        let (sun, moon) = (self.sky.sun_km(s) - point_km, self.sky.near_km(s) - point_km);
         let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
         Discs {
             sun: radius(self.bodies.sun_km, sun),
@@ -180,9 +180,8 @@ impl<'a> Station<'a> {
     pub fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
         let deepest = self.deepest(near_s);
         let outside = |s: f64| self.discs(s).outside();
-        let reach_s = 1800.0;
         (outside(deepest) < 0.0)
-            .then(|| (end_of_negative(deepest, deepest - reach_s, outside), end_of_negative(deepest, deepest + reach_s, outside)))
+            .then(|| (end_of_negative(deepest, deepest - SEARCH_S, outside), end_of_negative(deepest, deepest + SEARCH_S, outside)))
     }
 
     /// Whether one disc lies within the other at the deepest, which is within half an hour of `near_s`.
@@ -191,7 +190,7 @@ impl<'a> Station<'a> {
         self.discs(deepest).outside() < 0.0
     }
 
-    /// What the place sees of an eclipse of the Sun that is greatest near `near_s`; `None` where the discs never meet.
+    /// What the place sees of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` where the discs never meet.
     pub fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
         let deepest = self.deepest(near_s);
         let apart = |s: f64| self.discs(s).apart();
@@ -223,7 +222,7 @@ impl<'a> Station<'a> {
 
     /// What the place sees of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
     pub fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
-        let moon = |s: f64| self.sky.moon_km(s);
+        let moon = |s: f64| self.sky.near_km(s);
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
         let up = self.up_between(first, last, moon);
         let best = up.best(greatest_s, &magnitude);

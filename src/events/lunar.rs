@@ -7,11 +7,12 @@
 //! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
 
+use super::contacts::{Contact, seconds_between};
 use super::local::{LocalCircumstances, Place, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{end_of_negative, least_instant};
 use super::sky::{EarthSky, EclipseBodies};
-use crate::catalog::EclipseRadii;
+use crate::catalog::{EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
@@ -62,8 +63,10 @@ pub struct LunarEclipse {
     /// Where the Moon is overhead at greatest eclipse.
     pub place: Place,
     /// P1, U1, U2, U3, U4, P4 by time: the Moon meets the penumbra, meets the umbra, is wholly inside it, and so back.
-    pub contacts: Vec<(&'static str, Instant)>,
+    pub contacts: Vec<Contact>,
     pub saros: i64,
+    /// Number in the series, from 1 on.
+    pub saros_member: Option<i64>,
     geometry: Geometry,
 }
 
@@ -90,7 +93,7 @@ impl Geometry {
     }
 
     fn in_shadow(&self, s: f64) -> InShadow {
-        let moon_km = self.sky.moon_km(s);
+        let moon_km = self.sky.near_km(s);
         let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
         let distance_km = sun_km.length();
         let along = -sun_km / distance_km;
@@ -123,7 +126,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     if !full_moon.may_eclipse() {
         return Ok(None);
     }
-    let sky = EarthSky::around(ephemeris, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
+    let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
     let mut geometry = Geometry { sky, bodies, greatest_s: 0.0 };
     let greatest_s = least_instant(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).aside.length());
     geometry.greatest_s = greatest_s;
@@ -145,7 +148,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     add("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let aside = geometry.in_shadow(greatest_s).aside;
-    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.moon_km(greatest_s);
+    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
             m if m >= 1.0 => LunarType::Total,
@@ -163,6 +166,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
         },
         contacts: contacts.into_iter().map(|(name, s)| (name, geometry.sky.instant(s))).collect(),
         saros: full_moon.saros(),
+        saros_member: None,
         geometry,
     }))
 }
@@ -170,8 +174,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
 impl LunarEclipse {
     /// From one contact to another, such as U1 to U4 for the partial and U2 to U3 for the total phase.
     pub fn duration_s(&self, first: &str, last: &str) -> Option<f64> {
-        let of = |name: &str| Some(self.contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
-        Some(of(last)? - of(first)?)
+        seconds_between(&self.contacts, first, last)
     }
 
     /// What a place sees of it.

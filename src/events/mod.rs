@@ -5,12 +5,16 @@
 //! drawn here and no file is read.
 
 mod cone;
+mod contacts;
+mod fitted;
 mod local;
 mod lunar;
 mod lunation;
 mod moons;
+mod mutual;
 mod numeric;
 mod path;
+mod series;
 mod sky;
 mod solar;
 mod transit;
@@ -18,6 +22,7 @@ mod transit;
 pub use local::{LocalCircumstances, LocalContact, Place};
 pub use lunar::{LunarEclipse, LunarType, shadow_of};
 pub use moons::{MoonEvent, MoonEventType, moon_events};
+pub use mutual::mutual_events;
 pub use path::{EclipsePath, cut_at_date_line};
 pub use solar::{SolarEclipse, SolarType};
 pub use transit::{Transit, transits};
@@ -26,6 +31,7 @@ use crate::catalog::Catalog;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use lunation::{Phase, Syzygy};
+use series::SeriesStarts;
 use sky::EclipseBodies;
 
 /// Eclipses of the Sun that are greatest from `from` to before `to`.
@@ -34,7 +40,8 @@ use sky::EclipseBodies;
 /// The catalog lacks a body, or the theories do not reach the span.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
     let bodies = EclipseBodies::of(catalog)?;
-    at_phases(Phase::New, from, to, |e: &SolarEclipse| e.greatest, |new_moon| solar::at(ephemeris, bodies, new_moon))
+    let at = |new_moon| solar::at(ephemeris, bodies, new_moon);
+    at_phases(Phase::New, from, to, |e: &SolarEclipse| e.greatest, at, |e, member| e.saros_member = member)
 }
 
 /// Eclipses of the Moon that are greatest from `from` to before `to`.
@@ -43,7 +50,8 @@ pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
 /// As [`solar_eclipses`].
 pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<LunarEclipse>, EphemerisError> {
     let bodies = EclipseBodies::of(catalog)?;
-    at_phases(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, |full_moon| lunar::at(ephemeris, bodies, full_moon))
+    let at = |full_moon| lunar::at(ephemeris, bodies, full_moon);
+    at_phases(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, at, |e, member| e.saros_member = member)
 }
 
 fn at_phases<E>(
@@ -52,13 +60,19 @@ fn at_phases<E>(
     to: Instant,
     greatest: impl Fn(&E) -> Instant,
     at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
+    set_member: impl Fn(&mut E, Option<i64>),
 ) -> Result<Vec<E>, EphemerisError> {
     let mut found = Vec::new();
+    let mut starts = SeriesStarts::default();
     // A day covers the distance between mean and true phase.
     const MARGIN_S: f64 = 86_400.0;
     let mut syzygy = Syzygy::before(phase, from.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < to.plus_seconds(MARGIN_S) {
-        found.extend(at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))));
+        if let Some(mut eclipse) = at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))) {
+            // A series that began before the theories do has no known start.
+            set_member(&mut eclipse, starts.member(syzygy, |earlier| at(earlier).map(|e| e.is_some())).ok());
+            found.push(eclipse);
+        }
         syzygy = syzygy.next();
     }
     Ok(found)

@@ -5,18 +5,19 @@
 //! is listed though another may hide it, such as the end of an eclipse behind the planet. The theories of the moons limit the instants: 30 s for
 //! the Galilean ones. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
 
+use super::contacts::{Contact, seconds_between, sort_by_time};
+use super::fitted::FittedPlace;
 use super::numeric::{end_of_negative, least, least_instant};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError, chebyshev};
+use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::DVec3;
-use std::cell::RefCell;
 
+pub(super) const GALILEAN: [NaifId; 4] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504)];
 const MOONS: [NaifId; 5] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504), NaifId(606)];
 /// Samples of an orbit in which conjunctions are looked for.
 const STEPS_PER_ORBIT: f64 = 16.0;
-const TERMS: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoonEventType {
@@ -28,6 +29,10 @@ pub enum MoonEventType {
     ShadowTransit,
     /// The moon in the planet's shadow.
     Eclipse,
+    /// The moon behind another moon.
+    MutualOccultation,
+    /// The moon in another moon's shadow.
+    MutualEclipse,
 }
 
 impl MoonEventType {
@@ -37,6 +42,8 @@ impl MoonEventType {
             Self::Occultation => "occultation",
             Self::ShadowTransit => "shadow transit",
             Self::Eclipse => "eclipse",
+            Self::MutualOccultation => "mutual occultation",
+            Self::MutualEclipse => "mutual eclipse",
         }
     }
 }
@@ -46,11 +53,24 @@ pub struct MoonEvent {
     pub class: MoonEventType,
     pub moon: NaifId,
     pub planet: NaifId,
-    /// The moon, or its shadow, is nearest to the middle of the planet, or of the planet's shadow.
+    /// The other moon, of mutual events.
+    pub by: Option<NaifId>,
+    /// The moon, or its shadow, is nearest to the middle of the planet, or of the shadow that it is in; the centres of two moons are nearest.
     pub greatest: Instant,
     /// By time. `begin` and `end`: the moon's centre passes the planet's edge, seen from the Earth or from the Sun's centre. I, II, III, IV: the limbs
-    /// touch, in transits and occultations. P1 and P4: the penumbra touches and leaves; U2 and U3: the moon is wholly inside the umbra.
-    pub contacts: Vec<(&'static str, Instant)>,
+    /// touch, in transits and occultations. P1 and P4: the penumbra touches and leaves; U2 and U3: the moon is wholly inside the umbra. U1 and U4: umbra or
+    /// antumbra of another moon touches and leaves.
+    pub contacts: Vec<Contact>,
+}
+
+impl MoonEvent {
+    /// From `begin` to `end`; of mutual events from the first to the last contact.
+    pub fn duration_s(&self) -> Option<f64> {
+        let between = |first, last| seconds_between(&self.contacts, first, last);
+        between("begin", "end")
+            .or_else(|| between("I", "IV").filter(|_| self.by.is_some()))
+            .or_else(|| between("P1", "P4").filter(|_| self.by.is_some()))
+    }
 }
 
 /// Events that are greatest from `from` to before `to`, moon by moon.
@@ -132,9 +152,9 @@ struct Passage {
     source: NaifId,
     middle: Instant,
     half_s: f64,
-    moon: [Vec<f64>; 3],
+    moon: FittedPlace,
     /// To the Earth that receives the light, or to the Sun that sent it.
-    to_source: [Vec<f64>; 3],
+    to_source: FittedPlace,
     /// Barycentric.
     planet_velocity_km_s: DVec3,
     pole: DVec3,
@@ -155,40 +175,21 @@ impl Passage {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let (_, vel_km_s) = pair.moon_from_planet(middle)?;
         let half_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
-        let failed = RefCell::new(None);
-        let fit = |place: &dyn Fn(Instant) -> Result<DVec3, EphemerisError>| {
-            chebyshev::fit_nodes(TERMS, |u| {
-                place(middle.plus_seconds(u * half_s)).unwrap_or_else(|e| {
-                    failed.replace(Some(e));
-                    DVec3::X
-                })
-            })
-        };
-        let barycentric = |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);
-        let moon = fit(&|t| Ok(pair.moon_from_planet(t)?.0));
-        let to_source = fit(&|t| {
-            let planet_km = barycentric(planet, t)?.pos_km;
-            if source == NaifId::SUN {
-                return Ok(ephemeris.light_time_position(NaifId::SUN, planet_km, t)?.0 - planet_km);
-            }
-            Ok(barycentric(source, received(ephemeris, planet_km, t)?)?.pos_km - planet_km)
-        });
-        let planet_velocity_km_s = barycentric(planet, middle)?.vel_km_s;
+        let at = |s: f64| middle.plus_seconds(s);
+        let moon = FittedPlace::over(half_s, |s| Ok(pair.moon_from_planet(at(s))?.0))?;
+        let to_source = FittedPlace::over(half_s, |s| way_to(ephemeris, planet, source, at(s)))?;
+        let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
-        failed.into_inner().map_or(Ok(Self { source, middle, half_s, moon, to_source, planet_velocity_km_s, pole }), Err)
-    }
-
-    fn sum(&self, c: &[Vec<f64>; 3], s: f64) -> DVec3 {
-        DVec3::from_array(c.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_s).0))
+        Ok(Self { source, middle, half_s, moon, to_source, planet_velocity_km_s, pole })
     }
 
     /// The moon where the light passes it that meets or leaves the planet's centre at `s`, seconds by which that is later, and the way to the source.
     fn places(&self, s: f64) -> (DVec3, f64, DVec3) {
-        let to_source = self.sum(&self.to_source, s);
-        let along_km = self.sum(&self.moon, s).dot(to_source.normalize_or_zero());
+        let to_source = self.to_source.at(s);
+        let along_km = self.moon.at(s).dot(to_source.normalize_or_zero());
         // Light goes from the planet to the Earth, and from the Sun to the planet.
         let later_s = if self.source == NaifId::SUN { -along_km } else { along_km } / SPEED_OF_LIGHT_KM_S;
-        (self.sum(&self.moon, s + later_s) + self.planet_velocity_km_s * later_s, later_s, to_source)
+        (self.moon.at(s + later_s) + self.planet_velocity_km_s * later_s, later_s, to_source)
     }
 
     /// How far the moon's centre is outside the region, km.
@@ -240,9 +241,7 @@ impl Passage {
                 &[("I", "IV", Edge::Centre, radius_km), ("II", "III", Edge::Centre, -radius_km), ("begin", "end", Edge::Centre, 0.0)]
             }
             MoonEventType::ShadowTransit => &[("P1", "P4", Edge::Outer, radius_km), ("begin", "end", Edge::Centre, 0.0)],
-            MoonEventType::Eclipse => {
-                &[("P1", "P4", Edge::Crossed, radius_km), ("U2", "U3", Edge::Outer, -radius_km), ("begin", "end", Edge::Centre, 0.0)]
-            }
+            _ => &[("P1", "P4", Edge::Crossed, radius_km), ("U2", "U3", Edge::Outer, -radius_km), ("begin", "end", Edge::Centre, 0.0)],
         };
         let sideways_km = |s: f64| {
             let (moon_km, _, to_source) = self.places(s);
@@ -258,15 +257,25 @@ impl Passage {
                 contacts.push((last, self.seen(pair, class, end_of_negative(deepest_s, reach_s, outside))?));
             }
         }
-        contacts.sort_by(|a: &(&str, Instant), b| a.1.tdb_seconds_past_j2000().total_cmp(&b.1.tdb_seconds_past_j2000()));
+        sort_by_time(&mut contacts);
         let greatest = self.seen(pair, class, deepest_s)?;
-        let event = MoonEvent { class, moon: pair.moon.id, planet: pair.planet.id, greatest, contacts };
+        let event = MoonEvent { class, moon: pair.moon.id, planet: pair.planet.id, by: None, greatest, contacts };
         Ok((!event.contacts.is_empty()).then_some(event))
     }
 }
 
+/// From a planet at `t` to the Earth that receives its light, or to the Sun whose light meets it: km, ICRF axes.
+pub(super) fn way_to(ephemeris: &Ephemeris, planet: NaifId, source: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
+    let barycentric_km = |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km);
+    let planet_km = barycentric_km(planet, t)?;
+    if source == NaifId::SUN {
+        return Ok(ephemeris.light_time_position(NaifId::SUN, planet_km, t)?.0 - planet_km);
+    }
+    Ok(barycentric_km(source, received(ephemeris, planet_km, t)?)? - planet_km)
+}
+
 /// When the Earth's centre receives light that leaves a barycentric place at `t`.
-fn received(ephemeris: &Ephemeris, place_km: DVec3, t: Instant) -> Result<Instant, EphemerisError> {
+pub(super) fn received(ephemeris: &Ephemeris, place_km: DVec3, t: Instant) -> Result<Instant, EphemerisError> {
     let mut at = t;
     // The Earth's speed is 1e-4 of light's: three rounds leave less than a microsecond.
     for _ in 0..3 {

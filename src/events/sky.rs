@@ -1,19 +1,17 @@
-//! The Sun and the Moon as the Earth's centre sees them for some hours.
+//! The Sun, and the Moon or a planet beside it, as the Earth's centre sees them for some hours.
 //!
 //! In: the ephemeris and an instant. Out: apparent places by Chebyshev polynomials, exact to under a metre, so that contacts cost no ephemeris. Light time
 //! is in, and so is the aberration of the Earth's motion: in the Earth's own frame the light that passes the Moon meets the ground where the straight
 //! line says, to the 20 metres that the Moon moves while light crosses the Earth. The shader's receiver has the same frame. Not in: bending of light,
 //! refraction.
 
+use super::fitted::FittedPlace;
 use crate::catalog::{Catalog, EclipseRadii, NaifId};
 use crate::ephemeris::apparent::aberrated;
-use crate::ephemeris::{Ephemeris, EphemerisError, chebyshev};
+use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
-use std::cell::RefCell;
 
-/// Terms of a polynomial over a day and a half.
-const TERMS: usize = 14;
 /// Turning of the Earth against the ICRF, radians a second (IERS Conventions 2010, eq. 5.15).
 const EARTH_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 
@@ -28,7 +26,7 @@ pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant
     Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
 }
 
-/// The catalog's radii of the three bodies of an eclipse, km.
+/// Radii of the three bodies of an eclipse, km: the catalog's. In a transit the planet is in the Moon's place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EclipseBodies {
     pub sun_km: f64,
@@ -63,48 +61,36 @@ impl EclipseBodies {
 #[derive(Clone, Debug)]
 pub(super) struct EarthSky {
     middle: Instant,
-    half_s: f64,
-    sun: [Vec<f64>; 3],
-    moon: [Vec<f64>; 3],
+    sun: FittedPlace,
+    near: FittedPlace,
     itrs_from_gcrs_at_middle: DMat3,
 }
 
 impl EarthSky {
-    /// `half_s` before and after `middle`, a day at most.
+    /// `half_s` before and after `middle`, a day at most of the Moon. `near`: the Moon, or a planet that passes before the Sun.
     ///
     /// # Errors
     /// The theories do not reach so far.
-    pub fn around(ephemeris: &Ephemeris, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
-        let failed = RefCell::new(None);
-        let fit = |body| {
-            chebyshev::fit_nodes(TERMS, |u| {
-                seen_from_earth_km(ephemeris, body, middle.plus_seconds(u * half_s)).unwrap_or_else(|e| {
-                    failed.replace(Some(e));
-                    DVec3::ZERO
-                })
-            })
-        };
-        let (sun, moon) = (fit(NaifId::SUN), fit(NaifId::MOON));
-        if let Some(e) = failed.into_inner() {
-            return Err(e);
-        }
-        Ok(Self { middle, half_s, sun, moon, itrs_from_gcrs_at_middle: ephemeris.body_from_icrf(NaifId::EARTH, middle)? })
+    pub fn around(ephemeris: &Ephemeris, near: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
+        let fit = |body| FittedPlace::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
+        Ok(Self {
+            middle,
+            sun: fit(NaifId::SUN)?,
+            near: fit(near)?,
+            itrs_from_gcrs_at_middle: ephemeris.body_from_icrf(NaifId::EARTH, middle)?,
+        })
     }
 
     pub fn instant(&self, s: f64) -> Instant {
         self.middle.plus_seconds(s)
     }
 
-    fn sum(&self, series: &[Vec<f64>; 3], s: f64) -> DVec3 {
-        DVec3::from_array(series.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_s).0))
-    }
-
     pub fn sun_km(&self, s: f64) -> DVec3 {
-        self.sum(&self.sun, s)
+        self.sun.at(s)
     }
 
-    pub fn moon_km(&self, s: f64) -> DVec3 {
-        self.sum(&self.moon, s)
+    pub fn near_km(&self, s: f64) -> DVec3 {
+        self.near.at(s)
     }
 
     pub fn itrs_from_gcrs(&self, s: f64) -> DMat3 {

@@ -5,10 +5,12 @@
 //! mountains, refraction.
 
 use super::cone::{Cone, Spheroid, axis};
+use super::contacts::Contact;
 use super::local::{LocalCircumstances, Place, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{end_of_negative, least_instant};
 use super::sky::{EarthSky, EclipseBodies};
+use crate::catalog::NaifId;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 
@@ -57,8 +59,10 @@ pub struct SolarEclipse {
     /// Of totality or annularity there.
     pub duration_s: Option<f64>,
     /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: umbra or antumbra.
-    pub contacts: Vec<(&'static str, Instant)>,
+    pub contacts: Vec<Contact>,
     pub saros: i64,
+    /// Number in the series, from 1 on.
+    pub saros_member: Option<i64>,
     pub(super) geometry: Geometry,
 }
 
@@ -77,24 +81,24 @@ impl Geometry {
     }
 
     fn penumbra_gap_km(&self, s: f64) -> f64 {
-        let cone = Cone::penumbra(self.sky.sun_km(s), self.sky.moon_km(s), self.bodies.sun_km, self.bodies.penumbral_moon_km);
+        let cone = Cone::penumbra(self.sky.sun_km(s), self.sky.near_km(s), self.bodies.sun_km, self.bodies.penumbral_moon_km);
         cone.gap_km(&self.earth()).0
     }
 
     fn umbra_gap_km(&self, s: f64) -> f64 {
-        Cone::umbra(self.sky.sun_km(s), self.sky.moon_km(s), self.bodies.sun_km, self.bodies.moon_km).gap_km(&self.earth()).0
+        Cone::umbra(self.sky.sun_km(s), self.sky.near_km(s), self.bodies.sun_km, self.bodies.moon_km).gap_km(&self.earth()).0
     }
 
     /// Where the axis meets the ground.
     pub fn centre(&self, s: f64) -> Option<Place> {
-        let (moon_km, (to_sun, _)) = (self.sky.moon_km(s), axis(self.sky.sun_km(s), self.sky.moon_km(s)));
+        let (moon_km, (to_sun, _)) = (self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)));
         let point_km = self.earth().meets_line_km(moon_km, to_sun)?;
         Some(Place::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_km))
     }
 
     /// The place nearest to the axis where that misses the ground.
     fn nearest_place(&self, s: f64) -> Place {
-        let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.moon_km(s)).gap_km(&self.earth());
+        let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_km(s)).gap_km(&self.earth());
         Place::of_surface_point(self.sky.itrs_from_gcrs(s) * self.earth().farthest_km(-towards_earth), self.bodies.earth_km)
     }
 
@@ -105,7 +109,7 @@ impl Geometry {
     /// When the axis meets and leaves the ground; `None` where it misses.
     pub fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
-        let misses = |s: f64| -earth.depth_of_line(self.sky.moon_km(s), axis(self.sky.sun_km(s), self.sky.moon_km(s)).0);
+        let misses = |s: f64| -earth.depth_of_line(self.sky.near_km(s), axis(self.sky.sun_km(s), self.sky.near_km(s)).0);
         let middle = least_instant(self.greatest_s - 600.0, self.greatest_s + 600.0, misses);
         (misses(middle) < 0.0)
             .then(|| (end_of_negative(middle, middle - SHADOW_S, misses), end_of_negative(middle, middle + SHADOW_S, misses)))
@@ -136,10 +140,10 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
     if !new_moon.may_eclipse() {
         return Ok(None);
     }
-    let sky = EarthSky::around(ephemeris, new_moon.mean_instant(), PHASE_S + SHADOW_S)?;
+    let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_S + SHADOW_S)?;
     // The axis as a vector from the Earth's centre to its nearest point.
     let foot_km = |s: f64| {
-        let (moon_km, (to_sun, _)) = (sky.moon_km(s), axis(sky.sun_km(s), sky.moon_km(s)));
+        let (moon_km, (to_sun, _)) = (sky.near_km(s), axis(sky.sun_km(s), sky.near_km(s)));
         moon_km - to_sun * moon_km.dot(to_sun)
     };
     let greatest_s = least_instant(-PHASE_S, PHASE_S, |s| foot_km(s).length());
@@ -180,6 +184,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
         duration_s: station.central_span(greatest_s).map(|(second, third)| third - second),
         contacts,
         saros: new_moon.saros(),
+        saros_member: None,
         geometry,
     }))
 }

@@ -1,24 +1,25 @@
-//! Transits of Mercury and Venus before the Sun, as the Earth's centre sees them.
+//! Transits of Mercury and Venus before the Sun.
 //!
-//! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs. The planet stands where the light passed it, the Sun
-//! where it left. Not here: the parallax of a place (up to 7 minutes for Venus), the black drop.
+//! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs, as the Earth's centre sees them and from places. The
+//! planet stands where the light passed it, the Sun where the light left. Not here: the black drop.
 
+use super::contacts::{Contact, seconds_between};
+use super::local::{LocalCircumstances, Place, Station};
 use super::numeric::{end_of_negative, least_instant};
-use super::sky::seen_from_earth_km;
+use super::sky::{EarthSky, EclipseBodies, seen_from_earth_km};
 use crate::catalog::{Catalog, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad, chebyshev};
+use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
 use crate::time::Instant;
 use crate::units::RAD_PER_ARCSEC;
-use glam::DVec3;
-use std::cell::RefCell;
 
 /// The planets between the Earth and the Sun.
 const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
 /// Between samples of the elongation: an inferior conjunction of either planet takes more than a week.
 const STEP_S: f64 = 2.0 * 86_400.0;
+/// Within a step of a transit the planet is nearer to the Sun than this, radians: 1.9 degrees a day are the most.
+const NEAR: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// A transit takes 8 hours at most.
 const HALF_S: f64 = 6.0 * 3600.0;
-const TERMS: usize = 12;
 
 /// A transit of an inner planet.
 #[derive(Clone, Debug)]
@@ -32,7 +33,21 @@ pub struct Transit {
     /// The planet's diameter over the Sun's; less where the planet is not wholly before the Sun.
     pub magnitude: f64,
     /// I to IV; II and III are missing where the planet is never wholly before the Sun.
-    pub contacts: Vec<(&'static str, Instant)>,
+    pub contacts: Vec<Contact>,
+    passage: Passage,
+    greatest_s: f64,
+}
+
+impl Transit {
+    /// From first to fourth contact.
+    pub fn duration_s(&self) -> Option<f64> {
+        seconds_between(&self.contacts, "I", "IV")
+    }
+
+    /// What a place sees of it; `None` where the planet misses the Sun.
+    pub fn seen_from(&self, place: Place) -> Option<LocalCircumstances> {
+        Station::new(&self.passage.sky, self.passage.bodies, place).solar(self.greatest_s)
+    }
 }
 
 /// Transits that are greatest from `from` to before `to`, planet by planet.
@@ -40,14 +55,12 @@ pub struct Transit {
 /// # Errors
 /// The catalog lacks a body, or the theories do not reach the span.
 pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<Transit>, EphemerisError> {
-    let radius_km = |id: NaifId| {
-        let body = catalog.body(id).ok_or_else(|| EphemerisError(format!("the catalog has no body {}: transits need it", id.0)))?;
-        Ok::<_, EphemerisError>(body.radii_km.x)
-    };
-    let sun_km = radius_km(NaifId::SUN)?;
+    let of_eclipses = EclipseBodies::of(catalog)?;
     let mut found = Vec::new();
     for planet in INNER {
-        let planet_km = radius_km(planet)?;
+        let body = catalog.body(planet).ok_or_else(|| EphemerisError(format!("the catalog has no body {}: transits need it", planet.0)))?;
+        let planet_km = body.radii_km.x;
+        let bodies = EclipseBodies { moon_km: planet_km, penumbral_moon_km: planet_km, ..of_eclipses };
         // Distance of the centres by direction alone; behind the Sun counts as far.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
             let (sun, near) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
@@ -59,7 +72,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         for i in 0..=steps {
             let after = elongation(at(i + 1))?;
             if here <= before && here < after && here < NEAR {
-                let passage = Passage::around(ephemeris, planet, at(i), [sun_km, planet_km])?;
+                let passage = Passage::around(ephemeris, planet, at(i), bodies)?;
                 found.extend(passage.transit(planet).filter(|t| (from..to).contains(&t.greatest)));
             }
             (before, here) = (here, after);
@@ -68,78 +81,54 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
     Ok(found)
 }
 
-/// Within a step of a transit the planet is nearer to the Sun than this, radians: 1.9 degrees a day are the most.
-const NEAR: f64 = 5.0 * std::f64::consts::PI / 180.0;
-
 /// The discs of the Sun and a planet for some hours.
+#[derive(Clone, Debug)]
 struct Passage {
-    middle: Instant,
-    sun: [Vec<f64>; 3],
-    planet: [Vec<f64>; 3],
-    radii_km: [f64; 2],
+    sky: EarthSky,
+    bodies: EclipseBodies,
 }
 
 impl Passage {
-    fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, radii_km: [f64; 2]) -> Result<Self, EphemerisError> {
-        // Over four days first, to find the middle; then over the hours of a transit.
-        let wide = Self::fit(ephemeris, planet, near, 2.0 * STEP_S, radii_km)?;
-        let s = least_instant(-STEP_S, STEP_S, |s| wide.separation(s, 2.0 * STEP_S));
-        Self::fit(ephemeris, planet, near.plus_seconds(s), HALF_S, radii_km)
+    fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, bodies: EclipseBodies) -> Result<Self, EphemerisError> {
+        // Over some days first, to find the middle; then over the hours of a transit.
+        let days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, bodies };
+        let middle = days.sky.instant(least_instant(-STEP_S, STEP_S, |s| days.separation(s)));
+        Ok(Self { sky: EarthSky::around(ephemeris, planet, middle, HALF_S)?, bodies })
     }
 
-    fn fit(ephemeris: &Ephemeris, planet: NaifId, middle: Instant, half_s: f64, radii_km: [f64; 2]) -> Result<Self, EphemerisError> {
-        let failed = RefCell::new(None);
-        let places = |body| {
-            chebyshev::fit_nodes(TERMS, |u| {
-                seen_from_earth_km(ephemeris, body, middle.plus_seconds(u * half_s)).unwrap_or_else(|e| {
-                    failed.replace(Some(e));
-                    DVec3::X
-                })
-            })
-        };
-        let (sun, planet) = (places(NaifId::SUN), places(planet));
-        failed.into_inner().map_or(Ok(Self { middle, sun, planet, radii_km }), Err)
+    fn separation(&self, s: f64) -> f64 {
+        angle_rad(self.sky.sun_km(s), self.sky.near_km(s))
     }
 
-    fn places(&self, s: f64, half_s: f64) -> (DVec3, DVec3) {
-        let sum = |c: &[Vec<f64>; 3]| DVec3::from_array(c.each_ref().map(|c| chebyshev::value_and_slope(c, s / half_s).0));
-        (sum(&self.sun), sum(&self.planet))
-    }
-
-    fn separation(&self, s: f64, half_s: f64) -> f64 {
-        let (sun, planet) = self.places(s, half_s);
-        angle_rad(sun, planet)
-    }
-
-    /// Angular radii.
+    /// Angular radii of the Sun and the planet.
     fn discs(&self, s: f64) -> (f64, f64) {
-        let (sun, planet) = self.places(s, HALF_S);
-        ((self.radii_km[0] / sun.length()).asin(), (self.radii_km[1] / planet.length()).asin())
+        let radius = |radius_km: f64, distance_km: f64| (radius_km / distance_km).asin();
+        (radius(self.bodies.sun_km, self.sky.sun_km(s).length()), radius(self.bodies.moon_km, self.sky.near_km(s).length()))
     }
 
-    fn transit(&self, planet: NaifId) -> Option<Transit> {
-        let separation = |s: f64| self.separation(s, HALF_S);
-        let outer = |s: f64| separation(s) - self.discs(s).0 - self.discs(s).1;
-        let inner = |s: f64| separation(s) - self.discs(s).0 + self.discs(s).1;
-        let greatest_s = least_instant(-HALF_S, HALF_S, separation);
+    fn transit(self, planet: NaifId) -> Option<Transit> {
+        let outer = |s: f64| self.separation(s) - self.discs(s).0 - self.discs(s).1;
+        let inner = |s: f64| self.separation(s) - self.discs(s).0 + self.discs(s).1;
+        let greatest_s = least_instant(-HALF_S, HALF_S, |s| self.separation(s));
         if outer(greatest_s) >= 0.0 {
             return None;
         }
-        let end = |sign: f64, f: &dyn Fn(f64) -> f64| self.middle.plus_seconds(end_of_negative(greatest_s, sign * HALF_S, f));
+        let end = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(end_of_negative(greatest_s, sign * HALF_S, f));
         let mut contacts = vec![("I", end(-1.0, &outer)), ("IV", end(1.0, &outer))];
         if inner(greatest_s) < 0.0 {
             contacts.splice(1..1, [("II", end(-1.0, &inner)), ("III", end(1.0, &inner))]);
         }
         let (sun_radius, planet_radius) = self.discs(greatest_s);
-        let (sun, seen) = self.places(greatest_s, HALF_S);
-        let north = seen.normalize_or_zero().z - sun.normalize_or_zero().z;
+        let north = self.sky.near_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
         Some(Transit {
             planet,
-            greatest: self.middle.plus_seconds(greatest_s),
-            separation_arcsec: separation(greatest_s) / RAD_PER_ARCSEC,
-            gamma: (separation(greatest_s) / sun_radius).copysign(north),
+            greatest: self.sky.instant(greatest_s),
+            separation_arcsec: self.separation(greatest_s) / RAD_PER_ARCSEC,
+            gamma: (self.separation(greatest_s) / sun_radius).copysign(north),
             magnitude: (-outer(greatest_s) / 2.0).min(planet_radius) / sun_radius,
             contacts,
+            passage: self,
+            greatest_s,
         })
     }
 }

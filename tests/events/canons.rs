@@ -54,33 +54,35 @@ fn each_century_has_the_canons_eclipses_of_every_type() {
 #[test]
 fn known_eclipses_have_their_type_and_series() {
     use SolarType::{Annular, Hybrid, Partial, Total};
-    // (day, type, central, series).
-    for (day, class, central, saros) in [
-        ("1919-05-29", Total, true, 136),
-        ("1967-11-02", Total, false, 152),
-        ("1986-10-03", Hybrid, true, 124),
-        ("1999-08-11", Total, true, 145),
-        ("2009-07-22", Total, true, 136),
-        ("2013-11-03", Hybrid, true, 143),
-        ("2014-04-29", Annular, false, 148),
-        ("2015-03-20", Total, true, 120),
-        ("2017-08-21", Total, true, 145),
-        ("2018-02-15", Partial, false, 150),
-        ("2020-06-21", Annular, true, 137),
-        ("2023-04-20", Hybrid, true, 129),
-        ("2024-04-08", Total, true, 139),
+    // (day, type, central, series, member where it is known).
+    for (day, class, central, saros, member) in [
+        ("1919-05-29", Total, true, 136, Some(32)),
+        ("1967-11-02", Total, false, 152, None),
+        ("1986-10-03", Hybrid, true, 124, None),
+        ("1999-08-11", Total, true, 145, Some(21)),
+        ("2009-07-22", Total, true, 136, Some(37)),
+        ("2013-11-03", Hybrid, true, 143, None),
+        ("2014-04-29", Annular, false, 148, None),
+        ("2015-03-20", Total, true, 120, Some(61)),
+        ("2017-08-21", Total, true, 145, Some(22)),
+        ("2018-02-15", Partial, false, 150, None),
+        ("2020-06-21", Annular, true, 137, Some(36)),
+        ("2023-04-20", Hybrid, true, 129, None),
+        ("2024-04-08", Total, true, 139, Some(30)),
     ] {
         let e = BY_ALMANAC.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
         assert_eq!((e.class, e.central, e.saros), (class, central, saros), "{day}");
+        assert!(member.is_none() || e.saros_member == member, "{day}: member {:?}", e.saros_member);
     }
-    for (day, class, saros) in [
-        ("2018-07-27", LunarType::Total, 129),
-        ("2020-11-30", LunarType::Penumbral, 116),
-        ("2021-11-19", LunarType::Partial, 126),
-        ("2022-11-08", LunarType::Total, 136),
+    for (day, class, saros, member) in [
+        ("2018-07-27", LunarType::Total, 129, Some(38)),
+        ("2020-11-30", LunarType::Penumbral, 116, None),
+        ("2021-11-19", LunarType::Partial, 126, None),
+        ("2022-11-08", LunarType::Total, 136, Some(20)),
     ] {
         let e = BY_ALMANAC.lunar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
         assert_eq!((e.class, e.saros), (class, saros), "{day}");
+        assert!(member.is_none() || e.saros_member == member, "{day}: member {:?}", e.saros_member);
     }
 }
 

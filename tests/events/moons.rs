@@ -3,7 +3,8 @@
 use super::{EPHEMERIS, IAU, after, at};
 use orrery::Instant;
 use orrery::catalog::NaifId;
-use orrery::events::{MoonEvent, MoonEventType, moon_events};
+use orrery::ephemeris::angle_rad;
+use orrery::events::{MoonEvent, MoonEventType, moon_events, mutual_events};
 
 fn events(from: &str, to: &str) -> Vec<MoonEvent> {
     moon_events(&IAU, &EPHEMERIS, at(from), at(to)).expect("events")
@@ -66,4 +67,42 @@ fn titans_shadow_meets_saturn_only_near_the_equinox() {
     assert!(shadows("2017-01-01", "2018-01-01").is_empty());
     let season = shadows("2024-06-01", "2026-06-01");
     assert!((15..=25).contains(&season.len()), "{}", season.len());
+}
+
+/// Where a moon is seen from the Earth's centre, km: light time to the moon itself.
+fn seen_km(moon: NaifId, t: Instant) -> glam::DVec3 {
+    let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
+    EPHEMERIS.light_time_position(moon, earth_km, t).expect("a moon").0 - earth_km
+}
+
+/// The seasons of 2009, 2015 and 2021 (IMCCE's campaigns PHEMU); none when Jupiter's equator stands open.
+#[test]
+fn moons_hide_each_other_in_the_seasons_and_as_the_sky_shows_it() {
+    assert!(mutual_events(&IAU, &EPHEMERIS, at("2018-01-01"), at("2018-04-01")).expect("events").is_empty());
+    let found = mutual_events(&IAU, &EPHEMERIS, at("2015-01-15"), at("2015-02-15")).expect("events");
+    let (hidden, shaded): (Vec<_>, Vec<_>) = found.iter().partition(|e| e.class == MoonEventType::MutualOccultation);
+    assert!(hidden.len() > 20 && shaded.len() > 20, "{} and {}", hidden.len(), shaded.len());
+    let radius_km = |id: NaifId| IAU.body(id).expect("a moon").radii_km.x;
+    for e in hidden {
+        let by = e.by.expect("another moon");
+        // Degrees between limbs: negative where the discs overlap.
+        let apart = |t: Instant| {
+            let (far, near) = (seen_km(e.moon, t), seen_km(by, t));
+            assert!(near.length() < far.length());
+            (angle_rad(far, near) - radius_km(e.moon) / far.length() - radius_km(by) / near.length()).to_degrees()
+        };
+        // A disc is 2e-4 degrees wide.
+        for name in ["I", "IV"] {
+            assert!(apart(contact(e, name)).abs() < 3e-7, "{name} of {e:?}: {}", apart(contact(e, name)));
+            assert!(apart(contact(e, name).plus_seconds(60.0)).abs() > 3e-7, "{name} of {e:?}");
+        }
+        assert!(
+            apart(e.greatest) < apart(e.greatest.plus_seconds(-60.0)) && apart(e.greatest) < apart(e.greatest.plus_seconds(60.0)),
+            "{e:?}"
+        );
+    }
+    for e in shaded {
+        let times: Vec<_> = e.contacts.iter().map(|c| after(c.1, e.greatest)).collect();
+        assert!(times.windows(2).all(|w| w[0] < w[1]) && times[0] < 0.0 && times[times.len() - 1] > 0.0, "{e:?}");
+    }
 }

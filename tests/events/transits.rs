@@ -3,7 +3,8 @@
 use super::{ALMANAC, EPHEMERIS, IAU, after, at};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
-use orrery::events::{Transit, transits};
+use orrery::ephemeris::topocentric::{Observer, ObserverSky};
+use orrery::events::{Place, Transit, transits};
 
 fn day_of(day: &str) -> Transit {
     let from = at(day);
@@ -90,4 +91,27 @@ fn two_centuries_have_the_known_transits() {
     );
     // With the smaller Sun of the IAU they miss each other by 0.02 arcsec.
     assert!(transits(&IAU, &EPHEMERIS, at("1937-05-01"), at("1937-06-01")).expect("transits").is_empty());
+}
+
+/// Halley's method: places see the transit at other times, by up to seven minutes.
+#[test]
+fn places_see_venus_by_their_parallax() {
+    let found = transits(&IAU, &EPHEMERIS, at("2012-06-05"), at("2012-06-07")).expect("transits");
+    let e = &found[0];
+    let mut contacts_s = Vec::new();
+    for (latitude_deg, longitude_deg) in [(19.8, -155.5), (-33.9, 151.2), (65.0, -147.7)] {
+        let seen = e.seen_from(Place { latitude_deg, longitude_deg, height_km: 0.0 }).expect("a transit");
+        let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
+        let sky = ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place };
+        let start = e.greatest.plus_seconds(-5.0 * 3600.0);
+        let discs = sky.passage(NaifId::SUN, NaifId(299), start, 36_000.0).expect("places").expect("a transit");
+        let (second, third) = discs.inner.expect("wholly before the Sun");
+        for (ours, theirs) in seen.contacts.iter().zip([discs.begins, second, third, discs.ends]) {
+            assert!(after(ours.time, theirs).abs() < 2.0, "{latitude_deg} {}: {} s", ours.name, after(ours.time, theirs));
+            assert!(ours.is_up(), "the Sun is up over the Pacific");
+        }
+        contacts_s.push(after(seen.contacts[0].time, e.contacts[0].1));
+    }
+    // Hawaii is early and Sydney late.
+    assert!(contacts_s.iter().all(|s| s.abs() < 480.0) && contacts_s.iter().any(|s| s.abs() > 60.0), "{contacts_s:?}");
 }

@@ -1,0 +1,16 @@
+//! Contacts of an event: names and instants, by time.
+
+use crate::time::Instant;
+
+/// As the Earth's centre receives the light.
+pub type Contact = (&'static str, Instant);
+
+/// From one contact to another; `None` where one is missing.
+pub(super) fn seconds_between(contacts: &[Contact], first: &str, last: &str) -> Option<f64> {
+    let of = |name: &str| Some(contacts.iter().find(|c| c.0 == name)?.1.tdb_seconds_past_j2000());
+    Some(of(last)? - of(first)?)
+}
+
+pub(super) fn sort_by_time(contacts: &mut [Contact]) {
+    contacts.sort_by(|a, b| a.1.tdb_seconds_past_j2000().total_cmp(&b.1.tdb_seconds_past_j2000()));
+}

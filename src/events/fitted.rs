@@ -1,0 +1,50 @@
+//! A place over some hours as a Chebyshev polynomial, so that contacts cost no ephemeris.
+
+use crate::ephemeris::{EphemerisError, chebyshev};
+use glam::DVec3;
+use std::cell::RefCell;
+
+/// Terms by axis: over a day and a half of the Moon, or half an orbit of Io, the rest is under a metre.
+const TERMS: usize = 14;
+
+/// km; times are seconds from the middle.
+#[derive(Clone, Debug)]
+pub(super) struct FittedPlace {
+    half_s: f64,
+    axes: [Vec<f64>; 3],
+}
+
+impl FittedPlace {
+    /// # Errors
+    /// The first of `place`.
+    pub fn over(half_s: f64, place: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
+        let failed = RefCell::new(None);
+        let axes = chebyshev::fit_nodes(TERMS, |u| {
+            place(u * half_s).unwrap_or_else(|e| {
+                failed.borrow_mut().get_or_insert(e);
+                DVec3::ZERO
+            })
+        });
+        failed.into_inner().map_or(Ok(Self { half_s, axes }), Err)
+    }
+
+    pub fn at(&self, s: f64) -> DVec3 {
+        DVec3::from_array(self.axes.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_s).0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_orbit_is_met_and_an_error_is_told() {
+        let circle = |s: f64| DVec3::new((s / 2e4).cos(), (s / 2e4).sin(), 0.0) * 4e5;
+        let fitted = FittedPlace::over(3e4, |s| Ok(circle(s))).expect("a fit");
+        for i in -30..=30 {
+            let s = f64::from(i) * 1e3;
+            assert!((fitted.at(s) - circle(s)).length() < 1e-3, "{s}");
+        }
+        assert!(FittedPlace::over(1.0, |_| Err(EphemerisError("none".into()))).is_err());
+    }
+}

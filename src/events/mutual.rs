@@ -1,0 +1,169 @@
+//! Galilean moons before each other: mutual occultations and eclipses, in the seasons when the Earth or the Sun is in the plane of their orbits.
+//!
+//! In: a span of time. Out: events as the Earth's centre sees them. Light takes time between Sun, both moons and the Earth; moons are spheres. The theory
+//! of the moons limits the instants to 30 s and grazing events to certainly or not. Listed though Jupiter may hide them.
+
+use super::contacts::sort_by_time;
+use super::fitted::FittedPlace;
+use super::moons::{GALILEAN, MoonEvent, MoonEventType, received, way_to};
+use super::numeric::{end_of_negative, least_instant};
+use crate::catalog::{Body, Catalog, NaifId};
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::time::Instant;
+use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use glam::DVec3;
+
+const JUPITER: NaifId = NaifId(599);
+/// Between samples: two moons pass each other with 30 km/s at most.
+const STEP_S: f64 = 600.0;
+/// Two moons whose centres are farther apart at the sample nearest to their passage do not meet.
+const NEAR_KM: f64 = 40_000.0;
+/// Two moons in a line with the Sun or the Earth are 249 000 km apart in depth or more (Io and Europa), so they miss each other where that stands
+/// higher over their orbits: the sine of 4 degrees, of which the orbits' own inclinations take up to one.
+const SEASON_SINE: f64 = 0.07;
+/// The slowest passages, near the greatest elongation, take some hours.
+const HALF_S: f64 = 4.0 * 3600.0;
+
+/// Events that are greatest from `from` to before `to`.
+///
+/// # Errors
+/// The theories do not reach the span. Moons that the catalog lacks are left out.
+pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<MoonEvent>, EphemerisError> {
+    let moons: Vec<&Body> = GALILEAN.iter().filter_map(|id| catalog.body(*id)).filter(|b| b.parent == Some(JUPITER)).collect();
+    let mut found = Vec::new();
+    let Some(sun) = catalog.body(NaifId::SUN) else { return Ok(found) };
+    let pairs: Vec<(usize, usize)> = (0..moons.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
+    // Light from Jupiter is on its way for less than an hour.
+    let start = from.plus_seconds(-3600.0 - 2.0 * STEP_S);
+    for source in [NaifId::EARTH, NaifId::SUN] {
+        let mut at = start;
+        // Distances of the pairs across the line of sight at the last two samples.
+        let mut earlier: Option<Vec<f64>> = None;
+        let mut before: Option<Vec<f64>> = None;
+        while at < to.plus_seconds(2.0 * STEP_S) {
+            let towards = ephemeris.state(source, NaifId(5), at, None)?.state.pos_km.normalize_or_zero();
+            let pole = ephemeris.body_from_icrf(JUPITER, at)?.row(2);
+            if pole.dot(towards).abs() > SEASON_SINE {
+                (earlier, before) = (None, None);
+                at = at.plus_seconds(SECONDS_PER_DAY);
+                continue;
+            }
+            let places = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, at, None)?.state.pos_km));
+            let places: Vec<DVec3> = places.collect::<Result<_, EphemerisError>>()?;
+            let now: Vec<f64> = pairs.iter().map(|&(a, b)| (places[a] - places[b]).cross(towards).length()).collect();
+            if let (Some(earlier), Some(before)) = (&earlier, &before) {
+                for (k, &(a, b)) in pairs.iter().enumerate() {
+                    if before[k] <= earlier[k] && before[k] < now[k] && before[k] < NEAR_KM {
+                        let passage = Passage::around(ephemeris, [moons[a], moons[b]], source, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
+                        found.extend(passage.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest)));
+                    }
+                }
+            }
+            (earlier, before) = (before, Some(now));
+            at = at.plus_seconds(STEP_S);
+        }
+    }
+    Ok(found)
+}
+
+/// Two moons around their passage. Times are seconds from the middle by the clock of the farther moon; vectors are from Jupiter's centre, km.
+struct Passage<'a> {
+    near: &'a Body,
+    far: &'a Body,
+    near_km: FittedPlace,
+    far_km: FittedPlace,
+    to_source: FittedPlace,
+    source: NaifId,
+    sun_radius_km: f64,
+    planet_velocity_km_s: DVec3,
+    middle: Instant,
+}
+
+/// The nearer moon against the line from the farther moon's centre to the source, km.
+struct Offset {
+    aside_km: f64,
+    depth_km: f64,
+    source_km: f64,
+}
+
+/// What lies behind the nearer moon.
+#[derive(Clone, Copy)]
+enum Region {
+    /// From the Earth.
+    Hidden,
+    Penumbra,
+    /// Or behind its tip the antumbra.
+    Umbra,
+}
+
+impl<'a> Passage<'a> {
+    fn around(
+        ephemeris: &Ephemeris,
+        moons: [&'a Body; 2],
+        source: NaifId,
+        sun_radius_km: f64,
+        middle: Instant,
+    ) -> Result<Self, EphemerisError> {
+        let at = |s: f64| middle.plus_seconds(s);
+        let fit = |moon: &Body| FittedPlace::over(HALF_S, |s| Ok(ephemeris.state(moon.id, JUPITER, at(s), None)?.state.pos_km));
+        let to_source = FittedPlace::over(HALF_S, |s| way_to(ephemeris, JUPITER, source, at(s)))?;
+        let [a, b] = moons;
+        let (a_km, b_km) = (fit(a)?, fit(b)?);
+        let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_source.at(0.0)) > 0.0;
+        let (near, far, near_km, far_km) = if a_is_near { (a, b, a_km, b_km) } else { (b, a, b_km, a_km) };
+        let planet_velocity_km_s = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
+        Ok(Self { near, far, near_km, far_km, to_source, source, sun_radius_km, planet_velocity_km_s, middle })
+    }
+
+    fn offset(&self, s: f64) -> Offset {
+        let far_km = self.far_km.at(s);
+        let to_source = self.to_source.at(s) - far_km;
+        let source_km = to_source.length();
+        let towards = to_source / source_km;
+        // Light goes from the farther moon over the nearer one to the Earth, and from the Sun over the nearer one to the farther.
+        let depth_km = (self.near_km.at(s) - far_km).dot(towards);
+        let later_s = if self.source == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
+        let near_km = self.near_km.at(s + later_s) + self.planet_velocity_km_s * later_s - far_km;
+        Offset { aside_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), source_km }
+    }
+
+    /// How far the farther moon is outside a region behind the nearer one.
+    fn outside_km(&self, s: f64, region: Region) -> f64 {
+        let at = self.offset(s);
+        let (near_km, far_km) = (self.near.radii_km.x, self.far.radii_km.x);
+        // The source is this far from the nearer moon, whose shadow widens or narrows with depth.
+        let beyond_km = at.source_km - at.depth_km;
+        let radius_km = match region {
+            Region::Hidden => near_km * at.source_km / beyond_km,
+            Region::Penumbra => near_km + at.depth_km * (self.sun_radius_km + near_km) / beyond_km,
+            Region::Umbra => (near_km - at.depth_km * (self.sun_radius_km - near_km) / beyond_km).abs(),
+        };
+        at.aside_km * at.source_km / beyond_km - radius_km - far_km
+    }
+
+    fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {
+        let greatest_s = least_instant(-2.0 * STEP_S, 2.0 * STEP_S, |s| self.offset(s).aside_km);
+        let (class, limits): (_, &[(&str, &str, Region)]) = if self.source == NaifId::SUN {
+            (MoonEventType::MutualEclipse, &[("P1", "P4", Region::Penumbra), ("U1", "U4", Region::Umbra)])
+        } else {
+            (MoonEventType::MutualOccultation, &[("I", "IV", Region::Hidden)])
+        };
+        let seen = |s: f64| -> Result<Instant, EphemerisError> {
+            let at = self.middle.plus_seconds(s);
+            let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
+            received(ephemeris, planet_km + self.far_km.at(s), at)
+        };
+        let mut contacts = Vec::new();
+        for &(first, last, region) in limits {
+            let outside = |s: f64| self.outside_km(s, region);
+            if outside(greatest_s) < 0.0 {
+                contacts.push((first, seen(end_of_negative(greatest_s, greatest_s - 0.8 * HALF_S, outside))?));
+                contacts.push((last, seen(end_of_negative(greatest_s, greatest_s + 0.8 * HALF_S, outside))?));
+            }
+        }
+        sort_by_time(&mut contacts);
+        let greatest = seen(greatest_s)?;
+        let event = MoonEvent { class, moon: self.far.id, planet: JUPITER, by: Some(self.near.id), greatest, contacts };
+        Ok((!event.contacts.is_empty()).then_some(event))
+    }
+}

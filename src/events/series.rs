@@ -1,0 +1,70 @@
+//! The place of an eclipse in its Saros series.
+//!
+//! In: an eclipse, and a question whether there is one at another phase of the same series. Out: its number from 1 on. A series begins with the first
+//! eclipse by the radii in force: a smaller shadow may begin it later.
+
+use super::lunation::Syzygy;
+use std::collections::HashMap;
+
+/// Lunations from one eclipse of a series to the next.
+const SAROS_LUNATIONS: i64 = 223;
+/// No series has as many eclipses.
+const MOST: i64 = 100;
+
+/// First lunations of the series that were asked for.
+#[derive(Debug, Default)]
+pub(super) struct SeriesStarts {
+    first: HashMap<i64, i64>,
+}
+
+impl SeriesStarts {
+    /// Number of the eclipse at `syzygy` in its series. The eclipses of a series follow each other without a gap, so bisection finds the first.
+    ///
+    /// # Errors
+    /// That of `exists`.
+    pub fn member<E>(&mut self, syzygy: Syzygy, exists: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
+        let series = syzygy.saros();
+        let first = match self.first.get(&series) {
+            Some(first) => *first,
+            None => {
+                let (mut before, mut too_many) = (0, MOST);
+                while too_many - before > 1 {
+                    let middle = (before + too_many) / 2;
+                    if exists(Syzygy { lunation: syzygy.lunation - SAROS_LUNATIONS * middle, ..syzygy })? {
+                        before = middle;
+                    } else {
+                        too_many = middle;
+                    }
+                }
+                let first = syzygy.lunation - SAROS_LUNATIONS * before;
+                self.first.insert(series, first);
+                first
+            }
+        };
+        Ok((syzygy.lunation - first) / SAROS_LUNATIONS + 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::events::lunation::Phase;
+    use std::cell::Cell;
+
+    #[test]
+    fn members_are_counted_from_the_first() {
+        let at = |lunation| Syzygy { phase: Phase::New, lunation };
+        let asked = Cell::new(0);
+        let exists = |s: Syzygy| {
+            asked.set(asked.get() + 1);
+            Ok::<_, ()>(s.lunation >= 300 - 29 * SAROS_LUNATIONS)
+        };
+        let mut starts = SeriesStarts::default();
+        assert_eq!(starts.member(at(300), exists), Ok(30));
+        let once = asked.get();
+        assert!(once < 9);
+        assert_eq!(starts.member(at(300 + SAROS_LUNATIONS), exists), Ok(31));
+        assert_eq!(asked.get(), once, "the series is known");
+        assert_eq!(SeriesStarts::default().member(at(300), |_| Err::<bool, _>("too early")), Err("too early"));
+    }
+}
