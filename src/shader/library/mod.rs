@@ -250,7 +250,7 @@ impl Library {
                 return None;
             }
         };
-        match entry::decode(generator, id, &bytes, &self.lowering) {
+        match decode(generator, id, &bytes, &self.lowering) {
             Ok(module) => {
                 count(&self.counters.from_disk, &self.counters.reading_ns, start);
                 Some(Ok(module))
@@ -353,7 +353,7 @@ impl Library {
         if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
             return Err(EntryError::OtherModule.to_string());
         }
-        entry::decode(&generator, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
+        decode(&generator, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
         let made = ShaderModule::build_with(&self.source().fragments, &id, &self.lowering).map_err(|e| e.to_string())?;
         if entry::encode(&generator, &made).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
     }
