@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 mod circles;
+mod dependencies;
 mod layering;
 mod packages;
 mod source_tree;

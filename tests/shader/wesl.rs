@@ -149,3 +149,28 @@ fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
     assert_eq!(feature("return a * x"), "not lights.2");
     assert_eq!(feature("third: f32"), feature("fn reflectance("));
 }
+
+/// Found by fuzzing: forty `<` in one statement, and the parser of WESL does not end.
+#[test]
+fn a_fragment_that_would_take_the_parser_for_ever_is_refused_by_its_place() {
+    let (name, text) = FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");
+    let build = |text: String| {
+        emit_module_with(&Fragments::with_files(vec![((*name).to_owned(), text)]), &"tone_map".parse().expect("a name")).map(drop)
+    };
+    let begun = std::time::Instant::now();
+    for open in [13, 40, 10_000] {
+        match build(format!("{text}\nalias A = {};\n", "vec2<".repeat(open))) {
+            Err(ShaderError::Fragment { line, what, .. }) => {
+                assert!(what.contains("more than 12 `<`") && line as usize == text.lines().count() + 1, "{open}: {line} {what}");
+            }
+            other => panic!("{open}: {other:?}"),
+        }
+    }
+    assert!(begun.elapsed().as_secs() < 5);
+    // As many as anybody writes.
+    build(format!("{text}\nalias A = array<array<vec4<f32>, 4>, 2>; // < < < < < < < < < < < < < < < <\n")).expect("a sound fragment");
+    // The shipped fragments are far below the limit.
+    for (name, text) in FRAGMENTS.iter() {
+        orrery::shader::source::Fragment::check(name, text).unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+}

@@ -1,0 +1,150 @@
+//! Runs fuzz targets as a plain loop on any toolchain: `orrery-fuzz TARGET|all SECONDS [SEED]`.
+//!
+//! Mutates sound inputs and what it made of them, and counts. A finding (a panic, or a run longer than [`PATIENCE`]) is written to fuzz/findings/ and ends the program with
+//! status 1. The same seed makes the same inputs.
+
+use orrery_fuzz::{TARGETS, Target};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+/// No input of at most [`MAX_BYTES`] may take longer.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Longer inputs are cut.
+const MAX_BYTES: usize = 1 << 20;
+/// Inputs that are kept to go on from.
+const MAX_POOL: usize = 256;
+
+/// SplitMix64 (Steele, Lea & Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() % count.max(1) as u64) as usize
+    }
+}
+
+/// Some changes to an input: bytes, numbers, words, pieces moved, doubled, removed, or taken from another input.
+fn mutated(input: &[u8], other: &[u8], words: &[&str], random: &mut Random) -> Vec<u8> {
+    let mut bytes = input.to_vec();
+    for _ in 0..1 + random.below(4) {
+        let at = random.below(bytes.len() + 1);
+        let length = 1 + random.below(16);
+        let end = (at + length).min(bytes.len());
+        match random.below(9) {
+            0 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
+            1 if at < bytes.len() => bytes[at] = random.next() as u8,
+            2 => drop(bytes.drain(at..end)),
+            3 => {
+                let piece = bytes[at..end].to_vec();
+                let to = random.below(bytes.len() + 1);
+                bytes.splice(to..to, piece);
+            }
+            4 if !words.is_empty() => drop(bytes.splice(at..at, words[random.below(words.len())].bytes())),
+            5 if !words.is_empty() => drop(bytes.splice(at..end, words[random.below(words.len())].bytes())),
+            6 if !other.is_empty() => {
+                let from = random.below(other.len());
+                bytes.splice(at..end, other[from..(from + length).min(other.len())].iter().copied());
+            }
+            7 => {
+                let extreme: &[u8] =
+                    [&[0; 4][..], &[0xff; 4], &[0xff, 0xff, 0xff, 0x7f], &[0, 0, 0xc0, 0x7f], &[0, 0, 0, 0, 0, 0, 0xf8, 0x7f]]
+                        [random.below(5)];
+                bytes.splice(at..(at + extreme.len()).min(bytes.len()), extreme.iter().copied());
+            }
+            _ => {
+                let piece = bytes[at..end].repeat(1 + random.below(64));
+                bytes.splice(at..end, piece);
+            }
+        }
+    }
+    bytes.truncate(MAX_BYTES);
+    bytes
+}
+
+/// The input that runs, for the watch, and since when.
+static RUNNING: Mutex<Option<(Instant, Vec<u8>)>> = Mutex::new(None);
+
+fn running() -> MutexGuard<'static, Option<(Instant, Vec<u8>)>> {
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Says a finding, keeps its input and ends the program.
+fn found(target: &str, seed: u64, input: &[u8], what: &str) -> ! {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("findings");
+    let path = folder.join(format!("{target}-{seed}"));
+    let kept = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, input));
+    println!("{target:14} {what}: {} bytes, {}", input.len(), kept.map_or_else(|e| e.to_string(), |()| path.display().to_string()));
+    std::process::exit(1)
+}
+
+/// The number of runs and the longest of them.
+fn attack(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
+    let mut random = Random(seed);
+    let mut pool = (target.seeds)();
+    pool.iter().for_each(|input| (target.run)(input));
+    let (begun, mut runs, mut longest) = (Instant::now(), 0, Duration::ZERO);
+    while begun.elapsed() < time {
+        let (from, other) = (random.below(pool.len()), random.below(pool.len()));
+        let input = mutated(&pool[from], &pool[other], target.words, &mut random);
+        let start = Instant::now();
+        *running() = Some((start, input.clone()));
+        if catch_unwind(AssertUnwindSafe(|| (target.run)(&input))).is_err() {
+            found(target.name, seed, &input, "it panics");
+        }
+        *running() = None;
+        runs += 1;
+        longest = longest.max(start.elapsed());
+        // Chains of changes reach further than single ones.
+        if random.below(16) == 0 {
+            if pool.len() < MAX_POOL {
+                pool.push(input);
+            } else {
+                let at = random.below(MAX_POOL);
+                pool[at] = if random.below(4) == 0 { (target.seeds)().swap_remove(0) } else { input };
+            }
+        }
+    }
+    (runs, longest)
+}
+
+/// Ends the program where a run outlasts [`PATIENCE`]: for a thread of its own.
+fn watch(target: &str, seed: u64, is_over: &Weak<()>) {
+    while is_over.strong_count() > 0 {
+        std::thread::sleep(Duration::from_millis(100));
+        let slow = running().clone().filter(|(since, _)| since.elapsed() > PATIENCE);
+        if let Some((_, input)) = slow {
+            found(target, seed, &input, "it does not end");
+        }
+    }
+}
+
+fn main() -> std::process::ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let chosen: Vec<&'static Target> = TARGETS.iter().filter(|t| words.first().is_some_and(|w| w == "all" || w == t.name)).collect();
+    let seconds = words.get(1).and_then(|w| w.parse::<f64>().ok()).filter(|s| *s > 0.0 && s.is_finite());
+    let seed = words.get(2).map_or(Some(1), |w| w.parse().ok());
+    let (false, Some(seconds), Some(seed)) = (chosen.is_empty(), seconds, seed) else {
+        let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
+        eprintln!("orrery-fuzz TARGET|all SECONDS [SEED]; targets: {}", names.join(", "));
+        return 2.into();
+    };
+    for target in chosen {
+        let (name, done) = (target.name, Arc::new(()));
+        let is_over = Arc::downgrade(&done);
+        let watching = std::thread::spawn(move || watch(name, seed, &is_over));
+        let (runs, longest) = attack(target, Duration::from_secs_f64(seconds), seed);
+        println!("{name:14} {runs:>10} runs, the longest {:.3} s", longest.as_secs_f64());
+        drop(done);
+        let _ = watching.join();
+    }
+    0.into()
+}

@@ -1,0 +1,37 @@
+//! docs/dependencies.md says of each direct dependency why it is there, and of nothing else.
+
+use std::collections::BTreeSet;
+
+fn read(path: &str) -> String {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(root.join(path)).expect(path)
+}
+
+/// Names in Cargo.toml's tables of dependencies.
+fn direct(manifest: &str) -> BTreeSet<String> {
+    let manifest: toml::Table = manifest.parse().expect("TOML");
+    let names = |table: Option<&toml::Value>| -> Vec<String> {
+        table.and_then(toml::Value::as_table).map_or(Vec::new(), |t| t.keys().cloned().collect())
+    };
+    let targets = manifest.get("target").and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::values);
+    let of_targets = targets.flat_map(|target| names(target.get("dependencies")));
+    names(manifest.get("dependencies")).into_iter().chain(names(manifest.get("dev-dependencies"))).chain(of_targets).collect()
+}
+
+/// Names in the first column of the list, each with a reason.
+fn listed(text: &str) -> BTreeSet<String> {
+    let rows = text.lines().filter_map(|l| l.strip_prefix("| `")?.split_once("` | "));
+    rows.filter(|(_, why)| why.trim_end_matches(" |").len() > 5).map(|(name, _)| name.to_owned()).collect()
+}
+
+#[test]
+fn each_direct_dependency_has_its_reason() {
+    assert_eq!(direct(&read("Cargo.toml")), listed(&read("docs/dependencies.md")));
+}
+
+#[test]
+fn a_library_without_a_reason_is_found() {
+    let manifest = "[dependencies]\na = \"1\"\n[dev-dependencies]\nb = \"1\"\n[target.'cfg(unix)'.dependencies]\nc = \"1\"\n";
+    assert_eq!(direct(manifest), ["a", "b", "c"].map(str::to_owned).into());
+    assert_eq!(listed("| `a` | why it is there |\n| `b` |  |\n| library | what |\n"), ["a"].map(str::to_owned).into());
+}
