@@ -7,6 +7,7 @@
 mod air_tables;
 mod cpu;
 mod devices;
+mod error;
 #[cfg(feature = "gpu")]
 mod gpu_device;
 mod mark;
@@ -26,6 +27,7 @@ mod tape_cost;
 use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 use devices::Devices;
+pub use error::SessionError;
 pub use mark::{ExistingPicture, Provenance};
 pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
 pub use price::{EffectCost, LightChange};
@@ -38,9 +40,9 @@ pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
 
-use crate::catalog::stars::{StarCatalog, StarFileError};
+use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::Ephemeris;
 use crate::files::{read_bytes, read_text, who_else_writes};
 use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture};
 use crate::memo::Memo;
@@ -50,7 +52,7 @@ use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::lamps::NightLights;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
-use crate::scene::{Caches, Scene, SceneError};
+use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
@@ -88,46 +90,6 @@ pub struct Sources {
     pub renderer: RendererPreference,
     /// Frames will be drawn: the device is opened while catalogs are read.
     pub draws: bool,
-}
-
-/// Why a session cannot be opened, or a view not be drawn, in one line.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// A file that cannot be read.
-    #[error("{path}: {why}")]
-    File {
-        /// As the user named it.
-        path: String,
-        /// What the system says.
-        why: String,
-    },
-    /// Wrong fields of catalog files, each with its line.
-    #[error(transparent)]
-    Catalog(#[from] CatalogError),
-    /// Wrong lines of a star catalogue.
-    #[error(transparent)]
-    Stars(#[from] StarFileError),
-    /// No position, or an unusable kernel.
-    #[error(transparent)]
-    Ephemeris(#[from] EphemerisError),
-    /// A view that cannot be.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A module or map that the view needs.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The folder of the user's fragments.
-    #[error(transparent)]
-    Shaders(#[from] FragmentFolderError),
-    /// No renderer draws it.
-    #[error(transparent)]
-    Renderer(#[from] RendererError),
-}
-
-impl From<RenderError> for SessionError {
-    fn from(e: RenderError) -> Self {
-        Self::Renderer(e.into())
-    }
 }
 
 /// A drawn frame with the scene it shows.

@@ -247,7 +247,7 @@ fn a_file_that_is_missing_or_wrong_is_said_once_and_the_ellipsoid_is_drawn() {
         (vec![("shape.obj", "v 0 0 0\nf 1 2 3\n".as_bytes())], "shape.obj:2: corner `2`: expected a `v` from 1 to 1"),
         (vec![("shape.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".as_bytes())], "is scale_km right?"),
         (vec![("shape.obj", "v 11 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n".as_bytes())], "none of its faces has an area"),
-        (vec![("shape.obj", b"v 1 0 \xff\xfe\n".as_slice())], "shape.obj: stream did not contain valid UTF-8"),
+        (vec![("shape.obj", b"v 1 0 \xff\xfe\n".as_slice())], "shape.obj: not UTF-8 text"),
     ] {
         let mine = Mine::new(&catalog(""), &files);
         let (scene, picture) = mine.draw("", PixelView::Final, from);
