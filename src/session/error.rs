@@ -1,0 +1,50 @@
+//! What can go wrong between a request and its frame.
+
+use super::renderers::RendererError;
+use super::shaders::FragmentFolderError;
+use crate::catalog::CatalogError;
+use crate::catalog::stars::StarFileError;
+use crate::ephemeris::EphemerisError;
+use crate::render::plan::PlanError;
+use crate::render::software::RenderError;
+use crate::scene::SceneError;
+
+/// Why a session cannot be opened, or a view not be drawn, in one line.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// A file that cannot be read.
+    #[error("{path}: {why}")]
+    File {
+        /// As the user named it.
+        path: String,
+        /// What the system says.
+        why: String,
+    },
+    /// Wrong fields of catalog files, each with its line.
+    #[error(transparent)]
+    Catalog(#[from] CatalogError),
+    /// Wrong lines of a star catalogue.
+    #[error(transparent)]
+    Stars(#[from] StarFileError),
+    /// No position, or an unusable kernel.
+    #[error(transparent)]
+    Ephemeris(#[from] EphemerisError),
+    /// A view that cannot be.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A module or map that the view needs.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The folder of the user's fragments.
+    #[error(transparent)]
+    Shaders(#[from] FragmentFolderError),
+    /// No renderer draws it.
+    #[error(transparent)]
+    Renderer(#[from] RendererError),
+}
+
+impl From<RenderError> for SessionError {
+    fn from(e: RenderError) -> Self {
+        Self::Renderer(e.into())
+    }
+}
