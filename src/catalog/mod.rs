@@ -61,7 +61,7 @@ impl std::fmt::Display for Problem {
     }
 }
 
-/// Every problem of the files, by file and line; printed one a line, the first [`MAX_SHOWN_PROBLEMS`] and how many more there are.
+/// Every problem of the files, by file and line; printed one a line, the first `MAX_SHOWN_PROBLEMS` and how many more there are.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct CatalogError {
     /// In the order of files and lines.

@@ -26,7 +26,7 @@ pub fn write_picture(path: &Path, frame: &Frame, text: &[(&'static str, String)]
     write_whole(path, FileAccess::All, |out| fill_picture(out, is_exr(path), frame, text))
 }
 
-/// The same as [`write_new`] writes: all names have one ending.
+/// The same as `write_new` writes: all names have one ending.
 ///
 /// # Errors
 /// The path and why, in one line.

@@ -1,6 +1,6 @@
 //! Stars: place, motion, distance, brightness and colour index of each, and an index of the sky.
 //!
-//! In: the text of a catalogue ([`read`]). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view takes
+//! In: the text of a catalogue (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view takes
 //! the cells in its frame and of each the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: where a star is seen
 //! at a date (`ephemeris::star_place`), and how bright a picture shows it (scene).
 
