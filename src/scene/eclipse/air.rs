@@ -57,6 +57,17 @@ pub(crate) fn shown(depth: f64, sun: f64) -> f64 {
     (1.0 - depth / sun).clamp(0.0, 1.0)
 }
 
+/// The greatest bending of [`layers`], radians: of the ray that grazes the ground. `None` where it is not known.
+pub(crate) fn greatest_bending(body: &Body, shown: f64) -> Option<f64> {
+    let air = body.atmosphere.as_ref()?;
+    Some(bending(air.refractivity?, body.radii_km.x, gas(air)?.scale_height_km) * shown)
+}
+
+/// Of a ray that grazes where the refractivity is `there`, radians.
+fn bending(there: f64, radius_km: f64, scale_height_km: f64) -> f64 {
+    there * (std::f64::consts::TAU * radius_km / scale_height_km).sqrt()
+}
+
 /// Layers of a body's air in units of `unit_km`; `radius` is that of its outline, `shown` [`shown`] from where it is looked at.
 pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
@@ -69,9 +80,8 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shown: f64) -> Opti
     let at = |edge: usize| {
         let h = height_km(edge as f64);
         let there = refractivity * (-h / gas.scale_height_km).exp();
-        let bending = there * (std::f64::consts::TAU * (radius_km + h) / gas.scale_height_km).sqrt();
         // A ray that grazes at a height comes from a little above it.
-        ((radius_km + h) * (1.0 + there) / unit_km, bending * shown)
+        ((radius_km + h) * (1.0 + there) / unit_km, bending(there, radius_km + h, gas.scale_height_km) * shown)
     };
     let edges = (0..LAYERS).map(|k| {
         let ((r0, b0), (r1, b1)) = (at(k), at(k + 1));

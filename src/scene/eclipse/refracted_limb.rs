@@ -7,6 +7,7 @@
 //! (shaders/entry/refracted_limb.wesl). Left out: bodies that stand before the Sun as the limb sees it, and the Sun's map.
 
 use crate::catalog::{Body, NaifId};
+use crate::scene::atmosphere;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, NEAR_DEPTH_KM, Placement, ViewRays, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
@@ -21,7 +22,7 @@ use crate::scene::point::BLEND_TO_PX;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, DVec4, Vec3, Vec4};
 
 /// Uniforms of shaders/entry/refracted_limb.wesl, and where it is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,12 +92,26 @@ impl Sky {
         }
     }
 
+    /// Whether any layer can show the Sun: known without the layers, which take milliseconds to make.
+    fn can_show(&self, p: &PlacedBody<'_>, greatest_bending: f64) -> bool {
+        let top_km = p.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
+        let outermost = self.limb + top_km / p.body.radii_km.x / self.distance;
+        let innermost = self.limb - greatest_bending;
+        let room = self.sun_radius + self.uneven;
+        self.apart - room <= outermost.max(-innermost) && self.apart + room >= innermost
+    }
+
+    /// Where the lower edge and the upper edge of a layer show what lies behind, as angles from the body's centre.
+    fn shown_by(&self, edge: &DVec4) -> (f64, f64) {
+        let at = |radius: f64, bending: f64| self.limb + (radius - 1.0) / self.distance - bending;
+        (at(edge.x, edge.y), at(edge.z, edge.w))
+    }
+
     /// The most that the layers can shine with, per channel, in pixels that span this many radii at the limb: all that show the Sun somewhere, at its
     /// centre's radiance.
     fn most(&self, layers: &RefractingLayers, centre: DVec3, pixel: f64) -> DVec3 {
-        let shows = |edge: &glam::DVec4| {
-            let at = |height: f64, bending: f64| self.limb + height / self.distance - bending;
-            let (low, high) = (at(edge.x - 1.0, edge.y), at(edge.z - 1.0, edge.w));
+        let shows = |edge: &DVec4| {
+            let (low, high) = self.shown_by(edge);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
             let room = self.sun_radius + self.uneven;
             nearest <= self.apart + room && low.abs().max(high.abs()) >= self.apart - room
@@ -123,14 +138,14 @@ pub(crate) struct LimbPiece {
 const PIECES: u32 = 24;
 
 /// The refracted limb in pieces, for the light meter: where the layers of a body's air show the Sun, whose disc counts as evenly bright. A sphere's limb: seen from
-/// a body's flattened side the arcs lie a little beside their places. None for air that does not bend light, from inside of it, and where the Sun is nearer.
+/// a body's flattened side the arcs lie a little beside their places. None for air that does not bend light, from inside of it, where the Sun is nearer, and for discs so small that it is not drawn.
 pub(crate) fn pieces(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbPiece> {
-    let inside = || crate::scene::atmosphere::air::shell(p.body, &p.placement).is_some_and(|shell| shell.camera_is_inside());
-    if !air::bends(p.body) || p.distance_km <= 0.0 || sun.distance_km <= p.distance_km || inside() {
+    if p.distance_km <= 0.0 || sun.distance_km <= p.distance_km || camera_is_inside(p) {
         return Vec::new();
     }
-    let Some(layers) = air::layers(p.body, p.body.radii_km.x, 1.0, air::shown(p.distance_km, sun.distance_km)) else { return Vec::new() };
-    let sky = Sky::of(p, sun);
+    let (sky, shown) = (Sky::of(p, sun), air::shown(p.distance_km, sun.distance_km));
+    let is_possible = 2.0 * sky.limb >= BLEND_TO_PX * pixel_rad && air::greatest_bending(p.body, shown).is_some_and(|b| sky.can_show(p, b));
+    let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, shown)).flatten() else { return Vec::new() };
     let towards = p.placement.centre_km / p.distance_km;
     let aside = sun.placement.centre_km / sun.distance_km;
     let x = (aside - towards * towards.dot(aside)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
@@ -149,8 +164,7 @@ pub(crate) fn pieces(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -
         let (from, to) = (sky.apart * cos - half_chord, sky.apart * cos + half_chord);
         // Thickness of what shows the Sun, radii, and the light of it.
         let (thickness, light) = layers.edges.iter().zip(&layers.passes).fold((0.0, 0.0), |(thickness, light), (edge, passes)| {
-            let at = |radius: f64, bending: f64| sky.limb + (radius - 1.0) / sky.distance - bending;
-            let (low, high) = (at(edge.x, edge.y), at(edge.z, edge.w));
+            let (low, high) = sky.shown_by(edge);
             let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (edge.z - edge.x);
             (thickness + shown, light + shown * passes.max_element())
         });
@@ -195,6 +209,10 @@ fn limb(camera: &Camera, p: &PlacedBody<'_>, sun: &PlacedBody<'_>, layers: &Refr
     })
 }
 
+fn camera_is_inside(p: &PlacedBody<'_>) -> bool {
+    atmosphere::air::shell(p.body, &p.placement).is_some_and(|shell| shell.camera_is_inside())
+}
+
 /// Decides on the refracted limbs of a frame and notes them among the features of their bodies. `tint`: what the camera's own air leaves of light from a
 /// direction.
 pub(crate) fn limbs(
@@ -217,29 +235,31 @@ pub(crate) fn limbs(
             on
         };
         let shown = air::shown(p.distance_km, sun.distance_km);
-        let layers = air::layers(p.body, p.body.radii_km.x, 1.0, shown);
-        let inside = crate::scene::atmosphere::air::shell(p.body, &p.placement).is_some_and(|shell| shell.camera_is_inside());
-        let why_not = match (&layers, effects.override_of(Effect::Atmosphere)) {
+        let bending = air::greatest_bending(p.body, shown);
+        let sky = Sky::of(p, sun);
+        let why_not = match (bending, effects.override_of(Effect::Atmosphere)) {
             (None, _) => Some("nothing is known of how its air bends light".into()),
             (_, Some(false)) => Some("its air is switched off".into()),
-            _ if inside => Some("the camera is in its air".into()),
+            _ if camera_is_inside(p) => Some("the camera is in its air".into()),
             _ if sun.distance_km <= p.distance_km => Some("it does not stand before the Sun".into()),
             _ if body.diameter_px < BLEND_TO_PX => Some(format!("its disc is {:.1} px across against {BLEND_TO_PX}", body.diameter_px)),
             _ => None,
         };
-        let layers = match (why_not, layers) {
-            (None, Some(layers)) => layers,
-            (why_not, _) => {
-                note(false, why_not.unwrap_or_default());
-                continue;
-            }
+        if let Some(why_not) = why_not {
+            note(false, why_not);
+            continue;
+        }
+        let wanted = effects.override_of(Effect::RefractedLimb);
+        let is_possible = wanted == Some(true) || bending.is_some_and(|bending| sky.can_show(p, bending));
+        let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, shown)).flatten() else {
+            note(false, "no layer of its air shows the Sun".into());
+            continue;
         };
-        let sky = Sky::of(p, sun);
         let tint = tint(p.placement.centre_km);
         let centre: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let part = sky.most(&layers, centre, camera.pixel_tangent() * sky.distance).max_element();
         let reason = if part > 0.0 { format!("at most {}", bound.description(part)) } else { "no layer of its air shows the Sun".into() };
-        let on = match effects.override_of(Effect::RefractedLimb) {
+        let on = match wanted {
             Some(on) => note(on, "set by you".into()),
             None => note(bound.counts(part), reason),
         };
