@@ -5,11 +5,11 @@
 //! temporary files that a killed process left are removed when a day old. It knows no format, and decides on no place.
 
 use crate::wording::echo;
+use parking_lot::Mutex;
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Error, ErrorKind, Read, Result, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
 
@@ -178,7 +178,7 @@ pub fn is_temporary(path: &Path) -> bool {
 /// Removes the temporary files of a folder that are older than a day, when this process first writes into it.
 fn remove_litter_once(folder: &Path) {
     static LOOKED_INTO: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-    if !LOOKED_INTO.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_owned()) {
+    if !LOOKED_INTO.lock().insert(folder.to_owned()) {
         return;
     }
     #[expect(clippy::disallowed_methods, reason = "the age of a file on disk; no picture depends on it")]

@@ -3,9 +3,10 @@
 //! In: a key and how to make its value. Out: the value, made once. Always: whole keys are compared; a handful is kept and the oldest goes first; while
 //! one thread makes a value, others wait for that key alone. Its owner decides how long it lives: there is no process-wide one.
 
+use parking_lot::Mutex;
 use std::collections::VecDeque;
 use std::fmt;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 /// Keys with their values, each made once; the oldest first.
 type Slots<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
@@ -25,7 +26,7 @@ impl<K, V: Clone> Memo<K, V> {
     /// The value of a kept key that serves as well as `key`, else that of `key` itself. `serves` is given the kept key and the wanted one.
     pub fn get_like(&self, serves: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
         let slot = {
-            let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut slots = self.slots.lock();
             let found = slots.iter().find(|(kept, _)| serves(kept, &key)).map(|(_, slot)| Arc::clone(slot));
             found.unwrap_or_else(|| {
                 while slots.len() >= self.capacity.max(1) {
@@ -49,7 +50,7 @@ impl<K: PartialEq, V: Clone> Memo<K, V> {
 
 impl<K, V> fmt::Debug for Memo<K, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let held = self.slots.lock().unwrap_or_else(PoisonError::into_inner).len();
+        let held = self.slots.lock().len();
         write!(f, "Memo({held} of {})", self.capacity)
     }
 }

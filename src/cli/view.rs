@@ -71,14 +71,15 @@ mod windowed {
     use crate::view::window;
     use crate::view::window::shader_watcher::ShaderWatcher;
     use crate::wording::echo;
-    use std::sync::{Arc, Mutex, PoisonError};
+    use parking_lot::Mutex;
+    use std::sync::Arc;
 
     pub fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let heard: Arc<Mutex<Vec<String>>> = Arc::default();
         let hearing = Arc::clone(&heard);
         let session = Session::open(&common.sources_to_draw(), move |line| {
             say(line);
-            hearing.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
+            hearing.lock().push(line.to_owned());
         })?;
         let watch = common
             .shaders
@@ -96,7 +97,7 @@ mod windowed {
         let path = args.settings.clone().or_else(Settings::usual_path);
         let (settings, said) = path.as_deref().map_or((Settings::default(), None), Settings::load);
         said.iter().for_each(|line: &String| say(line));
-        heard.lock().unwrap_or_else(PoisonError::into_inner).extend(said);
+        heard.lock().extend(said);
         let mut interface = Interface::new(viewer, settings);
         interface.heard = heard;
         interface.warning = warning;

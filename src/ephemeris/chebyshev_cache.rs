@@ -7,8 +7,9 @@
 use super::{State, chebyshev};
 use crate::units::SECONDS_PER_DAY;
 use glam::DVec3;
+use parking_lot::Mutex;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Terms of a polynomial.
 const TERMS: usize = 14;
@@ -31,11 +32,11 @@ impl ChebyshevCache {
         let number = (tdb_s / (2.0 * radius_s)).floor();
         let middle_s = (2.0 * number + 1.0) * radius_s;
         let key = (place, number as i64);
-        let known = self.kept.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        let known = self.kept.lock().get(&key).cloned();
         let piece = known.unwrap_or_else(|| {
             // Without the lock: others are answered meanwhile. Two that make the same piece make the same numbers.
             let made = Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
-            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut kept = self.kept.lock();
             if kept.len() >= MOST {
                 kept.clear();
             }
@@ -85,6 +86,6 @@ mod tests {
         for k in 0..=MOST {
             pieces.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
         }
-        assert!(pieces.kept.lock().expect("not poisoned").len() <= MOST);
+        assert!(pieces.kept.lock().len() <= MOST);
     }
 }

@@ -34,9 +34,9 @@ use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::time::Instant;
 use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
+use parking_lot::Mutex;
 use satellites::{drift, galilean, tass};
 use std::collections::{HashMap, VecDeque};
-use std::sync::{Mutex, PoisonError};
 
 /// A family of theories, from the least accurate to the most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -337,7 +337,7 @@ impl Ephemeris {
     /// The centre of a planet counts from its system's barycentre by what its moons weigh: -Σ m r / Σ m. The moons' own states are
     /// counted from the planet, so this asks for no place of the planet.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<LinkState> {
-        let mut recent_centres = self.recent_centres.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut recent_centres = self.recent_centres.lock();
         if let Some((.., known)) = recent_centres.iter().find(|(of, at, _)| *of == planet && *at == t) {
             return Some(*known);
         }

@@ -3,10 +3,11 @@
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::files::read_bytes;
 use orrery_textures::MAPS;
+use parking_lot::Mutex;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Where a map of this name would come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,26 +65,26 @@ impl MapStore {
     /// The map with its mip chain, as it is drawn.
     pub fn get_decoded(&self, name: &str, reading: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), reading);
-        if let Some(found) = self.decoded.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
+        if let Some(found) = self.decoded.lock().get(&key) {
             return Ok(found.clone());
         }
         let texture = Arc::new(self.read(name, reading)?);
-        Ok(self.decoded.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(texture).clone())
+        Ok(self.decoded.lock().entry(key).or_insert(texture).clone())
     }
 
     /// A colour image whose texels are multiplied by their alpha, in linear light.
     pub fn premultiplied(&self, name: &str) -> Result<SharedTexture, ImageError> {
-        if let Some(found) = self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).get(name) {
+        if let Some(found) = self.premultiplied.lock().get(name) {
             return Ok(found.clone());
         }
         let texture = Arc::new(self.read(name, MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None })?.premultiplied());
-        Ok(self.premultiplied.lock().unwrap_or_else(PoisonError::into_inner).entry(name.to_owned()).or_insert(texture).clone())
+        Ok(self.premultiplied.lock().entry(name.to_owned()).or_insert(texture).clone())
     }
 
     /// Decodes by all threads what is not in memory yet. A map that cannot be read is found by whoever gets it.
     pub fn prefetch(&self, wanted: &[(&str, MapDecoding)]) {
         let away: Vec<&(&str, MapDecoding)> = {
-            let decoded = self.decoded.lock().unwrap_or_else(PoisonError::into_inner);
+            let decoded = self.decoded.lock();
             wanted.iter().filter(|(name, reading)| !decoded.contains_key(&((*name).to_owned(), *reading))).collect()
         };
         away.into_par_iter().for_each(|(name, reading)| drop(self.get_decoded(name, *reading)));

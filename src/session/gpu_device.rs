@@ -8,9 +8,10 @@ use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::shader::ModuleId;
 use crate::shader::{Library, ShaderError, ShaderModule};
+use parking_lot::{Mutex, MutexGuard};
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 type Say = dyn Fn(&str) + Send + Sync;
@@ -64,7 +65,7 @@ impl ModuleProvider for Gathered {
 }
 
 fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
-    state.lock().unwrap_or_else(PoisonError::into_inner)
+    state.lock()
 }
 
 /// What `auto` makes of a failure to open: software, and one line that says so.
@@ -98,16 +99,16 @@ impl Gpu {
     }
 
     pub fn preference(&self) -> RendererPreference {
-        *self.preference.lock().unwrap_or_else(PoisonError::into_inner)
+        *self.preference.lock()
     }
 
     /// Another wish may mean another device: what is open is given back.
     pub fn choose(&self, preference: RendererPreference) {
-        let before = std::mem::replace(&mut *self.preference.lock().unwrap_or_else(PoisonError::into_inner), preference);
+        let before = std::mem::replace(&mut *self.preference.lock(), preference);
         if preference == before {
             return;
         }
-        self.said.lock().unwrap_or_else(PoisonError::into_inner).take();
+        self.said.lock().take();
         let mut state = locked(&self.state);
         if !matches!(*state, State::Preparing(_)) {
             *state = if preference == RendererPreference::Software { State::Closed } else { State::Unopened };
@@ -115,7 +116,7 @@ impl Gpu {
     }
 
     pub fn readiness(&self) -> Readiness {
-        let Ok(state) = self.state.try_lock() else { return Readiness::Settled };
+        let Some(state) = self.state.try_lock() else { return Readiness::Settled };
         match &*state {
             _ if self.preference() == RendererPreference::Software => Readiness::Settled,
             State::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
@@ -141,7 +142,7 @@ impl Gpu {
         if self.preference() == RendererPreference::Software {
             return DeviceState::Software;
         }
-        let Ok(mut state) = self.state.try_lock() else { return DeviceState::Unchanged };
+        let Some(mut state) = self.state.try_lock() else { return DeviceState::Unchanged };
         self.settle(&mut state, say);
         match &*state {
             State::Open(renderer) => DeviceState::Open(Arc::clone(renderer)),
@@ -251,7 +252,7 @@ impl Gpu {
                 Some(RenderOutput { frame, on_gpu, by })
             }
             Err(e) => {
-                let said = self.said.lock().unwrap_or_else(PoisonError::into_inner).replace(e.clone());
+                let said = self.said.lock().replace(e.clone());
                 if said.as_ref() != Some(&e) {
                     say(&format!("{e}: drawing in software"));
                 }
@@ -279,7 +280,7 @@ impl Gpu {
             return None;
         }
         // Another thread opens the device or waits for it.
-        let Ok(mut state) = self.state.try_lock() else { return None };
+        let Some(mut state) = self.state.try_lock() else { return None };
         self.settle(&mut state, &**say);
         self.just_ready.store(false, Ordering::SeqCst);
         let renderer = match &*state {

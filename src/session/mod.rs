@@ -29,6 +29,7 @@ pub use cpu::process_cpu;
 use devices::Devices;
 pub use error::SessionError;
 pub use mark::{ExistingPicture, Provenance};
+use parking_lot::Mutex;
 pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
 pub use price::{EffectCost, LightChange};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
@@ -60,7 +61,7 @@ use crate::wording::echo;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::thread::ThreadId;
 
 /// What the user named in place of what is built in.
@@ -336,13 +337,13 @@ impl Session {
 
     /// Seconds by stage since the session was opened, and what the library did.
     pub fn report(&self) -> (Stages, Statistics) {
-        let by_thread = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        let by_thread = self.stages.lock();
         (by_thread.values().fold(Stages::default(), |sum, s| sum.and(s)), self.library.statistics())
     }
 
     /// The same, with the seconds of the calling thread alone.
     pub fn report_of_this_thread(&self) -> (Stages, Statistics) {
-        let by_thread = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        let by_thread = self.stages.lock();
         (by_thread.get(&std::thread::current().id()).cloned().unwrap_or_default(), self.library.statistics())
     }
 
@@ -352,7 +353,7 @@ impl Session {
         let done = work();
         let spent = start.elapsed();
         let ran = before.and_then(|before| process_cpu()?.checked_sub(before));
-        let mut by_thread = self.stages.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut by_thread = self.stages.lock();
         let stages = by_thread.entry(std::thread::current().id()).or_default();
         stages.add(stage, spent);
         if let Some(ran) = ran {

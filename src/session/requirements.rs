@@ -12,7 +12,7 @@ use crate::scene::request::ViewRequest;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder};
 use std::collections::BTreeSet;
 use std::fmt::Display;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 /// Texels around the equator of the lamps that the light meter reads: 20 km on the Earth.
 const LAMPS_WIDTH: u32 = 2048;
@@ -45,12 +45,12 @@ impl Session {
     }
 
     fn unreadable(&self) -> BTreeSet<String> {
-        self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.missing.lock().clone()
     }
 
     /// Remembers that a file cannot be read, and says so once. Whether that is new.
     fn note_unreadable(&self, file: &str, line: impl FnOnce() -> String) -> bool {
-        let new = self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned());
+        let new = self.missing.lock().insert(file.to_owned());
         if new {
             (self.say)(&line());
         }
@@ -95,7 +95,7 @@ impl Session {
             .maps
             .iter()
             .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, *shape)))
-            .filter(|(_, file, _)| !self.missing.lock().unwrap_or_else(PoisonError::into_inner).contains(*file))
+            .filter(|(_, file, _)| !self.missing.lock().contains(*file))
             .partition(|(role, ..)| matches!(role, MapRole::Overlay(_)));
         let maps: Vec<(&str, MapDecoding)> = maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
         self.maps.prefetch(&maps);

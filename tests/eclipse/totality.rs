@@ -5,8 +5,8 @@ use glam::{DVec3, Vec3};
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
-use orrery::scene::{Appearance, Scene, corona};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, ViewRequest};
+use orrery::scene::{Appearance, Scene, corona, glow};
 use orrery::session::{DrawnFrame, Session, Sources};
 use orrery::time::Instant;
 use std::f64::consts::PI;
@@ -78,6 +78,30 @@ fn bare_sun(time: &str, fov_deg: f64, size: u32) -> DrawnFrame {
         ..request(NaifId::SUN, at(time), fov_deg, size, 12.0, "+corona,-glow,-points,-albedo")
     };
     drawn(&space)
+}
+
+/// The corona and the glow are drawn in rectangles. At their edges no light ends at a line: what is faint changes from pixel to pixel by less than a third of
+/// the faintest light that shows.
+#[test]
+fn faint_light_around_the_sun_ends_at_no_line() {
+    for (fov_deg, stops, effects) in
+        [(20.0, 7.0, "+corona,-glow"), (40.0, 8.0, "+corona,-glow"), (20.0, -14.0, "-corona,+glow"), (60.0, -11.0, "-corona,+glow")]
+    {
+        let space = ViewRequest {
+            position: Position::Centre(NaifId::EARTH),
+            layers: Layers::parse("-stars").expect("a layer"),
+            ..request(NaifId::SUN, at("2022-03-01T00:00:00Z"), fov_deg, 400, stops, &format!("{effects},-points"))
+        };
+        let picture = drawn(&space);
+        let least = glow::MIN_SHOWN * picture.scene.exposure.white();
+        let light: Vec<f64> = picture.frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).collect();
+        assert!(light.iter().any(|l| *l > 10.0 * least) && light.contains(&0.0), "{fov_deg} degrees: it begins and ends in the picture");
+        let rows = light.windows(2).enumerate().filter(|(k, _)| k % 400 != 399).map(|(_, w)| (w[0], w[1]));
+        let columns = (0..light.len() - 400).map(|k| (light[k], light[k + 400]));
+        let worst = rows.chain(columns).filter(|(a, b)| a.max(*b) < 3.0 * least).map(|(a, b)| (a - b).abs() / least).fold(0.0, f64::max);
+        println!("{fov_deg} degrees, {effects}: {worst:.3}");
+        assert!(worst < 0.33, "{fov_deg} degrees, {effects}: a step of {worst} of the faintest light that shows");
+    }
 }
 
 /// At fields of view and sizes that resolve it and that hardly do: light in rings against the law's integral, its peak within 3 % and coarse pixels within 6 %.

@@ -37,7 +37,8 @@ fn counts(catalog: &Catalog, from: &str, to: &str) -> Counts {
     )
 }
 
-/// The canons' numbers for the centuries: 228 and 229, 224 and 228 eclipses.
+/// The canons' numbers for the centuries: 228 and 229, 224 and 228 eclipses. Those of the Moon in 2001-2100 were read from NASA's catalog
+/// (LEcat5/LE2001-2100); the others are quoted from memory.
 const TWENTIETH: Counts = ([78, 73, 71, 6], [83, 65, 81]);
 const TWENTY_FIRST: Counts = ([77, 72, 68, 7], [86, 57, 85]);
 

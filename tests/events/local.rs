@@ -53,7 +53,7 @@ fn contacts_are_those_of_the_discs_over_each_place() {
     assert!(central >= 3, "{central} of the places are in a path");
 }
 
-/// Observers' predictions for Longyearbyen (78.22 N, 15.65 E): totality from 10:10:43 to 10:13:10 UT, altitude 11 degrees.
+/// Prediction for Longyearbyen (78.22 N, 15.65 E) by svalbard2015.no: totality from 10:10:42.8 to 10:13:10.2 UT, altitude 11.2 to 11.3 degrees.
 #[test]
 fn the_eclipse_of_2015_is_total_at_longyearbyen() {
     let seen = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(78.22, 15.65)).expect("an eclipse");

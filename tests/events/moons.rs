@@ -14,8 +14,8 @@ fn contact(e: &MoonEvent, name: &str) -> Instant {
     e.contacts.iter().find(|c| c.0 == name).unwrap_or_else(|| panic!("{name} of {e:?}")).1
 }
 
-/// Sky & Telescope's times for the night of three shadows, UT to the minute: Callisto's shadow from 3:11 to 8:00, Io's from 4:35 to 6:52, Europa's
-/// from 6:28 to 9:22.
+/// Times for the night of three shadows, UT to the minute: Callisto's shadow from 3:11 to 8:00, Io's from 4:35 to 6:52, Europa's from 6:28 to 9:22
+/// (B. King, Sky & Telescope, January 2015, in CST; the end of Callisto's is quoted from memory).
 #[test]
 fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
     let found = events("2015-01-24T00:00:00Z", "2015-01-24T12:00:00Z");

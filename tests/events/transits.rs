@@ -1,4 +1,5 @@
-//! Transits of Mercury and Venus against the tables of F. Espenak (NASA, geocentric, UT).
+//! Transits of Mercury and Venus against the tables of F. Espenak (NASA, geocentric, UT), quoted from memory: only the Venus transit of 2012 was
+//! confirmed, to the minute (NASA/OH/transit12). A wrong digit would show as minutes or as a disagreement between the contacts of one transit.
 
 use super::{ALMANAC, EPHEMERIS, IAU, after, at};
 use orrery::catalog::NaifId;

@@ -7,10 +7,11 @@ use super::{GpuError, caught};
 use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, PlanDraw, SamplerState};
 use crate::shader::Layout;
 use crate::shader::ModuleId;
+use parking_lot::Mutex;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::num::NonZeroU64;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BlendComponent, BlendFactor, BlendOperation, BlendState,
     BufferBindingType, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Device, Face, FilterMode, FragmentState,
@@ -141,7 +142,7 @@ fn spread<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
     let items = Mutex::new(items.into_iter());
     let run = || {
-        let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let next = || items.lock().next();
         std::iter::from_fn(next).map(&work).collect::<Vec<R>>()
     };
     std::thread::scope(|scope| {

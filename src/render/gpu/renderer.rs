@@ -17,7 +17,8 @@ use crate::image::TexelFormat;
 use crate::render::frame::Frame;
 use crate::render::plan::{ColourFormat, GpuImage, ModuleProvider, Pass, Plan, PlanDraw, TextureSource, Vertices};
 use crate::shader::ModuleId;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use parking_lot::{Mutex, MutexGuard};
+use std::sync::Arc;
 use std::time::Instant;
 use wgpu::{
     Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, BufferBinding, Color, Device, IndexFormat, Instance, LoadOp,
@@ -150,11 +151,11 @@ impl GpuRenderer {
         let (on_loss, on_error) = (Arc::clone(&lost), Arc::clone(&lost));
         device.set_device_lost_callback(move |_, why| {
             let why = if why.is_empty() { "the driver gave no reason".to_owned() } else { super::one_line(&why) };
-            on_loss.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(GpuError::Lost(why));
+            on_loss.lock().get_or_insert(GpuError::Lost(why));
         });
         // Errors outside a frame's scopes: without this wgpu would panic.
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
-            on_error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(e.into());
+            on_error.lock().get_or_insert(e.into());
         }));
         let resolves = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
         let (state, windows, pictures) = (Mutex::default(), Mutex::default(), Mutex::default());
@@ -172,25 +173,25 @@ impl GpuRenderer {
 
     /// The renderer, once whoever draws now is done.
     pub fn turn(&self) -> FrameGuard<'_> {
-        FrameGuard(self.state.lock().unwrap_or_else(PoisonError::into_inner))
+        FrameGuard(self.state.lock())
     }
 
     /// The renderer, if the plan can be drawn at once: without waiting for a compiler or for another frame.
     pub fn try_frame(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
-        let state = self.state.try_lock().ok()?;
+        let state = self.state.try_lock()?;
         state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(FrameGuard(state))
     }
 
     /// Forgets what was made of modules: those of the same names are no longer the same.
     pub fn forget_modules(&self) {
         for state in [&self.state, &self.windows] {
-            state.lock().unwrap_or_else(PoisonError::into_inner).pipelines = Pipelines::default();
+            state.lock().pipelines = Pipelines::default();
         }
     }
 
     /// Bytes of maps on the device, and how many pipelines there are.
     pub fn held(&self) -> (u64, usize) {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = self.state.lock();
         (state.uploads.held_bytes(), state.pipelines.len())
     }
 
@@ -252,7 +253,7 @@ impl GpuRenderer {
             // Whoever orders the next picture waits for this one: frames do not pile up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             let passes = state.clocked(&self.device, &self.queue, plan)?;
-            let picture = self.pictures.lock().unwrap_or_else(PoisonError::into_inner).keep(last.view, [last.width, last.height]);
+            let picture = self.pictures.lock().keep(last.view, [last.width, last.height]);
             Ok((picture, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -261,7 +262,7 @@ impl GpuRenderer {
 
     /// Whether the picture lies on this device.
     pub fn holds(&self, picture: &GpuImage) -> bool {
-        self.pictures.lock().unwrap_or_else(PoisonError::into_inner).get(picture).is_some()
+        self.pictures.lock().get(picture).is_some()
     }
 
     /// Runs what draws a plan, with the device's errors caught around it.
@@ -280,7 +281,7 @@ impl GpuRenderer {
     }
 
     pub(super) fn still_there(&self) -> Result<(), GpuError> {
-        self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone().map_or(Ok(()), Err)
+        self.lost.lock().clone().map_or(Ok(()), Err)
     }
 
     fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
@@ -402,7 +403,7 @@ impl GpuRenderer {
                 TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(fault)?,
                 TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(fault)?,
                 TextureSource::OnGpu(picture) => {
-                    let kept = self.pictures.lock().unwrap_or_else(PoisonError::into_inner).get(picture);
+                    let kept = self.pictures.lock().get(picture);
                     kept.ok_or_else(|| fault("reads a picture of another device".into()))?
                 }
                 TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),

@@ -6,7 +6,6 @@
 use super::renderer::RenderTarget;
 use super::{GpuError, GpuRenderer, caught};
 use crate::render::plan::{ModuleProvider, Plan};
-use std::sync::PoisonError;
 use wgpu::{
     CompositeAlphaMode, CurrentSurfaceTexture, Extent3d, PollType, PresentMode, Surface, SurfaceColorSpace, SurfaceConfiguration,
     SurfaceTexture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
@@ -59,7 +58,7 @@ impl GpuRenderer {
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = Extent3d { width: last.width, height: last.height, depth_or_array_layers: 1 };
         self.guarded(plan, || {
-            let mut state = self.windows.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut state = self.windows.lock();
             for format in WINDOW_FORMATS {
                 let onto = self.device.create_texture(&TextureDescriptor {
                     label: Some("no window"),
@@ -80,7 +79,7 @@ impl GpuRenderer {
 
     /// Whether a window's frame can be drawn without waiting for a compiler, whatever format the window has; `None`: one is being drawn just now.
     pub fn is_ready_for_windows(&self, plan: &Plan) -> Option<bool> {
-        let state = self.windows.try_lock().ok()?;
+        let state = self.windows.try_lock()?;
         Some(WINDOW_FORMATS.into_iter().all(|format| state.is_ready(plan, |_| format)))
     }
 
@@ -98,7 +97,7 @@ impl GpuRenderer {
     ) -> Result<bool, GpuError> {
         let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
         let size = [last.width, last.height];
-        let Ok(mut state) = self.windows.try_lock() else { return Ok(false) };
+        let Some(mut state) = self.windows.try_lock() else { return Ok(false) };
         self.guarded(plan, || {
             let Some(next) = self.next(screen, size)? else { return Ok(false) };
             self.submit(&mut state, plan, modules, RenderTarget::Given(&next.texture))?;

@@ -187,7 +187,8 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.f32("half_px", corona.half_px)?;
         w.f32("flattening", corona.flattening)?;
         w.vec3("terms", corona.terms)?;
-        w.vec3("colour", corona.colour)
+        w.vec3("colour", corona.colour)?;
+        w.f32("least", corona.least)
     })?;
     let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
@@ -199,6 +200,7 @@ pub(super) fn glow(scene: &Scene, provider: &impl ResourceProvider) -> Result<Ve
         w.vec3("sun_direction", glow.sun_direction)?;
         w.f32("least_sq", glow.least_sq)?;
         w.vec3("strength", glow.strength)?;
+        w.f32("least", glow.least)?;
         w.vec2("tan_half_fov", glow.tan_half_fov)
     })?;
     let scissor = scissor(glow.rect_in_clip, scene.camera.width, scene.camera.height);

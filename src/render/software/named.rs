@@ -14,7 +14,7 @@ use super::renderer::{Entries, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::ModuleProvider;
 use crate::render::plan::{Blend, ColourFormat, DepthState, Pass, PlanDraw};
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 
 /// One named value: a scalar, a vector; NaN where the pixel never came to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +91,7 @@ impl SoftwareRenderer {
         if pixels.get((y * width + x) as usize).is_none_or(|p| p[0].is_nan()) {
             return Ok(None);
         }
-        let seen = watched.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let seen = watched.seen.into_inner();
         let at = |k: usize| seen.get(k).copied().unwrap_or(f64::NAN);
         let colour = [0, 1, 2, 3].map(|c| {
             let is = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
@@ -145,7 +145,7 @@ impl<R: Real> LaneRun<R> for WatchedRun<'_, R> {
         let alive = self.run.run(active);
         if alive >> self.of.lane & 1 == 1 {
             let all = (0..self.of.inner.outputs().len()).map(|k| self.run.output(k)[self.of.lane].f64()).collect();
-            *self.of.seen.lock().unwrap_or_else(PoisonError::into_inner) = all;
+            *self.of.seen.lock() = all;
         }
         alive
     }

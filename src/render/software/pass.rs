@@ -13,9 +13,9 @@ use super::timings::PassTimings;
 use super::vertex::{Assembled, assemble};
 use crate::render::plan::{ColourFormat, Pass, PlanDraw};
 use crate::shader::ModuleId;
+use parking_lot::Mutex;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// The stages of one draw, bound to its uniforms and textures.
@@ -176,18 +176,18 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
         }
         tiles.par_iter_mut().enumerate().filter(|(tx, _)| wanted(*tx)).for_each(|(tx, rows)| {
             let bin = bins.tile(tx, ty);
-            let free = idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+            let free = idle.lock().pop();
             let mut worker = free.unwrap_or_else(|| Worker::new(pass.samples, jobs.len()));
             worker.draw_tile(pass, jobs, bin, [tx as u32 * TILE, ty as u32 * TILE], &pixels);
             let start = Instant::now();
             worker.target.resolve_to(rows, &convert);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
-            idle.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
+            idle.lock().push(worker);
         });
     });
     // SAFETY: the rows of all tiles are all of the picture; a tile with a bin has written each pixel of its rows, any other was filled.
     unsafe { image.set_len(count) };
-    for worker in idle.into_inner().unwrap_or_else(PoisonError::into_inner) {
+    for worker in idle.into_inner() {
         timings.shading_thread_ms += 1e3 * worker.shading_seconds;
         timings.resolve_thread_ms += 1e3 * worker.resolve_seconds;
     }

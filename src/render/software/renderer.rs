@@ -17,8 +17,9 @@ use crate::image::TexelFormat;
 use crate::render::frame::Frame;
 use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
 use crate::shader::ModuleId;
+use parking_lot::Mutex;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// What the lanes compute in.
@@ -88,7 +89,7 @@ impl SoftwareRenderer {
 
     /// Forgets the programs it keeps: modules of the same names are no longer the same.
     pub fn forget_modules(&self) {
-        self.entries.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.entries.lock().clear();
     }
 
     pub fn options(&self) -> &Options {
@@ -164,7 +165,7 @@ impl SoftwareRenderer {
 
     /// The programs of the draw's module.
     fn entries(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<Entries>, RenderError> {
-        if let Some(known) = self.entries.lock().unwrap_or_else(PoisonError::into_inner).get(&draw.module) {
+        if let Some(known) = self.entries.lock().get(&draw.module) {
             return Ok(Arc::clone(known));
         }
         let fault = |what: String| RenderError::Module { draw: draw.label.clone(), what };
@@ -181,7 +182,7 @@ impl SoftwareRenderer {
             return Err(fault(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
         let entries = Arc::new(Entries { vertex, fragment });
-        self.entries.lock().unwrap_or_else(PoisonError::into_inner).insert(draw.module.clone(), Arc::clone(&entries));
+        self.entries.lock().insert(draw.module.clone(), Arc::clone(&entries));
         Ok(entries)
     }
 

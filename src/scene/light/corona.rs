@@ -55,6 +55,8 @@ pub struct Corona {
     pub flattening: f32,
     pub terms: Vec3,
     pub colour: Vec3,
+    /// Radiance that is taken away everywhere, so that nothing is left at the rectangle's edge; 0 for linear light.
+    pub least: f32,
 }
 
 /// The terms at the limb, in units of a white plane's radiance that faces the Sun at 1 au.
@@ -124,7 +126,8 @@ pub(crate) fn corona(
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
     // Its contours run from a half to twice the mean.
-    let rect = rect(camera, towards, reach(bound.least_shown(0.5 * MIN_SHOWN)) * sine);
+    let least = bound.least_shown(MIN_SHOWN);
+    let rect = rect(camera, towards, reach(0.5 * least) * sine);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
@@ -155,6 +158,7 @@ pub(crate) fn corona(
         flattening: narrow_scalar(flattening(request.time) * (1.0 - tilt * tilt)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),
         colour: sun.body.colour * narrow(tint(sun.placement.centre_km)),
+        least: narrow_scalar(least),
     };
     Some((corona, on, reason))
 }

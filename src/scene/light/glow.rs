@@ -33,6 +33,8 @@ pub struct Glow {
     pub least_sq: f32,
     pub strength: Vec3,
     pub tan_half_fov: Vec2,
+    /// Radiance that is taken away everywhere, so that nothing is left at the rectangle's edge; 0 for linear light.
+    pub least: f32,
 }
 
 /// The part of the Sun's disc that no body hides from the camera.
@@ -119,13 +121,15 @@ pub(crate) fn glow(
     let on = bound.counts(beside);
     let reason = if seen > 0.0 { format!("glare at the limb: {}", bound.description(beside)) } else { "other bodies hide it".into() };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    let rect = reach(camera, in_camera, (strength.max_element() / bound.least_shown(MIN_SHOWN).max(f64::MIN_POSITIVE)).sqrt());
+    let least = bound.least_shown(MIN_SHOWN);
+    let rect = reach(camera, in_camera, (strength.max_element() / least.max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),
         sun_direction: narrow(in_camera),
         least_sq: narrow_scalar(least_sq),
         strength: narrow(strength),
         tan_half_fov: narrow2(camera.tan_half_fov),
+        least: narrow_scalar(least),
     };
     Some((glow, on, reason))
 }

@@ -12,11 +12,12 @@ use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
 use crate::files::{is_temporary, read_bytes, write_cached};
+use parking_lot::{Mutex, RwLock};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Bytes of an entry at the most; the longest have some 300 kB.
@@ -165,15 +166,15 @@ impl Library {
     }
 
     fn source(&self) -> Generator {
-        self.source.read().unwrap_or_else(PoisonError::into_inner).clone()
+        self.source.read().clone()
     }
 
     /// From here on modules are made of these fragments; others than those built in leave nothing on disk. Whoever keeps a module keeps the old
     /// one.
     pub fn set_fragments(&self, fragments: Fragments) {
         let source = Generator::of(fragments, &self.lowering);
-        *self.source.write().unwrap_or_else(PoisonError::into_inner) = source;
-        self.modules.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        *self.source.write() = source;
+        self.modules.lock().clear();
     }
 
     fn folder(&self) -> Option<PathBuf> {
@@ -187,7 +188,7 @@ impl Library {
 
     /// How a module came into memory; `None` for one that nobody has asked for.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
-        let modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+        let modules = self.modules.lock();
         Some(modules.get(id)?.get()?.as_ref().ok()?.1)
     }
 
@@ -199,7 +200,7 @@ impl Library {
     /// The module. Threads that ask for one at the same time wait for the first of them.
     pub fn get(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         let slot = {
-            let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut modules = self.modules.lock();
             Arc::clone(modules.entry(id.clone()).or_default())
         };
         if slot.get().is_some() {
@@ -209,7 +210,7 @@ impl Library {
     }
 
     fn is_here(&self, id: &ModuleId) -> bool {
-        self.modules.lock().unwrap_or_else(PoisonError::into_inner).get(id).is_some_and(|slot| slot.get().is_some())
+        self.modules.lock().get(id).is_some_and(|slot| slot.get().is_some())
     }
 
     fn obtain(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
@@ -362,7 +363,7 @@ impl Library {
     pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
         let source = self.source();
         let is_forged = |id: &&ModuleId| {
-            let held = self.modules.lock().unwrap_or_else(PoisonError::into_inner).get(id).cloned();
+            let held = self.modules.lock().get(id).cloned();
             let Some(Ok((held, Origin { how: CacheOutcome::Read, .. }))) = held.as_ref().and_then(|slot| slot.get()) else { return false };
             let made = ShaderModule::build_with(&source.fragments, id, &self.lowering).ok();
             made.is_some_and(|made| entry::encode(&source.generator, &made) != entry::encode(&source.generator, held))
@@ -374,7 +375,7 @@ impl Library {
             self.counters.healed.fetch_add(1, Ordering::Relaxed);
             // Gone from both, it is emitted when it is next asked for.
             drop(std::fs::remove_file(path));
-            self.modules.lock().unwrap_or_else(PoisonError::into_inner).remove(id);
+            self.modules.lock().remove(id);
         }
         forged.len()
     }
@@ -390,7 +391,7 @@ impl Library {
             // A folder with someone else's files in it stays.
             let _ = std::fs::remove_dir(&folder);
         }
-        self.modules.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.modules.lock().clear();
         Ok(removed)
     }
 

@@ -26,7 +26,8 @@ use crate::view::app::settings::Settings;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
 use crate::view::worker::render_worker::RenderWorker;
-use std::sync::{Arc, Mutex, PoisonError};
+use parking_lot::Mutex;
+use std::sync::Arc;
 
 /// What the right side shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,7 +159,7 @@ impl Interface {
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
         self.viewer.pass(passed_s);
-        if let Some(line) = self.heard.lock().unwrap_or_else(PoisonError::into_inner).drain(..).next_back() {
+        if let Some(line) = self.heard.lock().drain(..).next_back() {
             self.notice = Some((line, now_s + NOTICE_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);

@@ -17,8 +17,9 @@ use crate::view::window::presenter::{Presenter, Unshown};
 use crate::view::window::shader_watcher::ShaderWatcher;
 use crate::view::worker::render_worker::{RenderWorker, ThreadedWorker};
 use egui_winit::accesskit_winit;
+use parking_lot::Mutex;
 use std::num::NonZeroU32;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant as Moment};
 use winit::application::ApplicationHandler;
 use winit::dpi::{LogicalSize, PhysicalPosition};
@@ -70,7 +71,7 @@ pub fn run(
     let bell = Mutex::new(proxy.clone());
     let worker = ThreadedWorker::new(session, move || {
         // A loop that has ended wants no waking.
-        let _ = bell.lock().unwrap_or_else(PoisonError::into_inner).send_event(Wake::Ready);
+        let _ = bell.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
         let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];

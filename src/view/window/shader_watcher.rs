@@ -5,8 +5,8 @@
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
+use parking_lot::Mutex;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::Duration;
 
 /// Files are looked at this often.
@@ -34,7 +34,7 @@ impl ShaderWatcher {
     /// Reads the folder again if a file changed since.
     pub fn look(&self, worker: &dyn RenderWorker) {
         let Ok(now) = fragment_times(&self.folder) else { return };
-        let mut before = self.read.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut before = self.read.lock();
         if *before == now {
             return;
         }

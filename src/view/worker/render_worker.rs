@@ -8,8 +8,9 @@ use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
 use crate::session::{DrawnBy, Session, SessionError, Stages};
 use crate::shader::library::Statistics;
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Instant as Moment;
 
 /// One image to render.
@@ -80,7 +81,7 @@ pub fn ask<T: Send + 'static>(worker: &dyn RenderWorker, question: impl FnOnce(&
 }
 
 fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
-    slot.lock().unwrap_or_else(PoisonError::into_inner)
+    slot.lock()
 }
 
 /// Renders a job now.
@@ -183,7 +184,7 @@ impl<'a> ThreadedWorker<'a> {
             }
             match take(&mut work) {
                 Some(found) => return Some(found),
-                None => work = self.called.wait(work).unwrap_or_else(PoisonError::into_inner),
+                None => self.called.wait(&mut work),
             }
         }
     }
