@@ -95,7 +95,7 @@ pub struct Maps {
     pub normal: Option<Map>,
     /// White where water mirrors the Sun.
     pub specular: Option<Map>,
-    /// Lamps of the night side.
+    /// City lights of the night side.
     pub night: Option<Map>,
 }
 

@@ -1,7 +1,7 @@
 //! From a request to a finished [`Scene`], in two steps.
 //!
 //! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_lamps`] adds that of night
-//! lamps; [`SceneBuilder::requirements`] says what else the view needs; [`SceneBuilder::build`] decides on every feature and makes the scene of what is at hand. Nothing changes a scene afterwards.
+//! city lights; [`SceneBuilder::requirements`] says what else the view needs; [`SceneBuilder::build`] decides on every feature and makes the scene of what is at hand. Nothing changes a scene afterwards.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -47,12 +47,12 @@ pub struct SceneBuilder<'a> {
     reflectors: Vec<Reflector<'a>>,
     /// The air that the camera stands in.
     air: Option<Around<'a>>,
-    /// Without lamps until they are metered.
+    /// Without city lights until they are metered.
     exposure: Exposure,
 }
 
 impl Scene {
-    /// The scene of a request with nothing at hand but catalog and ephemeris: no shape models, lamps or tables of multiple scattering.
+    /// The scene of a request with nothing at hand but catalog and ephemeris: no shape models, city lights or tables of multiple scattering.
     ///
     /// # Errors
     /// What no camera can do, or a target that cannot be placed.
@@ -88,12 +88,12 @@ impl<'a> SceneBuilder<'a> {
         Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, exposure })
     }
 
-    /// The bodies whose lamps the exposure depends on.
+    /// The bodies whose city lights the exposure depends on.
     pub fn lamps_wanted(&self, known: &Resources) -> Vec<NaifId> {
         auto_exposure::lamps_wanted(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
-    /// Meters the light once more, with the lamps at hand.
+    /// Meters the light once more, with the city lights at hand.
     pub fn meter_lamps(&mut self, resources: &Resources) {
         let camera = &self.viewer.camera;
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());

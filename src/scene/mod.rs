@@ -62,7 +62,7 @@ pub use finished::Scene;
 pub use in_view::{Appearance, BodyInView, SubPoint};
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
-pub use light::{corona, glow, lamps, photometry};
+pub use light::{corona, glow, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{CORE_SIGMA_PX, GLARE_WIDTH_PX, disc_share, point_spread};
 #[doc(hidden)]

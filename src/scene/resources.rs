@@ -8,7 +8,7 @@ use crate::ephemeris::Ephemeris;
 use crate::mesh::Model;
 use crate::scene::draw::MapFiles;
 use crate::scene::draw::features::Shape;
-use crate::scene::light::lamps::NightLights;
+use crate::scene::light::night_lights::NightLights;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;

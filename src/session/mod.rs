@@ -50,8 +50,8 @@ use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
 use crate::render::software::{RenderError, SoftwareRenderer};
-use crate::scene::lamps::NightLights;
 use crate::scene::marks;
+use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
@@ -111,7 +111,7 @@ pub struct DrawnFrame {
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
-/// Bodies whose lamps are kept.
+/// Bodies whose city lights are kept.
 const LAMPS_KEPT: usize = 16;
 
 /// Catalog, ephemeris, maps, shaders and renderers of one run. Shared by threads.

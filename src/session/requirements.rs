@@ -7,18 +7,18 @@ use crate::catalog::Body;
 use crate::image::MapDecoding;
 use crate::render::plan;
 use crate::scene::draw::{MapRole, Shape};
-use crate::scene::lamps::NightLights;
+use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder};
 use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// Texels around the equator of the lamps that the light meter reads: 20 km on the Earth.
+/// Texels around the equator of the city lights that the light meter reads: 20 km on the Earth.
 const LAMPS_WIDTH: u32 = 2048;
 
 impl Session {
-    /// The scene of a view. Shape models, lamps and tables are read or computed; maps are not: those already found unreadable are left out.
+    /// The scene of a view. Shape models, city lights and tables are read or computed; maps are not: those already found unreadable are left out.
     ///
     /// # Errors
     /// See [`SceneBuilder::new`].
@@ -111,7 +111,7 @@ impl Session {
         }
     }
 
-    /// The lamps of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
+    /// The city lights of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
     fn read_lamps(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;

@@ -161,7 +161,7 @@ fn eclipse() -> String {
                 Value::I32(shared::REFRACTION_LAYERS),
             ),
             constant(
-                "Sine of the Sun's depression at which lamps are fully lit.",
+                "Sine of the Sun's depression at which city lights are fully lit.",
                 "maps_night",
                 "CIVIL_TWILIGHT_SINE",
                 Value::F32(shared::CIVIL_TWILIGHT_SINE),

@@ -181,7 +181,7 @@ fn the_corona_is_as_flat_as_the_cycle_says() {
     }
 }
 
-/// It is part of the scene when it can be seen and drowned by the Sun's own veil while any of the disc shows; nothing around a Sun below a pixel.
+/// It is part of the scene when it can be seen and drowned by the Sun's own glare while any of the disc shows; nothing around a Sun below a pixel.
 #[test]
 fn the_corona_is_drawn_when_it_can_be_seen() {
     let from_ground = |time: &str, place, stops| {

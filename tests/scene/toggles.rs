@@ -97,7 +97,7 @@ fn ground_effects_change_their_side_of_the_earth_alone() {
     only_between(&quarter, &format!("{bare},-specular"), "normal", 0.0, -0.06..=1.0);
     only_between(&quarter, "-atmosphere,-clouds,-eclipse,-planet-shine,-normal,+cloud-shadow", "cloud-shadow", 0.0, -0.02..=1.0);
     only_between(&quarter, &format!("{bare},-normal,-specular"), "albedo", 0.0, -0.02..=1.0);
-    // Lamps, at the exposure of a night: they go on in twilight.
+    // City lights, at the exposure of a night: they go on in twilight.
     only_between(&quarter, &format!("{bare},-normal,+night"), "night", 14.0, -1.0..=0.06);
 }
 

@@ -23,7 +23,7 @@ const UNIT_CD_M2: f64 = 133_000.0 / std::f64::consts::PI;
 /// between the planets, whose zodiacal light is fainter farther out.
 const BEYOND_CD_M2: f64 = 75.0 * 8.3e-7;
 
-/// Radiance of the sky at night where no moon shines; lamps are left out.
+/// Radiance of the sky at night where no moon shines; city lights are left out.
 fn night_radiance(air: &Atmosphere) -> f64 {
     if vertical_depth(air).max_element() <= 0.0 {
         return 0.0;
@@ -68,11 +68,11 @@ pub(crate) fn ground_is_bare(body: &Body) -> bool {
 }
 
 /// Optical depth straight up, of the clearest channel, from which on air shows over the disc: Mars' dust of 0.5 does, the giants' clear gas does not.
-const MIN_VEIL: f64 = 0.3;
+const MIN_OPAQUE_DEPTH: f64 = 0.3;
 
 /// Whether its own light goes on where the disc's ends, past the terminator: then it is drawn over a map that holds it, too.
 pub(crate) fn is_opaque(air: &Atmosphere) -> bool {
-    vertical_depth(air).min_element() > MIN_VEIL
+    vertical_depth(air).min_element() > MIN_OPAQUE_DEPTH
 }
 
 /// The shell that holds the air: the ground's ellipsoid made larger by one factor.

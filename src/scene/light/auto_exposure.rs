@@ -10,9 +10,9 @@ use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CANDELAS_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
-use crate::scene::light::lamps;
 use crate::scene::light::lights::{self, Reflector};
 use crate::scene::light::meter::{Meter, Metered, Reading};
+use crate::scene::light::night_lights;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ExposureRequest;
@@ -24,7 +24,7 @@ const DECIDES: i32 = 2;
 const JOINS: i32 = 4;
 /// The Sun's glare in half of the frame is at most this part of white: before things that are brighter than it, and before a dark sky.
 const GLARE_OF_WHITE: [f64; 2] = [0.2, 0.02];
-/// Stops by which the brightest lamps must be beyond white to count in full.
+/// Stops by which the brightest city lights must be beyond white to count in full.
 const LAMPS_OVER_STOPS: f64 = 2.0;
 
 /// The exposure of a picture: the metered one, or what was asked for of it.
@@ -68,9 +68,12 @@ fn metered(
     let air = air.filter(|a| drawn && a.is_bright());
     let by = |night_lights: f64| chosen(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
     let without = by(0.0);
-    // Lamps count as far as the exposure would overexpose them.
-    let brightest =
-        placed.iter().filter(|p| resources.night_lights.contains_key(&p.body.id)).map(|p| lamps::brightest(p.body)).fold(0.0, f64::max);
+    // City lights count as far as the exposure would overexpose them.
+    let brightest = placed
+        .iter()
+        .filter(|p| resources.night_lights.contains_key(&p.body.id))
+        .map(|p| night_lights::brightest(p.body))
+        .fold(0.0, f64::max);
     let beyond = (brightest / without.white()).max(1e-30).log2() / LAMPS_OVER_STOPS;
     if beyond > 0.0 { by(beyond.min(1.0)) } else { without }
 }
@@ -91,14 +94,14 @@ fn chosen(reading: Reading) -> Exposure {
     Exposure::of(-white.log2(), reason(&metered, |m| power(m) / whole, limits))
 }
 
-/// Bodies in the frame whose lamps the exposure would overexpose.
+/// Bodies in the frame whose city lights the exposure would overexpose.
 pub(crate) fn lamps_wanted(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let drawn = request.effects.override_of(Effect::Night) != Some(false);
     let wanted = |p: &&PlacedBody<'_>| {
         let map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        map && lamps::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
     placed.iter().filter(|_| metered && drawn).filter(wanted).map(|p| p.body.id).collect()
 }

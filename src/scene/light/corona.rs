@@ -132,17 +132,17 @@ pub(crate) fn corona(
         return None;
     }
     let sun_px = 2.0 * sine / camera.pixel_tangent();
-    let veiled = request.effects.override_of(Effect::Glow) != Some(false);
+    let has_glare = request.effects.override_of(Effect::Glow) != Some(false);
     let irradiance = (KM_PER_AU / sun.distance_km).powi(2);
-    let veil =
-        if veiled { VEILING_GLARE * irradiance * glow::part_seen(placed, sun) / sine.max(camera.pixel_tangent()).powi(2) } else { 0.0 };
-    // Under a veil it is told from it by the same part as from white.
-    let on = sun_px >= MIN_SUN_PX && bound.counts(limb - VISIBLE_CHANGE * veil);
+    let glare =
+        if has_glare { VEILING_GLARE * irradiance * glow::part_seen(placed, sun) / sine.max(camera.pixel_tangent()).powi(2) } else { 0.0 };
+    // Under glare it is told from it by the same part as from white.
+    let on = sun_px >= MIN_SUN_PX && bound.counts(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
         format!("the Sun is {sun_px:.2} px across against {MIN_SUN_PX}")
     } else {
         let index = flattening(request.time);
-        let drowned = if veil > 0.0 { format!(", under glare {:.1e} times as bright", veil / limb) } else { String::new() };
+        let drowned = if glare > 0.0 { format!(", under glare {:.1e} times as bright", glare / limb) } else { String::new() };
         format!("beside the limb it is {}{drowned}; flattened by {index:.2} at 2 radii", bound.description(limb))
     };
     let narrowed = |v: DVec3| narrow(axes(v));

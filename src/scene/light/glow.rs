@@ -1,11 +1,11 @@
-//! The Sun's glow: the veil of light that the eye's or a camera's optics spread around its disc while it is in the frame.
+//! The Sun's glow: the glare that the eye's or a camera's optics spread around its disc while it is in the frame.
 //!
 //! In: where the Sun stands, what hides it, what is white. Out: [`Glow`], the uniforms of shaders/entry/glow.wesl, and the reason. The law is that of
 //! Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, where it holds from 1 to 30 degrees): about a tenth of
 //! the light goes astray. It stands for the glare of the whole optics; a clean lens spreads less, by a factor that depends on the lens. Nearer than
-//! the Sun's limb (or a pixel, where that is wider) the veil is flat. It is drawn as far as it can change a display level: beyond that it adds less than
+//! the Sun's limb (or a pixel, where that is wider) the glare is flat. It is drawn as far as it can change a display level: beyond that it adds less than
 //! [`MIN_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
-//! bright. Left out: streaks and ghosts, which belong to one lens, and veils of bodies other than the Sun.
+//! bright. Left out: streaks and ghosts, which belong to one lens, and glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
@@ -18,7 +18,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// L theta^2 / E with theta in radians, where a white plane facing E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
 pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
-/// The power with which the veil grows while the Sun comes into the frame.
+/// The power with which the glare grows while the Sun comes into the frame.
 const ENTERS: i32 = 6;
 
 /// Light, as a part of white, of half a level of 255 on black, where the sRGB curve is steepest (12.92): what is less rounds away.
@@ -59,7 +59,7 @@ fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
     within(towards.dot(camera.right), camera.tan_half_fov.x) * within(towards.dot(camera.up), camera.tan_half_fov.y)
 }
 
-/// The veil around the Sun: its radiance at an angle theta is `strength` / theta squared, flat within `least_sq`.
+/// The glare around the Sun: its radiance at an angle theta is `strength` / theta squared, flat within `least_sq`.
 pub(crate) struct VeilingGlare {
     /// Unit vector, ICRF.
     pub towards: DVec3,

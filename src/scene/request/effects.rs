@@ -25,7 +25,7 @@ pub enum Effect {
     Normal,
     /// The Sun's mirror image on water.
     Specular,
-    /// Lamps of the night side.
+    /// City lights of the night side.
     Night,
     /// The deck of clouds.
     Clouds,
@@ -49,7 +49,7 @@ pub enum Effect {
     PlanetShine,
     /// Bodies too small for a disc.
     Points,
-    /// The veil of light around the Sun.
+    /// The glare around the Sun.
     Glow,
     /// The Sun's outermost air.
     Corona,

@@ -4,7 +4,7 @@ use crate::scene::atmosphere::clouds;
 use crate::scene::draw::features::MapSet;
 use crate::scene::features::case::{Case, Decided};
 use crate::scene::features::choice::{Capabilities, flattening};
-use crate::scene::light::lamps;
+use crate::scene::light::night_lights;
 use crate::scene::request::effects::Effect;
 
 /// Ground that a pixel may span for relief to show: slopes average out over more.
@@ -40,8 +40,8 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         (on, format!("{diameter_px:.1} px across against {GLINT_DIAMETER_PX} for the Sun's glint"))
     });
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
-        let most = lamps::brightest(body);
-        (least.counts(most), format!("brightest lamps {}", least.description(most)))
+        let most = night_lights::brightest(body);
+        (least.counts(most), format!("brightest city lights {}", least.description(most)))
     });
     if let Some(c) = &body.clouds {
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || clouds::shadow_bound(body, c, diameter_px, least));

@@ -1,7 +1,7 @@
 //! Images laid over a body's ground: which of them count, and where a place of the ground lies in them.
 //!
 //! In: the catalog's overlays. Out: a bound with its reason, and the rows of shaders/lib/overlay.wesl. An image replaces the ground's colour by its
-//! alpha; relief, water, lamps and clouds stay as they are. Not done: an image that relief shifts, as one taken from aside would be.
+//! alpha; relief, water, city lights and clouds stay as they are. Not done: an image that relief shifts, as one taken from aside would be.
 
 use crate::catalog::{Body, Overlay, Projection};
 use crate::scene::camera;

@@ -117,7 +117,7 @@ pub static RULES: &[CanonicalRule] = &[
         of: "night",
         least: "",
         applies: |n| !full(n) || emissive(n) || no_ground(n),
-        because: "lamps show only on a shaded, reflecting ground",
+        because: "city lights show only on a shaded, reflecting ground",
     },
     CanonicalRule {
         of: "cloudshadow",

@@ -5,7 +5,7 @@
 //! its photometric model and mean albedo, under eclipses and other bodies' light; rings, the air's own light, the corona, the Sun refracted at a limb and the
 //! dark sky are counted beside.
 //! Always: a reading changes continuously with place, time, field of view and phase, because every share of the frame has soft ends. Left out: maps but
-//! for lamps (a sea is as bright as a desert), relief, the air beside a disc, bodies' light through another's air but for what that air takes.
+//! for city lights (a sea is as bright as a desert), relief, the air beside a disc, bodies' light through another's air but for what that air takes.
 
 mod geometry;
 mod refracted_limb;
@@ -21,8 +21,8 @@ use crate::scene::eclipse::shade::Shade;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
 use crate::scene::light::glow::VeilingGlare;
-use crate::scene::light::lamps::{self, NightLights};
 use crate::scene::light::lights::{self, LightOn, Reflector};
+use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
@@ -76,7 +76,7 @@ pub(crate) struct Metered {
 
 pub(crate) struct Reading {
     pub metered: Vec<Metered>,
-    /// Radiance of the Sun's veil that half of the frame exceeds; 0 without the Sun.
+    /// Radiance of the Sun's glare that half of the frame exceeds; 0 without the Sun.
     pub glare: f64,
 }
 
@@ -116,7 +116,7 @@ pub(crate) struct Meter<'m, 'a> {
     pub reflectors: &'m [Reflector<'m>],
     /// Air that makes a day.
     pub air: Option<&'m air::Around<'m>>,
-    /// What lamps weigh of what other ground does: none by day.
+    /// What city lights weigh of what other ground does: none by day.
     pub night_lights: f64,
 }
 
@@ -130,7 +130,7 @@ fn of_daylight(radiance: f64) -> f64 {
 /// What every part of a reading needs.
 struct Frame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
-    veil: Option<VeilingGlare>,
+    glare: Option<VeilingGlare>,
     /// The light of the air around the camera.
     sky: f64,
     /// Bodies that may hide others.
@@ -144,10 +144,10 @@ impl Meter<'_, '_> {
 
     /// Reads what the frame holds. `night`: the radiance that a picture of the dark sky shows as white.
     pub fn read(&self, night: f64) -> Reading {
-        let veil =
+        let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
         let wide: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let frame = Frame { meter: self, veil, sky: 0.0, wide };
+        let frame = Frame { meter: self, glare, sky: 0.0, wide };
         let frame = Frame { sky: frame.skylight(), ..frame };
         let mut metered = Vec::new();
         let (mut target, mut beside) = (Tally::default(), Tally::default());
@@ -190,7 +190,7 @@ impl Meter<'_, '_> {
 struct Ground<'g> {
     body: &'g Body,
     night_lights: Option<&'g NightLights>,
-    lamps_weigh: f64,
+    night_light_weight: f64,
     /// Radiance that the model's unit reflectance has under unit irradiance, of the brightest channel.
     tone: f64,
     /// Unit vectors in body axes.
@@ -215,7 +215,7 @@ impl Ground<'_> {
             _ => 1.0,
         };
         let besides: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
-        let lit = lamps::lit(normal.dot(self.sun)) * self.lamps_weigh;
+        let lit = night_lights::lit(normal.dot(self.sun)) * self.night_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
         let rings = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         self.tone * (reflected(self.sun, self.sun_irradiance * left) + besides) + body.geometric_albedo * self.sky + night_lights + rings
@@ -225,9 +225,9 @@ impl Ground<'_> {
 impl Frame<'_, '_> {
     /// Light between a body and the viewer.
     fn haze(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
-        let veil = self.veil.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
+        let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
         let beyond = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
-        veil + if beyond { self.sky } else { 0.0 }
+        glare + if beyond { self.sky } else { 0.0 }
     }
 
     /// What other bodies leave of a disc.
@@ -303,7 +303,7 @@ impl Frame<'_, '_> {
                 .get(&p.body.id)
                 .filter(|_| self.meter.night_lights > 0.0)
                 .map(AsRef::as_ref),
-            lamps_weigh: self.meter.night_lights,
+            night_light_weight: self.meter.night_lights,
             ring_shine: self.ring_shine_on(p, diameter_px),
             tone: p.tone().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
             sun: in_body(p.sun_from_body_km),
@@ -396,7 +396,7 @@ impl Frame<'_, '_> {
         let passes = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = Tally::default();
-        // Its own veil does not hide it.
+        // Its own glare does not hide it.
         tally.add(
             share * share / (share + SUN_SHARES[usize::from(!is_target)]),
             photometry::sun_disc_radiance() * spread * passes,
@@ -458,10 +458,10 @@ impl Frame<'_, '_> {
         open.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
-    /// The veil that half of the frame exceeds.
+    /// The glare that half of the frame exceeds.
     fn glare(&self) -> f64 {
-        let Some(veil) = &self.veil else { return 0.0 };
-        let mut all = self.over_frame(|ray| veil.radiance(ray.normalize()));
+        let Some(glare) = &self.glare else { return 0.0 };
+        let mut all = self.over_frame(|ray| glare.radiance(ray.normalize()));
         all.sort_by(f64::total_cmp);
         let half = all.len() / 2;
         0.5 * (all[half - 1] + all[half])

@@ -1,4 +1,4 @@
-//! Lamps of a body's night as the light meter sees them: how bright its ground is where the Sun is down.
+//! City lights of a body's night as the light meter sees them: how bright its ground is where the Sun is down.
 //!
 //! In: a night map's linear texels and its gain. Out: [`NightLights`], radiance by place. Always: not negative, smooth between places. No picture is drawn by it.
 
@@ -18,7 +18,7 @@ pub struct NightLights {
     stretch: f64,
 }
 
-/// Radiance of the brightest lamps that a body can have.
+/// Radiance of the brightest city lights that a body can have.
 pub fn brightest(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
