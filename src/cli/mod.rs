@@ -16,6 +16,7 @@ use std::process::ExitCode;
 
 mod bench;
 mod compare;
+mod composition_words;
 mod doctor;
 mod documents;
 mod eclipse;

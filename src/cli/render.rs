@@ -1,4 +1,5 @@
 //! `orrery render`: an image or a sequence of frames to files or a video stream.
+use super::composition_words::CompositionWords;
 use super::frames::{Output, kept, shard, step_seconds};
 use super::output::{put, say, to_stdout, write_error};
 use super::view_words::ViewWords;
@@ -17,6 +18,11 @@ const EXAMPLES: &str = "Examples:
   orrery render --target jupiter --distance-radii 60 --layers +orbits -o orbits.png
   orrery render --target jupiter --distance-radii 40 --frames 240 --step 10m -o out-%05d.png
   orrery render --target io --frames 240 --step 60s -o - | ffmpeg -i - io.mp4
+  orrery render --target saturn --stereo anaglyph -o saturn-red-cyan.png
+  orrery render --target moon --from earth --at 51.5,-0.1 --projection fisheye --dome-zenith \
+    --size 4096x4096 -o dome.png
+  orrery render --target mars --from earth --projection equirectangular --up celestial \
+    --size 4096x2048 -o sky.png
 
 A sequence resumes where it stopped: each file records its request. Files of the same
 request are kept; a file of another request stops the command before it draws
@@ -38,6 +44,8 @@ fn after_help() -> String {
 pub struct RenderArgs {
     #[command(flatten)]
     view: ViewWords,
+    #[command(flatten)]
+    composition: CompositionWords,
     /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,
@@ -72,7 +80,12 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     let session = Session::open(&common.sources_to_draw(), say)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
-    let request = ViewRequest { quality: common.quality, ..args.view.request(session.catalog())? };
+    let composition = args.composition.composition()?;
+    if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first).is_some_and(|p| is_exr(&p)) {
+        return Err(CliError::Failed("--stereo and --warp make display values: write .png, or - for a stream".into()));
+    }
+    let request = args.view.request_with(session.catalog(), composition)?;
+    let request = ViewRequest { quality: common.quality, ..request };
     let frame = |number: u32| {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
         ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), purpose, ..request.clone() }
@@ -161,6 +174,9 @@ fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::S
         if let Some(value) = value {
             view.push_str(&format!(", {word} {value}"));
         }
+    }
+    if !request.composition.is_plain() {
+        view.push_str(&format!(", {}", request.composition.to_text()));
     }
     view.push_str(&format!(", exposure {:+.3}", scene.exposure.stops));
     vec![

@@ -5,7 +5,7 @@
 use crate::catalog::EclipseRadii;
 use crate::ephemeris::Source;
 use crate::render::software::Precision;
-use crate::scene::request::Quality;
+use crate::scene::request::{Projection, Quality, StereoLayout};
 use crate::session::RendererPreference;
 use crate::shader::translate::Language;
 use clap::ValueEnum;
@@ -30,3 +30,5 @@ values!(EclipseRadii: Iau "iau", Almanac "almanac");
 values!(Source: Mean "mean", Series "series", Kernel "kernel");
 values!(Precision: F32 "f32", F64 "f64");
 values!(Language: Wgsl "wgsl", Hlsl "hlsl", Glsl "glsl", Msl "msl", Spirv "spirv", Assembly "spirv-text", Ir "ir");
+values!(Projection: Perspective "perspective", Fisheye "fisheye", Equirectangular "equirectangular");
+values!(StereoLayout: Anaglyph "anaglyph", SideBySide "side-by-side", Interlaced "interlaced");

@@ -8,7 +8,7 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::files::read_text;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{CameraFile, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
+use crate::scene::request::{CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
 use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
@@ -106,11 +106,17 @@ fn pixel_view(text: &str) -> Result<PixelView, CliError> {
 impl ViewWords {
     /// The request that the words make with this catalog.
     pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
+        self.request_with(catalog, Composition::default())
+    }
+
+    /// The same for a picture that is put together in some way.
+    pub fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let place = |option: &str, name: &String| catalog.place(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
         let time = instant(&self.time)?;
         let target = self.target.as_ref().map(|name| place("--target", name)).transpose()?;
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
+        request.composition = composition;
         if let Some(file) = &self.camera_json {
             let shown = echo(&file.display().to_string());
             let text = read_text(file, MAX_CAMERA_FILE_BYTES).map_err(|e| CliError::Failed(format!("{shown}: {e}")))?;

@@ -7,5 +7,6 @@
 mod model;
 pub mod obj;
 pub mod self_shadow;
+pub mod warp;
 
 pub use model::{Model, ShapeError, ShapeFrame};

@@ -8,8 +8,8 @@ use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::{labels, orbits};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
+use crate::scene::camera::Placement;
 use crate::scene::camera::viewpoint::{self, Viewer};
-use crate::scene::camera::{Camera, Placement};
 use crate::scene::decision::Decision;
 use crate::scene::draw::features::{PixelView, Shape};
 use crate::scene::draw::{Draw, Part};
@@ -67,7 +67,20 @@ impl<'a> SceneBuilder<'a> {
     /// # Errors
     /// What no camera can do, or a target that cannot be placed.
     pub fn new(catalog: &'a Catalog, ephemeris: &'a Ephemeris, request: &'a ViewRequest, caches: &'a Caches) -> Result<Self, SceneError> {
-        let viewer = viewpoint::viewer(catalog, ephemeris, request)?;
+        Self::seen_by(catalog, ephemeris, request, viewpoint::viewer(catalog, ephemeris, request)?, caches)
+    }
+
+    /// The same of a frame whose camera is placed already.
+    ///
+    /// # Errors
+    /// A camera inside a body, or a target that cannot be placed.
+    pub fn seen_by(
+        catalog: &'a Catalog,
+        ephemeris: &'a Ephemeris,
+        request: &'a ViewRequest,
+        viewer: Viewer,
+        caches: &'a Caches,
+    ) -> Result<Self, SceneError> {
         let (mut placed, mut unplaced) = (Vec::new(), Vec::new());
         for body in catalog.bodies() {
             match place(catalog, body, ephemeris, &viewer, request, caches) {
@@ -86,6 +99,11 @@ impl<'a> SceneBuilder<'a> {
         let context = Context { request, ephemeris, resources: &Resources::default(), caches };
         let exposure = auto_exposure::exposure(context, &viewer.camera, &placed, &reflectors, air.as_ref());
         Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, exposure })
+    }
+
+    /// The exposure that is metered so far.
+    pub fn exposure(&self) -> &Exposure {
+        &self.exposure
     }
 
     /// The bodies whose city lights the exposure depends on.
@@ -181,7 +199,8 @@ impl<'a> SceneBuilder<'a> {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
         let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);
         let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
-        let labels = request.layers.labels.then(|| self.labels(camera, &bodies, selected));
+        let parent = |id: NaifId| self.catalog.body(id).and_then(|b| b.parent);
+        let labels = request.layers.labels.then(|| labels::LabelLayer::of(camera, &bodies, selected, parent, request.height));
         Scene {
             time: request.time,
             camera: camera.clone(),
@@ -202,13 +221,6 @@ impl<'a> SceneBuilder<'a> {
             labels,
             purpose: request.purpose,
         }
-    }
-
-    fn labels(&self, camera: &Camera, bodies: &[BodyInView], selected: NaifId) -> labels::LabelLayer {
-        let size_px = labels::glyph_size_px(camera.height);
-        let parent = |id: NaifId| self.catalog.body(id).and_then(|b| b.parent);
-        let marks = labels::marks(camera, bodies, selected, parent, &labels::LabelMetrics::of_size(size_px));
-        labels::LabelLayer { size_px, selected, marks }
     }
 }
 

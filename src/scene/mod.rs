@@ -14,6 +14,8 @@ mod build;
 #[doc(hidden)]
 pub mod camera;
 #[doc(hidden)]
+pub mod composite;
+#[doc(hidden)]
 pub mod constants;
 mod decision;
 #[doc(hidden)]

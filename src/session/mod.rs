@@ -5,6 +5,7 @@
 //! that is missing, a cache that cannot be written) goes to `say`, once each. It reads no clock but to measure.
 
 mod air_tables;
+mod composite;
 mod cpu;
 mod devices;
 mod error;
@@ -367,6 +368,9 @@ impl Session {
     /// # Errors
     /// No scene, or a module that cannot be made.
     pub fn plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
+        if !request.composition.is_plain() {
+            return self.composite_plan(request, sampling);
+        }
         loop {
             let scene = self.scene_after(request, |wanted| self.measured(Stage::Maps, || self.read_maps(wanted)))?;
             let modules = plan::modules(&scene);
@@ -387,7 +391,8 @@ impl Session {
     /// As [`Self::plan`].
     pub fn passes(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<String, SessionError> {
         let (scene, plan) = self.plan(request, sampling)?;
-        Ok(plan::graph::outline(&plan::steps(&scene, self, sampling)?, &plan))
+        let steps = if request.composition.is_plain() { plan::steps(&scene, self, sampling)? } else { Vec::new() };
+        Ok(plan::graph::outline(&steps, &plan))
     }
 
     /// Draws a view with the renderer that was asked for, or in software where that cannot.
@@ -412,7 +417,7 @@ impl Session {
             let (scene, plan) = self.plan(request, sampling)?;
             match self.measured(Stage::Draw, || self.devices.draw(by, &plan, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),
-                Err(_) if self.replace_forged(&plan::modules(&scene)) => {}
+                Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
             }
         }
@@ -448,7 +453,7 @@ impl Session {
             let window = || plan::warm_up_interface(self).ok();
             match self.measured(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
                 Ok(done) => return Ok(drawn(scene, &plan, done)),
-                Err(_) if self.replace_forged(&plan::modules(&scene)) => {}
+                Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
             }
         }

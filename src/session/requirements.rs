@@ -9,7 +9,7 @@ use crate::render::plan;
 use crate::scene::draw::{MapRole, Shape};
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
-use crate::scene::{Requirements, Resources, Scene, SceneBuilder};
+use crate::scene::{Requirements, Resources, Scene, SceneBuilder, SceneError};
 use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
@@ -28,8 +28,28 @@ impl Session {
 
     /// The scene of a view. `prepare` is told what the view needs before anything of it is read.
     pub(super) fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
-        let start = || SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches);
-        let mut builder = self.measured(Stage::Scene, start)?;
+        self.scene_from(|| SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches), prepare)
+    }
+
+    /// The scene that a builder makes.
+    pub(super) fn scene_from<'a>(
+        &'a self,
+        begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
+        prepare: impl FnOnce(&Requirements),
+    ) -> Result<Scene, SessionError> {
+        let (builder, known) = self.metered(begin)?;
+        let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
+        prepare(&wanted);
+        let resources = self.resources(&wanted);
+        Ok(self.measured(Stage::Scene, || builder.build(&resources)))
+    }
+
+    /// A builder that has metered the lamps too, and what is known of the files.
+    pub(super) fn metered<'a>(
+        &'a self,
+        begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
+    ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
+        let mut builder = self.measured(Stage::Scene, begin)?;
         let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
         for body in builder.lamps_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_lamps(body)));
@@ -38,10 +58,7 @@ impl Session {
         if !known.night_lights.is_empty() {
             self.measured(Stage::Scene, || builder.meter_lamps(&known));
         }
-        let wanted = self.measured(Stage::Scene, || builder.requirements(&known));
-        prepare(&wanted);
-        let resources = self.resources(&wanted);
-        Ok(self.measured(Stage::Scene, || builder.build(&resources)))
+        Ok((builder, known))
     }
 
     fn unreadable(&self) -> BTreeSet<String> {

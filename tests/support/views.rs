@@ -1,9 +1,11 @@
 //! The views that are recorded as images, and compared between the renderers.
 
 use orrery::catalog::NaifId;
-use orrery::scene::request::{Position, ViewRequest};
+use orrery::mesh::warp::WarpMesh;
+use orrery::scene::request::{Composition, Position, Projection, Stereo, StereoLayout, Up, ViewRequest};
 use orrery::session::standard_scenes;
 use orrery::time::Instant;
+use std::sync::Arc;
 
 const SIDE: u32 = 192;
 const ECLIPSE_DAY: &str = "2024-04-08T18:17:16Z";
@@ -58,5 +60,40 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
     // The camera hangs close over ground: the other form of the intersection.
     // And the stars.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky"].contains(&s.name));
-    VIEWS.into_iter().map(request).chain(standard.map(|s| (s.name, s.request))).collect()
+    VIEWS.into_iter().map(request).chain(standard.map(|s| (s.name, s.request))).chain(composed_views()).collect()
+}
+
+/// Pictures of several frames.
+fn composed_views() -> Vec<(&'static str, ViewRequest)> {
+    let of = |target: i32, time: &str, composition: Composition| ViewRequest {
+        composition,
+        width: SIDE,
+        height: SIDE,
+        ..ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time"))
+    };
+    let stereo = |layout| Composition { stereo: Some(Stereo { layout, eye_separation_km: None }), ..Composition::default() };
+    let sphere = |projection| Composition { projection, ..Composition::default() };
+    let saturn = |layout| of(699, "2017-05-17T00:00:00Z", stereo(layout));
+    let screen: String = (0..12)
+        .map(|k| {
+            let (u, v) = (f64::from(k % 4) / 3.0, f64::from(k / 4) / 2.0);
+            let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+            format!("{} {} {u} {v} {}\n", x * (1.0 - 0.2 * y), y - 0.2 * x * x, 0.4 + 0.6 * u)
+        })
+        .collect();
+    let mesh = WarpMesh::parse("screen", &format!("2\n4 3\n{screen}")).expect("a mesh");
+    let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.8, longitude_deg: -96.8, height_km: 0.002 };
+    let dome = Composition { zenith_centred: true, ..sphere(Projection::Fisheye) };
+    let near_mars = Position::Over { towards: None, distance_radii: Some(1.6) };
+    vec![
+        ("saturn-anaglyph", saturn(StereoLayout::Anaglyph)),
+        ("saturn-side-by-side", saturn(StereoLayout::SideBySide)),
+        ("saturn-interlaced", saturn(StereoLayout::Interlaced)),
+        ("dome-dusk", ViewRequest { position: ground, up: Up::Zenith, ..of(10, "2024-04-09T00:20:00Z", dome) }),
+        (
+            "mars-equirectangular",
+            ViewRequest { position: near_mars, height: SIDE / 2, ..of(499, ECLIPSE_DAY, sphere(Projection::Equirectangular)) },
+        ),
+        ("earth-warped", of(399, ECLIPSE_DAY, Composition { warp: Some(Arc::new(mesh)), ..Composition::default() })),
+    ]
 }

@@ -52,7 +52,7 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
 }
 
 /// Linear light of the scene, and the bytes that are shown.
-const HDR_TARGET: &str = "light";
+pub(super) const HDR_TARGET: &str = "light";
 pub const DISPLAY_TARGET: &str = "picture";
 
 /// Below this white a level of the display may be less than the least step of half floats, 2^-24: half a level on black is 1.5e-4 of white.
@@ -72,20 +72,43 @@ fn kind(draw: &Draw) -> &'static str {
 /// neither can wait until all of the other are drawn; the corona has its place among them. A refracted limb comes with its body: what it takes away before, what it
 /// adds after. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
+    steps_with(scene, provider, sampling, None)
+}
+
+/// The same with draws between the stars and the bodies.
+pub(super) fn steps_with(
+    scene: &Scene,
+    provider: &impl ResourceProvider,
+    sampling: SamplingQuality,
+    over_stars: Option<PlanDraw>,
+) -> Result<Vec<Step>, PlanError> {
+    let mut steps = light_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], over_stars)?;
+    steps.extend(display_steps(scene, provider, sampling)?);
+    Ok(steps)
+}
+
+/// The steps that make the light, [`HDR_TARGET`], on a background. `over_stars`: what is drawn over the stars and behind all bodies.
+pub(super) fn light_steps(
+    scene: &Scene,
+    provider: &impl ResourceProvider,
+    sampling: SamplingQuality,
+    background: [f32; 4],
+    over_stars: Option<PlanDraw>,
+) -> Result<Vec<Step>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let black = [0.0, 0.0, 0.0, 1.0];
     let light = Target {
         resource: HDR_TARGET,
         width,
         height,
         format: if scene.exposure.white() < DIM_WHITE { ColourFormat::Rgba32FloatDim } else { ColourFormat::Rgba32Float },
         samples: sampling.samples,
-        clear: black,
+        clear: background,
         depth: true,
     };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let background = Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] };
     let mut steps = vec![background, over_light("stars", shared::stars(scene, provider)?)];
+    steps.extend(over_stars.map(|draw| over_light("faces", vec![draw])));
     let of_body = |body| move |d: &Draw| d.body == body;
     let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
         let mut from = first;
@@ -115,6 +138,13 @@ pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Sampling
         over_light("points", shared::points(scene, provider)?),
         over_light("glow", shared::glow(scene, provider)?),
     ]);
+    Ok(steps)
+}
+
+/// The steps from light to the picture.
+fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    let mut steps = Vec::new();
     if scene.bloom {
         steps.extend(shared::bloom_steps(scene, provider, HDR_TARGET)?);
     }

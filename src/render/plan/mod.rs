@@ -1,6 +1,7 @@
 //! The render plan: passes, order, uniform bytes. Plain values, shared by every renderer.
 
 mod build;
+mod composite;
 mod error;
 pub mod graph;
 mod interface;
@@ -10,6 +11,7 @@ mod provider;
 mod scissor;
 mod shared;
 pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
+pub use composite::{composite, composite_modules};
 pub use error::PlanError;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
 pub use maps::{RING_PROFILE, RING_SHINE, map_decoding, map_format, ring_profile, ring_shine, role_of};

@@ -152,6 +152,14 @@ pub struct SimpleDraw {
 }
 
 impl Plan {
+    /// The modules of its draws, each once.
+    pub fn modules(&self) -> Vec<ModuleId> {
+        let mut all: Vec<ModuleId> = self.passes.iter().flat_map(|p| &p.draws).map(|d| d.module.clone()).collect();
+        all.sort();
+        all.dedup();
+        all
+    }
+
     /// The draws of shared modules, in their order.
     pub fn simple_draws(&self) -> Vec<SimpleDraw> {
         let of_draw = |pass: &Pass, d: &PlanDraw| match d.module {

@@ -250,7 +250,7 @@ fn linear(resource: &'static str, [width, height]: [u32; 2]) -> Target {
     Target { resource, width, height, format: ColourFormat::Rgba32Float, samples: 1, clear: [0.0; 4], depth: false }
 }
 
-fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> Step {
+pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: Target, draw: PlanDraw) -> Step {
     let reads = (READS_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };
     Step { name, reads, writes: Write::New(target), draws: vec![draw] }

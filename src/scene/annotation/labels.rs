@@ -5,7 +5,7 @@
 //! the disc of a nearer one has none. Not here: letters.
 
 use crate::catalog::NaifId;
-use crate::scene::camera::Camera;
+use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
 use glam::DVec2;
@@ -85,6 +85,20 @@ pub struct LabelLayer {
     pub marks: Vec<Label>,
 }
 
+impl LabelLayer {
+    /// The names of a picture of some height.
+    pub fn of(
+        picture: &impl PicturePlaces,
+        bodies: &[BodyInView],
+        selected: NaifId,
+        parent: impl Fn(NaifId) -> Option<NaifId>,
+        height: u32,
+    ) -> Self {
+        let size_px = glyph_size_px(height);
+        Self { size_px, selected, marks: marks(picture, bodies, selected, parent, &LabelMetrics::of_size(size_px)) }
+    }
+}
+
 /// Letters of a picture: readable in a small one, in proportion in a large one, pixels.
 pub fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
@@ -107,20 +121,20 @@ const CROWDED_PX: f64 = 7.0;
 
 /// The marks of the bodies that a camera sees, most important first.
 pub fn marks(
-    camera: &Camera,
+    camera: &impl PicturePlaces,
     bodies: &[BodyInView],
     selected: NaifId,
     parent: impl Fn(NaifId) -> Option<NaifId>,
     lettering: &LabelMetrics,
 ) -> Vec<Label> {
-    let size = camera.half_size() * 2.0;
+    let size = camera.size_px();
     let mut seen: Vec<(&BodyInView, DVec2, f64)> = bodies
         .iter()
         .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
         .filter_map(|b| {
-            let centre = camera.pixel_from_clip(camera.clip(b.placement.centre_km)?);
+            let centre = camera.place_px(b.placement.centre_km)?;
             let angular_radius = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
-            let radius_px = angular_radius.tan() / camera.pixel_tangent();
+            let radius_px = camera.disc_radius_px(angular_radius);
             // A body too large for its centre to be in the picture needs no mark.
             let inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
             inside.then_some((b, centre, radius_px))

@@ -5,6 +5,7 @@
 //! Clip coordinates: x right, y up, -1..1 over the viewport. Pixels: x right, y down, centres at halves.
 
 pub mod silhouette;
+pub mod sphere;
 pub mod viewpoint;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
@@ -24,6 +25,8 @@ pub struct Camera {
     pub tan_half_fov: DVec2,
     pub width: u32,
     pub height: u32,
+    /// One frame of a picture of several: the glare of a Sun outside of it falls into it all the same.
+    pub one_of_several: bool,
 }
 
 /// Where a body appears: the frame's geometry of one draw, f64.
@@ -135,7 +138,7 @@ impl Camera {
         let up = right.cross(forward);
         let tan_y = (fov_deg.to_radians() / 2.0).tan();
         let tan_half_fov = DVec2::new(tan_y * f64::from(width) / f64::from(height), tan_y);
-        Self { position_km, right, up, forward, tan_half_fov, width, height }
+        Self { position_km, right, up, forward, tan_half_fov, width, height, one_of_several: false }
     }
 
     /// Half the viewport in pixels.

@@ -24,6 +24,8 @@ pub struct Viewer {
     /// Of the body that the camera is placed by, with which it moves: stars are seen with its aberration. That body stands where such a viewer sees it; other
     /// bodies do so too where `velocity_km_s` is the same.
     pub body_velocity_km_s: DVec3,
+    /// What is up (ICRF, of any length), before it was made square to the line of sight.
+    pub up_hint: DVec3,
     /// The body whose centre the camera is at: not drawn.
     pub inside: Option<NaifId>,
     /// The body whose ground the camera stands on, and its barycentric position. Viewer and body move together, so light time and
@@ -169,7 +171,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
     let body_velocity_km_s = places.state(near)?.1;
-    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, inside, stands_on: ground })
+    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, inside, stands_on: ground })
 }
 
 #[cfg(test)]

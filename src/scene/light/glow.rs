@@ -48,6 +48,9 @@ pub(crate) fn part_seen(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> f64 
 /// glare of the Sun, nineteen stops over the dark sky, does not come at once. The outline's rectangle will not do: it is wide for a body at a right angle to
 /// the view.
 fn part_in_frame(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
+    if camera.one_of_several {
+        return 1.0;
+    }
     let ahead = towards.dot(camera.forward);
     if ahead <= 0.0 {
         return 0.0;

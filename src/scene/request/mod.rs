@@ -4,11 +4,13 @@
 //! here looks anything up in the ephemeris; names are resolved against the catalog by [`CameraFile::resolve`](camera_file::CameraFile::resolve).
 
 pub mod camera_file;
+pub mod composition;
 pub mod effects;
 pub mod view_request;
 
 pub use super::purpose::Purpose;
 pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
+pub use composition::{Composition, Projection, Stereo, StereoLayout};
 pub use view_request::{
     Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Layers, Look, Position, Quality,
     SETTLED_STOPS, ToneMap, Up, ViewRequest,

@@ -4,6 +4,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::scene::draw::features::PixelView;
 use crate::scene::error::SceneError;
 use crate::scene::purpose::Purpose;
+use crate::scene::request::composition::{Composition, Projection};
 use crate::scene::request::effects::EffectOverrides;
 use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
@@ -271,7 +272,9 @@ pub struct ViewRequest {
     pub look: Look,
     /// What is up in the picture.
     pub up: Up,
-    /// Vertical field of view, degrees. `None`: [`FOV_DEFAULT_DEG`], or what fits the target where only that can.
+    /// How the picture is put together.
+    pub composition: Composition,
+    /// Vertical field of view, degrees; of a fisheye, that of its circle. `None`: [`FOV_DEFAULT_DEG`], or what fits the target where only that can.
     pub fov_deg: Option<f64>,
     /// Pixels, each 1..=16384.
     pub width: u32,
@@ -311,6 +314,7 @@ impl ViewRequest {
             position: Position::Over { towards: None, distance_radii: None },
             look: Look::Target,
             up: Up::North,
+            composition: Composition::default(),
             fov_deg: None,
             width: 1024,
             height: 1024,
@@ -341,6 +345,7 @@ impl ViewRequest {
         }
         if let Some(fov) = self.fov_deg
             && !(1e-7..=170.0).contains(&fov)
+            && self.composition.projection == Projection::Perspective
         {
             return bad(format!("field of view {fov:?}: must be 0.0000001 to 170 degrees"));
         }
@@ -370,6 +375,7 @@ impl ViewRequest {
         {
             return bad(format!("exposure {ev:?}: must be -60 to 60 stops"));
         }
+        self.composition.check()?;
         if !self.time.tdb_seconds_past_j2000().is_finite() {
             return bad("the time is not a finite number".into());
         }

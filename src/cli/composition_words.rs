@@ -1,0 +1,61 @@
+//! The words that say how a picture is put together: projection, stereo, warp mesh.
+//!
+//! In: arguments. Out: a [`Composition`]. The mesh's file is read here.
+
+use super::CliError;
+use crate::files::read_text;
+use crate::mesh::warp::WarpMesh;
+use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
+use crate::wording::echo;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Bytes of a warp mesh at the most: a million nodes of five numbers.
+const MAX_MESH_BYTES: u64 = 1 << 27;
+
+/// How the picture is put together.
+#[derive(clap::Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Projection and stereo")]
+pub struct CompositionWords {
+    /// Projection: perspective; fisheye (angular: distance from the middle proportional to the angle; --fov is its full angle, 180 by default);
+    /// equirectangular (whole sphere, poles at the view's up and down, the target in the middle column)
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = Projection::Perspective)]
+    pub projection: Projection,
+    /// Fisheye: the zenith in the middle, the target towards the bottom (the front of a dome)
+    #[arg(long)]
+    pub dome_zenith: bool,
+    /// Tilt of the dome: degrees by which the picture's middle is lowered towards its bottom
+    #[arg(long, value_name = "D", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub dome_tilt: f64,
+    /// Stereo pair: anaglyph (red and cyan glasses, red on the left; Dubois' matrix), side-by-side (each eye has half the width, undistorted),
+    /// or interlaced (even rows, from 0, for the left eye); both eyes agree at the target's distance
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub stereo: Option<StereoLayout>,
+    /// Distance between the eyes in km [default: 1/30 of the width that the picture shows at the target; on a surface 63 mm]
+    #[arg(long, value_name = "KM", requires = "stereo", allow_negative_numbers = true)]
+    pub eye_separation_km: Option<f64>,
+    /// Draw the picture onto a warp mesh (Paul Bourke's text format: x y u v i); --size is that of the screen
+    #[arg(long, value_name = "MESH")]
+    pub warp: Option<PathBuf>,
+}
+
+impl CompositionWords {
+    /// What the words mean.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read, with its file and line.
+    pub fn composition(&self) -> Result<Composition, CliError> {
+        let warp = self.warp.as_ref().map(|path| {
+            let shown = echo(&path.display().to_string());
+            let text = read_text(path, MAX_MESH_BYTES).map_err(|e| CliError::Failed(format!("{shown}: {e}; --warp takes a text file")))?;
+            WarpMesh::parse(&shown, &text).map(Arc::new).map_err(|e| CliError::Failed(e.to_string()))
+        });
+        Ok(Composition {
+            projection: self.projection,
+            zenith_centred: self.dome_zenith,
+            tilt_deg: self.dome_tilt,
+            stereo: self.stereo.map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
+            warp: warp.transpose()?,
+        })
+    }
+}

@@ -1,0 +1,236 @@
+//! Warp meshes: where on a projector's screen each place of a picture belongs, in the text format of Paul Bourke.
+//!
+//! In: the text. Out: a [`WarpMesh`], or the first wrong line. The format (<http://paulbourke.net/dataformats/meshwarp/>, 2006): a line with the type,
+//! 2 rectangular or 1 polar; a line with the numbers of columns and rows; then, row by row, one node a line: `x y u v i`. x runs from minus to plus the
+//! screen's aspect ratio and y from -1 (bottom) to 1 (top); u and v are 0 to 1 from the picture's lower left corner; i is the brightness, 0 to 1, and
+//! below 0 where nothing is drawn. Always holds: every cell that is drawn is convex and all have one orientation, so that no place of the screen is
+//! lit twice by a fold; a polar mesh is closed from its last column to its first. Not done: the binary form.
+
+use glam::{DVec2, Vec2};
+
+/// Nodes of a mesh at the most.
+const MAX_NODES: usize = 1 << 20;
+
+/// A node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WarpNode {
+    /// Screen, x in heights from the middle (-aspect to aspect), y -1 to 1 upwards.
+    pub screen: DVec2,
+    /// Picture, 0 to 1 from its lower left corner.
+    pub picture: DVec2,
+    /// Factor on light.
+    pub brightness: f64,
+}
+
+/// A mesh without folds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WarpMesh {
+    columns: usize,
+    nodes: Vec<WarpNode>,
+    triangles: Vec<u32>,
+}
+
+/// The first wrong line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}: {what}")]
+pub struct WarpError {
+    pub file: String,
+    /// First line is 1.
+    pub line: usize,
+    pub what: String,
+}
+
+/// Twice the area of a triangle, positive counter-clockwise.
+fn twice_area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    (b - a).perp_dot(c - a)
+}
+
+impl WarpMesh {
+    /// Reads a mesh; `file` is named in what is said of a wrong line.
+    ///
+    /// # Errors
+    /// The first line that is wrong.
+    pub fn parse(file: &str, text: &str) -> Result<Self, WarpError> {
+        let wrong = |line: usize, what: String| WarpError { file: file.to_owned(), line, what };
+        let mut lines = text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| !l.is_empty());
+        let last = text.lines().count().max(1);
+        let (line, kind) = lines.next().ok_or_else(|| wrong(last, "empty; the first line is the type, 2 rectangular or 1 polar".into()))?;
+        let polar = match kind {
+            "1" => true,
+            "2" => false,
+            _ => return Err(wrong(line, "the first line is the mesh's type, 2 rectangular or 1 polar".into())),
+        };
+        let (line, size) = lines.next().ok_or_else(|| wrong(last, "the second line is missing: columns and rows".into()))?;
+        let size: Vec<usize> = size.split_whitespace().map_while(|w| w.parse().ok()).collect();
+        let &[columns, rows] = &size[..] else { return Err(wrong(line, "write the numbers of columns and rows, as 40 30".into())) };
+        if columns < 2 || rows < 2 || columns.checked_mul(rows).is_none_or(|n| n > MAX_NODES) {
+            return Err(wrong(line, format!("{columns} columns, {rows} rows: each at least 2, together at most {MAX_NODES} nodes")));
+        }
+        let mut nodes = Vec::with_capacity(columns * rows);
+        let mut at_line = Vec::with_capacity(columns * rows);
+        for (line, words) in lines {
+            if nodes.len() == columns * rows {
+                return Err(wrong(line, format!("one line too many: {columns} columns and {rows} rows have {} nodes", nodes.len())));
+            }
+            nodes.push(node(words).map_err(|what| wrong(line, what))?);
+            at_line.push(line);
+        }
+        if nodes.len() < columns * rows {
+            let (whole, part) = (nodes.len() / columns, nodes.len() % columns);
+            let what = format!("ends after {whole} rows and {part} nodes; {rows} rows of {columns} nodes were announced");
+            return Err(wrong(last, what));
+        }
+        let mut triangles = Vec::new();
+        let mut turns: Option<bool> = None;
+        let across = if polar { columns } else { columns - 1 };
+        for (row, column) in (0..rows - 1).flat_map(|r| (0..across).map(move |c| (r, c))) {
+            let next = (column + 1) % columns;
+            let cell = [row * columns + column, row * columns + next, (row + 1) * columns + next, (row + 1) * columns + column];
+            let [a, b, c, d] = cell.map(|k| nodes[k].screen);
+            if cell.iter().any(|k| nodes[*k].brightness < 0.0) {
+                continue;
+            }
+            // The corners of a convex cell all turn one way; a polar mesh's middle is one point, and its cells there are triangles.
+            let areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
+            let (left, right) = (areas.iter().any(|t| *t > 0.0), areas.iter().any(|t| *t < 0.0));
+            let folded = left == right || turns.is_some_and(|t| t != left);
+            if folded {
+                let (row, column) = (row + 1, column + 1);
+                let what = format!(
+                    "the mesh folds: the cell of row {row}, column {column} overlaps a neighbour or has no area; correct its x and y"
+                );
+                return Err(wrong(at_line[cell[0]], what));
+            }
+            turns = Some(left);
+            let [a, b, c, d] = cell.map(|k| k as u32);
+            triangles.extend(if left { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] });
+        }
+        if triangles.is_empty() {
+            return Err(wrong(last, "nothing is drawn: every cell has a node of brightness below 0".into()));
+        }
+        Ok(Self { columns, nodes, triangles })
+    }
+
+    /// Row by row.
+    pub fn nodes(&self) -> &[WarpNode] {
+        &self.nodes
+    }
+
+    /// Three nodes each, counter-clockwise on the screen.
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
+
+    /// By how much the picture moves, in parts of its sides, per unit of screen x and of screen y, at each node: the mean over the triangles around it.
+    pub fn gradients(&self) -> Vec<[Vec2; 2]> {
+        let mut sums = vec![([DVec2::ZERO; 2], 0.0); self.nodes.len()];
+        for corners in self.triangles.chunks_exact(3) {
+            let [a, b, c] = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
+            let (e, f) = (b.screen - a.screen, c.screen - a.screen);
+            let (p, q) = (b.picture - a.picture, c.picture - a.picture);
+            let area = e.perp_dot(f);
+            if area == 0.0 {
+                continue;
+            }
+            let per = [(p * f.y - q * e.y) / area, (q * e.x - p * f.x) / area];
+            for k in corners {
+                let (sum, count) = &mut sums[*k as usize];
+                *sum = [sum[0] + per[0], sum[1] + per[1]];
+                *count += 1.0;
+            }
+        }
+        sums.into_iter().map(|(s, n)| s.map(|v| if n > 0.0 { (v / n).as_vec2() } else { Vec2::ZERO })).collect()
+    }
+
+    /// Picture heights that the picture moves per unit of the screen where it moves slowest, but for a tenth of the nodes. `aspect`: the picture's width in heights.
+    pub fn slowest_motion(&self, aspect: f64) -> f64 {
+        let lengths =
+            |[x, y]: [Vec2; 2]| [x, y].map(|v| (v.as_dvec2() * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
+        let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 10).copied().unwrap_or(0.5).max(1e-3)
+    }
+
+    /// For provenance: FNV-1a over all numbers.
+    pub fn digest(&self) -> String {
+        let numbers = self.nodes.iter().flat_map(|n| [n.screen.x, n.screen.y, n.picture.x, n.picture.y, n.brightness]);
+        let bytes = (self.columns as u64).to_le_bytes().into_iter().chain(numbers.flat_map(f64::to_le_bytes));
+        format!("{:016x}", bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3)))
+    }
+}
+
+/// `x y u v i`.
+fn node(words: &str) -> Result<WarpNode, String> {
+    const FIELDS: [&str; 5] = ["x", "y", "u", "v", "i"];
+    let mut numbers = [0.0; 5];
+    let words: Vec<&str> = words.split_whitespace().collect();
+    if words.len() != FIELDS.len() {
+        return Err(format!("{} numbers; a node has five: x y u v i", words.len()));
+    }
+    for ((number, word), field) in numbers.iter_mut().zip(&words).zip(FIELDS) {
+        *number = word.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| {
+            let shown: String = word.chars().filter(|c| !c.is_control()).take(20).collect();
+            format!("field {field}: `{shown}` is not a number")
+        })?;
+    }
+    let [x, y, u, v, brightness] = numbers;
+    if brightness >= 0.0 && !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+        return Err(format!("fields u {u}, v {v}: must be 0 to 1"));
+    }
+    if brightness > 1.0 {
+        return Err(format!("field i {brightness}: must be at most 1"));
+    }
+    if x.abs().max(y.abs()) > 1e3 {
+        return Err(format!("fields x {x}, y {y}: must be within -1000 to 1000"));
+    }
+    Ok(WarpNode { screen: DVec2::new(x, y), picture: DVec2::new(u, v), brightness })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(columns: usize, rows: usize, place: impl Fn(f64, f64) -> (f64, f64)) -> String {
+        let mut text = format!("2\n{columns} {rows}\n");
+        for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+            let (u, v) = (c as f64 / (columns - 1) as f64, r as f64 / (rows - 1) as f64);
+            let (x, y) = place(2.0 * u - 1.0, 2.0 * v - 1.0);
+            text.push_str(&format!("{x} {y} {u} {v} 1\n"));
+        }
+        text
+    }
+
+    #[test]
+    fn a_mesh_is_read_and_its_gradients_are_those_of_its_map() {
+        // The screen is twice as wide as the picture's unit, and sheared.
+        let mesh = WarpMesh::parse("m", &text(5, 4, |x, y| (1.5 * x + 0.2 * y, y))).expect("a mesh");
+        assert_eq!((mesh.nodes().len(), mesh.triangles().len()), (20, 4 * 3 * 6));
+        for [per_x, per_y] in mesh.gradients() {
+            // u = (x - 0.2 y) / 3 + 1/2, v = y / 2 + 1/2.
+            assert!((per_x - Vec2::new(1.0 / 3.0, 0.0)).length() < 1e-6 && (per_y - Vec2::new(-0.2 / 3.0, 0.5)).length() < 1e-6);
+        }
+        // Mirrored meshes, as rear projection has them, are no folds.
+        assert!(WarpMesh::parse("m", &text(5, 4, |x, y| (-x, y))).is_ok());
+    }
+
+    #[test]
+    fn each_mistake_names_its_line() {
+        let why = |text: &str| WarpMesh::parse("dome.data", text).expect_err("a mistake").to_string();
+        let good = text(3, 3, |x, y| (x, y));
+        assert!(why("").starts_with("dome.data:1: empty"));
+        assert!(why("3\n2 2\n").starts_with("dome.data:1: the first line"));
+        assert!(why("2\n2 two\n").starts_with("dome.data:2: write the numbers"));
+        assert!(why("2\n1 9\n").starts_with("dome.data:2: 1 columns"));
+        let cut: Vec<&str> = good.lines().take(9).collect();
+        assert!(why(&cut.join("\n")).contains("dome.data:9: ends after 2 rows and 1 nodes; 3 rows of 3"));
+        assert!(why(&format!("{good}0 0 0 0 1\n")).contains("dome.data:12: one line too many"));
+        assert!(why(&good.replace("0.5 0.5 1", "0.5 x 1")).contains("dome.data:7: field v: `x` is not a number"));
+        assert!(why(&good.replace("0.5 0.5 1", "0.5 1.5 1")).contains("dome.data:7: fields u 0.5, v 1.5"));
+        assert!(why(&good.replace("0.5 0.5 1", "0.5 0.5")).contains("dome.data:7: 4 numbers"));
+        // The middle node beyond its neighbour: the first cell that is no longer convex begins at line 3.
+        let folded = text(3, 3, |x, y| if (x, y) == (0.0, 0.0) { (1.4, 0.0) } else { (x, y) });
+        assert!(why(&folded).contains("the mesh folds: the cell of row 1, column"), "{}", why(&folded));
+        let turned = text(4, 2, |x, y| if x > 0.9 { (0.0, y) } else { (x, y) });
+        assert!(why(&turned).contains("dome.data:5: the mesh folds: the cell of row 1, column 3"), "{}", why(&turned));
+    }
+}

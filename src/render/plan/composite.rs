@@ -1,0 +1,202 @@
+//! Plans of pictures that several frames make: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
+//!
+//! In: a [`Composite`] of scene. Out: one plan: the passes of every frame, then those that put them together. Always: tone map and bloom come after the faces of a
+//! dome or sphere are one picture, so that no seam shows; both eyes are finished pictures before they share one, since an anaglyph is a matter of the
+//! display. Not here: which frames there are (scene::composite).
+
+use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, light_steps, modules, plan, steps_with};
+use super::error::PlanError;
+use super::graph;
+use super::passes::{Attribute, Blend, ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource, Vertices};
+use super::provider::ResourceProvider;
+use super::shared::over_all;
+use crate::mesh::warp::WarpMesh;
+use crate::scene::composite::{Arrangement, BORDER_PX, Composite, Eyes, Faces};
+use crate::scene::request::{Projection, StereoLayout};
+use crate::shader::ModuleId;
+use glam::{DVec2, Vec2};
+use std::sync::Arc;
+
+/// The pass that makes a picture of both eyes, and that of a warped picture.
+const STEREO_TARGET: &str = "both eyes";
+const SCREEN_TARGET: &str = "screen";
+/// Places in a pixel, along each side, at which faces and a warped picture are read.
+const TAPS: f32 = 4.0;
+const DRAFT_TAPS: f32 = 2.0;
+
+fn stereo_module(layout: StereoLayout) -> &'static str {
+    match layout {
+        StereoLayout::Anaglyph => "anaglyph",
+        StereoLayout::SideBySide => "side_by_side",
+        StereoLayout::Interlaced => "interlace",
+    }
+}
+
+fn sphere_module(projection: Projection) -> &'static str {
+    if projection == Projection::Fisheye { "fisheye" } else { "equirectangular" }
+}
+
+/// The modules that a composite's plan runs, each once.
+pub fn composite_modules(composite: &Composite, warped: bool) -> Vec<ModuleId> {
+    let mut all: Vec<ModuleId> = composite.scenes.iter().chain([&composite.whole]).flat_map(modules).collect();
+    match &composite.arrangement {
+        Arrangement::Eyes(eyes) => all.push(ModuleId::Simple(stereo_module(eyes.layout))),
+        Arrangement::Faces(faces) => all.push(ModuleId::Simple(sphere_module(faces.picture.projection))),
+        Arrangement::Single => {}
+    }
+    all.extend(warped.then_some(ModuleId::Simple("warp")));
+    all.sort();
+    all.dedup();
+    all
+}
+
+/// Appends passes: what they read of each other moves with them.
+fn append(plan: &mut Plan, mut passes: Vec<Pass>) {
+    let before = plan.passes.len();
+    for texture in passes.iter_mut().flat_map(|p| &mut p.draws).flat_map(|d| &mut d.textures) {
+        if let TextureSource::PassOutput(k) = &mut texture.source {
+            *k += before;
+        }
+    }
+    plan.passes.extend(passes);
+}
+
+fn taps(sampling: SamplingQuality) -> f32 {
+    if sampling.samples > 1 { TAPS } else { DRAFT_TAPS }
+}
+
+/// Plans a picture of several frames. `screen`: the mesh that it is warped by, and the size of what comes out.
+///
+/// # Errors
+/// As of one frame.
+pub fn composite(
+    composite: &Composite,
+    provider: &impl ResourceProvider,
+    sampling: SamplingQuality,
+    screen: Option<(&WarpMesh, [u32; 2])>,
+) -> Result<Plan, PlanError> {
+    let mut whole = match &composite.arrangement {
+        Arrangement::Single => plan(&composite.whole, provider, sampling)?,
+        Arrangement::Eyes(eyes) => of_eyes(composite, eyes, provider, sampling)?,
+        Arrangement::Faces(faces) => of_faces(composite, faces, provider, sampling)?,
+    };
+    if let Some((mesh, size)) = screen {
+        let (picture, picture_px) = last_of(&whole);
+        let draw = warp_draw(mesh, size, picture_px, provider, sampling)?;
+        let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(picture) }];
+        let [width, height] = size;
+        whole.passes.push(display_pass(SCREEN_TARGET, [width, height], sampling.samples, PlanDraw { textures, ..draw }));
+    }
+    Ok(whole)
+}
+
+/// The last pass, and its size.
+fn last_of(plan: &Plan) -> (usize, [u32; 2]) {
+    (plan.passes.len().saturating_sub(1), plan.passes.last().map_or([1, 1], |p| [p.width, p.height]))
+}
+
+fn display_pass(name: &'static str, [width, height]: [u32; 2], samples: u8, draw: PlanDraw) -> Pass {
+    let clear = [0.0, 0.0, 0.0, 1.0];
+    Pass { name, width, height, format: ColourFormat::Rgba8Unorm, samples, clear, depth: false, draws: vec![draw] }
+}
+
+fn of_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
+    let mut whole = Plan { passes: Vec::new() };
+    let mut pictures = Vec::new();
+    for scene in &composite.scenes {
+        append(&mut whole, plan(scene, provider, sampling)?.passes);
+        pictures.push(last_of(&whole));
+    }
+    // The right eye's frame begins where its picture does; both frames are wider by the left one's column.
+    let [infinity, _] = eyes.columns;
+    let eye_px = pictures.first().map_or([1, 1], |(_, [w, h])| [w - infinity, *h]);
+    let side_by_side = eyes.layout == StereoLayout::SideBySide;
+    let size = if side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
+    let draw = over_all(stereo_module(eyes.layout), size, provider, |w| {
+        w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
+        if side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
+    })?;
+    let bound = (1..).zip(&pictures).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
+    whole.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: bound.collect(), ..draw }));
+    Ok(whole)
+}
+
+fn of_faces(composite: &Composite, faces: &Faces, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
+    let mut whole = Plan { passes: Vec::new() };
+    let mut lights = Vec::new();
+    for (scene, used) in composite.scenes.iter().zip(&faces.used) {
+        // Opacity is kept: stars are drawn behind the faces.
+        let mut of_face = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
+        for draw in of_face.passes.iter_mut().flat_map(|p| &mut p.draws) {
+            let [x0, y0, x1, y1] = draw.scissor;
+            let [x0, y0] = [x0.max(used[0]), y0.max(used[1])];
+            draw.scissor = [x0, y0, x1.min(used[2]).max(x0), y1.min(used[3]).max(y0)];
+        }
+        append(&mut whole, of_face.passes);
+        lights.push(whole.passes.len() - 1);
+    }
+    let draw = sphere_draw(faces, provider, taps(sampling))?;
+    let module = draw.module.clone();
+    let once = SamplingQuality { samples: 1, ..sampling };
+    let mut picture = graph::compile(&steps_with(&composite.whole, provider, once, Some(draw))?, DISPLAY_TARGET)?;
+    // A face that the picture does not show is not read: any will do in its place.
+    let of_face = |frame: Option<usize>| lights.get(frame.unwrap_or(0)).copied().unwrap_or(0);
+    let before = whole.passes.len();
+    append(&mut whole, std::mem::take(&mut picture.passes));
+    for draw in whole.passes[before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
+        let bound =
+            (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(of_face(*f)) });
+        draw.textures = bound.collect();
+    }
+    Ok(whole)
+}
+
+fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Result<PlanDraw, PlanError> {
+    let picture = &faces.picture;
+    let (width, height) = (picture.width, picture.height);
+    let scale = picture.radians_per_pixel().as_vec2();
+    let draw = over_all(sphere_module(picture.projection), [width, height], provider, |w| {
+        w.vec2("middle", Vec2::new(width as f32, height as f32) / 2.0)?;
+        if picture.projection == Projection::Fisheye {
+            w.f32("radians_per_pixel", scale.x)?;
+            w.f32("half_fov", picture.half_fov_rad as f32)?;
+        } else {
+            w.vec2("radians_per_pixel", scale)?;
+        }
+        w.f32("face_px", faces.face_px as f32)?;
+        w.f32("border_px", BORDER_PX as f32)?;
+        w.f32("taps", taps)
+    })?;
+    Ok(PlanDraw { blend: Blend::PremultipliedOver, ..draw })
+}
+
+/// The mesh over the whole screen, `picture_px` of the picture spread over it.
+fn warp_draw(
+    mesh: &WarpMesh,
+    [width, height]: [u32; 2],
+    picture_px: [u32; 2],
+    provider: &impl ResourceProvider,
+    sampling: SamplingQuality,
+) -> Result<PlanDraw, PlanError> {
+    let screen = DVec2::new(f64::from(width), f64::from(height));
+    let picture = DVec2::from_array(picture_px.map(f64::from));
+    let per_unit_px = 0.5 * screen.y;
+    let flipped = Vec2::new(1.0, -1.0);
+    let nodes = mesh.nodes();
+    let two = |of: &dyn Fn(usize) -> Vec2| Attribute {
+        components: 2,
+        values: Arc::new((0..nodes.len()).flat_map(|k| of(k).to_array()).collect()),
+    };
+    let gradients = mesh.gradients();
+    // Texels per pixel: v runs upwards and rows downwards, and so do y and the rows of the screen.
+    let texels = |per_unit: Vec2| per_unit * (picture / per_unit_px).as_vec2() * flipped;
+    let attributes = vec![
+        two(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),
+        two(&|k| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).as_vec2()),
+        two(&|k| texels(gradients[k][0])),
+        two(&|k| -texels(gradients[k][1])),
+        Attribute { components: 1, values: Arc::new(nodes.iter().map(|n| n.brightness as f32).collect()) },
+    ];
+    let draw = over_all("warp", [width, height], provider, |w| w.f32("taps", taps(sampling)))?;
+    Ok(PlanDraw { vertices: Vertices::Mesh { attributes, indices: Arc::new(mesh.triangles().to_vec()) }, ..draw })
+}

@@ -1,0 +1,181 @@
+//! Pictures of more than a plane can show: where directions fall in a fisheye or an equirectangular picture.
+//!
+//! In: directions in the picture's axes (x right, y up, z forward) or ICRF. Out: pixels, and what a pixel spans on the sky. Always: [`SpherePicture::direction`]
+//! and [`SpherePicture::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
+
+use super::Camera;
+use crate::scene::request::composition::Projection;
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// How pictures take directions; places are pixels from the left top corner.
+pub trait PicturePlaces {
+    /// Where a direction (ICRF, of any length) falls; `None` where the picture cannot show it.
+    fn place_px(&self, direction: DVec3) -> Option<DVec2>;
+    /// Width and height.
+    fn size_px(&self) -> DVec2;
+    /// Radius of a disc of an angular radius, in the picture's middle.
+    fn disc_radius_px(&self, angular_radius: f64) -> f64;
+}
+
+impl PicturePlaces for Camera {
+    fn place_px(&self, direction: DVec3) -> Option<DVec2> {
+        self.clip(direction).map(|clip| self.pixel_from_clip(clip))
+    }
+    fn size_px(&self) -> DVec2 {
+        self.half_size() * 2.0
+    }
+    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
+        angular_radius.tan() / self.pixel_tangent()
+    }
+}
+
+/// A picture around the axes of a camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpherePicture {
+    /// Rows: right, up, forward (ICRF).
+    pub right: DVec3,
+    pub up: DVec3,
+    pub forward: DVec3,
+    pub projection: Projection,
+    /// Of a fisheye: half the angle that its circle shows, radians.
+    pub half_fov_rad: f64,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl SpherePicture {
+    fn size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.width), f64::from(self.height))
+    }
+
+    fn is_fisheye(&self) -> bool {
+        self.projection == Projection::Fisheye
+    }
+
+    /// Radians a pixel: along a fisheye's radius, or along an equirectangular picture's rows (at the equator) and columns.
+    pub fn radians_per_pixel(&self) -> DVec2 {
+        if self.is_fisheye() {
+            DVec2::splat(2.0 * self.half_fov_rad / self.size().min_element())
+        } else {
+            DVec2::new(TAU, PI) / self.size()
+        }
+    }
+
+    /// The direction in the picture's axes that a pixel shows; `None` outside a fisheye's circle.
+    pub fn direction(&self, pixel: DVec2) -> Option<DVec3> {
+        let scale = self.radians_per_pixel();
+        let from_middle = (pixel - 0.5 * self.size()) * scale * DVec2::new(1.0, -1.0);
+        if self.is_fisheye() {
+            let angle = from_middle.length();
+            let around = if angle > 0.0 { from_middle / angle } else { DVec2::ZERO };
+            return (angle <= self.half_fov_rad).then(|| (around * angle.sin()).extend(angle.cos()));
+        }
+        let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (from_middle.x.sin_cos(), from_middle.y.sin_cos());
+        Some(DVec3::new(sin_lon * cos_lat, sin_lat, cos_lon * cos_lat))
+    }
+
+    /// The pixel of a direction in the picture's axes; `None` outside a fisheye's circle.
+    pub fn pixel(&self, direction: DVec3) -> Option<DVec2> {
+        let across = direction.truncate().length();
+        let from_middle = if self.is_fisheye() {
+            let angle = across.atan2(direction.z);
+            let around = if across > 0.0 { direction.truncate() / across } else { DVec2::ZERO };
+            (angle <= self.half_fov_rad).then_some(around * angle)?
+        } else {
+            DVec2::new(direction.x.atan2(direction.z), direction.y.atan2(direction.x.hypot(direction.z)))
+        };
+        Some(0.5 * self.size() + from_middle / self.radians_per_pixel() * DVec2::new(1.0, -1.0))
+    }
+
+    /// An ICRF vector in the picture's axes.
+    pub fn in_axes(&self, v: DVec3) -> DVec3 {
+        DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
+    }
+
+    /// Solid angle of the pixel at a direction in the picture's axes, and how many pixels wide a circle is there that is one pixel high: an equirectangular picture
+    /// stretches what is near its poles along the rows.
+    pub fn pixel_sr_and_stretch(&self, direction: DVec3) -> (f64, f64) {
+        let scale = self.radians_per_pixel();
+        let across = direction.truncate().length();
+        if self.is_fisheye() {
+            let angle = across.atan2(direction.z);
+            let sinc = if angle > 1e-6 { angle.sin() / angle } else { 1.0 };
+            return (scale.element_product() * sinc.max(1e-3), 1.0);
+        }
+        let cos_lat = (direction.x.hypot(direction.z) / direction.length()).max(0.5 * scale.y);
+        (scale.element_product() * cos_lat, scale.y / (scale.x * cos_lat))
+    }
+
+    /// Greatest number of pixels a radian, away from an equirectangular picture's poles and from what lies more than 90 degrees off a fisheye's axis, where
+    /// any number is needed across.
+    pub fn pixels_per_radian(&self) -> f64 {
+        let densest = 1.0 / self.radians_per_pixel().min_element();
+        if !self.is_fisheye() {
+            return densest;
+        }
+        let off_axis = self.half_fov_rad.min(FRAC_PI_2);
+        densest * off_axis / off_axis.sin()
+    }
+}
+
+impl PicturePlaces for SpherePicture {
+    fn place_px(&self, direction: DVec3) -> Option<DVec2> {
+        self.pixel(self.in_axes(direction))
+    }
+    fn size_px(&self) -> DVec2 {
+        self.size()
+    }
+    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
+        angular_radius / self.radians_per_pixel().y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(projection: Projection, fov_deg: f64, width: u32, height: u32) -> SpherePicture {
+        let half_fov_rad = fov_deg.to_radians() / 2.0;
+        SpherePicture { right: DVec3::X, up: DVec3::Y, forward: -DVec3::Z, projection, half_fov_rad, width, height }
+    }
+
+    /// Over the whole picture and at several fields of view; and the solid angles of all pixels are those of the cap or the sphere.
+    #[test]
+    fn pixels_and_directions_are_inverse_and_pixels_fill_the_sphere() {
+        for (projection, fov_deg, width, height) in [
+            (Projection::Fisheye, 180.0, 300, 300),
+            (Projection::Fisheye, 360.0, 301, 400),
+            (Projection::Fisheye, 30.0, 64, 50),
+            (Projection::Equirectangular, 0.0, 400, 200),
+            (Projection::Equirectangular, 0.0, 100, 301),
+        ] {
+            let picture = picture(projection, fov_deg, width, height);
+            let mut solid_angle = 0.0;
+            for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+                let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let Some(direction) = picture.direction(pixel) else { continue };
+                assert!((direction.length() - 1.0).abs() < 1e-12);
+                let back = picture.pixel(direction * 3.0).expect("it is in the picture");
+                assert!((back - pixel).length() < 1e-7, "{projection:?} {pixel}: {back}");
+                solid_angle += picture.pixel_sr_and_stretch(direction).0;
+            }
+            let whole = if projection == Projection::Fisheye { TAU * (1.0 - (fov_deg.to_radians() / 2.0).cos()) } else { 2.0 * TAU };
+            assert!((solid_angle / whole - 1.0).abs() < 5e-3, "{projection:?} {fov_deg}: {solid_angle} of {whole}");
+        }
+    }
+
+    /// What is up in the picture is up, what is on the right is on the right, as seen from inside.
+    #[test]
+    fn the_axes_are_those_of_the_camera() {
+        let dome = picture(Projection::Fisheye, 180.0, 200, 200);
+        assert_eq!(dome.pixel(DVec3::Z), Some(DVec2::splat(100.0)));
+        assert!((dome.pixel(DVec3::Y).expect("in") - DVec2::new(100.0, 0.0)).length() < 1e-9);
+        assert!((dome.pixel(DVec3::X).expect("in") - DVec2::new(200.0, 100.0)).length() < 1e-9);
+        assert_eq!(dome.pixel(DVec3::new(1.0, 0.0, -0.01)), None);
+        let sphere = picture(Projection::Equirectangular, 0.0, 400, 200);
+        assert!((sphere.pixel(DVec3::X).expect("in") - DVec2::new(300.0, 100.0)).length() < 1e-9);
+        assert!((sphere.pixel(DVec3::new(0.0, 1.0, 1.0)).expect("in") - DVec2::new(200.0, 50.0)).length() < 1e-9);
+        assert_eq!(sphere.place_px(-DVec3::Z).expect("forward"), DVec2::new(200.0, 100.0));
+    }
+}

@@ -1,0 +1,204 @@
+//! Domes and whole spheres: the faces of a cube around the camera, each a perspective frame of a right angle and a border.
+//!
+//! In: a request for a fisheye or an equirectangular picture. Out: frames for the faces that the picture shows, and its projection. A face has as many pixels
+//! a radian in its middle, where it has the fewest, as the picture has where it has the most, up to [`MAX_FACE_PX`]; beyond, a fisheye's rim is
+//! sampled by its radius alone. The border lets the filter read beyond the edge what the neighbour shows there. Glare of the Sun is off unless it is asked
+//! for: in a picture of the whole sky the Sun always shines.
+
+use super::{Arrangement, FrameRequest, Frames};
+use crate::catalog::Catalog;
+use crate::ephemeris::Ephemeris;
+use crate::scene::camera::Camera;
+use crate::scene::camera::sphere::SpherePicture;
+use crate::scene::camera::viewpoint::{self, Viewer};
+use crate::scene::error::SceneError;
+use crate::scene::request::effects::Effect;
+use crate::scene::request::view_request::{Layers, ViewRequest};
+use crate::scene::request::{Composition, Projection};
+use glam::{DQuat, DVec2, DVec3};
+use std::f64::consts::FRAC_PI_4;
+
+/// Pixels of a face at most where its size follows from a fisheye's rim.
+pub const MAX_FACE_PX: u32 = 4096;
+/// Pixels of a face's border on each side: the filter's reach.
+pub const BORDER_PX: u32 = 2;
+/// Pixels that a face has at least.
+const LEAST_FACE_PX: u32 = 16;
+/// Full angle of a fisheye where none is given, degrees.
+const FISHEYE_DEG: f64 = 180.0;
+
+/// The faces of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Faces {
+    pub picture: SpherePicture,
+    /// Which frame shows the face: front, right, back, left, up, down.
+    pub frame_of: [Option<usize>; 6],
+    /// Pixels of a right angle; a frame has a border more on each side.
+    pub face_px: u32,
+    /// Pixels of each frame that the picture shows: x0, y0, x1, y1 (exclusive).
+    pub used: Vec<[u32; 4]>,
+}
+
+/// Right, up and forward of each face, in the picture's axes.
+pub const AXES: [[DVec3; 3]; 6] = [
+    [DVec3::X, DVec3::Y, DVec3::Z],
+    [DVec3::NEG_Z, DVec3::Y, DVec3::X],
+    [DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z],
+    [DVec3::Z, DVec3::Y, DVec3::NEG_X],
+    [DVec3::X, DVec3::NEG_Z, DVec3::Y],
+    [DVec3::X, DVec3::Z, DVec3::NEG_Y],
+];
+
+/// Which face shows a direction in the picture's axes: that whose axis is nearest, the first of equals in the shader's order.
+pub fn face_of(direction: DVec3) -> usize {
+    let a = direction.abs();
+    if a.z >= a.x && a.z >= a.y {
+        if direction.z >= 0.0 { 0 } else { 2 }
+    } else if a.x >= a.y {
+        if direction.x >= 0.0 { 1 } else { 3 }
+    } else if direction.y >= 0.0 {
+        4
+    } else {
+        5
+    }
+}
+
+/// Steps of the grid over a face by which it is found how much of it shows.
+const GRID: u32 = 32;
+
+/// The part of a face that a cap around the picture's axis meets, in parts of the face from its left top corner; `None`: nothing of it.
+fn part_used(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
+    let [right, up, forward] = AXES[face];
+    let step = 1.0 / f64::from(GRID);
+    // From a place that does not show to the next that does is one step of the grid at most.
+    let reach = half_fov_rad + 2.0 * step;
+    let mut part: Option<[f64; 4]> = None;
+    for (i, j) in (0..=GRID).flat_map(|j| (0..=GRID).map(move |i| (i, j))) {
+        let (s, t) = (f64::from(i) * step, f64::from(j) * step);
+        let direction = (right * (2.0 * s - 1.0) + up * (1.0 - 2.0 * t) + forward).normalize();
+        if direction.truncate().length().atan2(direction.z) <= reach {
+            let p = part.get_or_insert([s, t, s, t]);
+            *p = [p[0].min(s - step), p[1].min(t - step), p[2].max(s + step), p[3].max(t + step)];
+        }
+    }
+    part.map(|p| p.map(|v| v.clamp(0.0, 1.0)))
+}
+
+pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest, plain: ViewRequest) -> Result<Frames, SceneError> {
+    let composition = &request.composition;
+    let fov_deg = request.fov_deg.unwrap_or(FISHEYE_DEG);
+    if composition.projection == Projection::Fisheye && !(1.0..=360.0).contains(&fov_deg) {
+        return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
+    }
+    let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..plain.clone() })?;
+    let [right, up, forward] = axes(composition, &viewer);
+    let (width, height) = (request.width, request.height);
+    let half_fov_rad = fov_deg.to_radians() / 2.0;
+    let picture = SpherePicture { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
+    let by_radius = 2.0 / picture.radians_per_pixel().min_element();
+    let wanted = (2.0 * picture.pixels_per_radian()).min(by_radius.max(f64::from(MAX_FACE_PX)));
+    // At most a sphere of 16384 pixels by 16384: 10430 pixels.
+    let mut face_px = (wanted.ceil() as u32).max(LEAST_FACE_PX).next_multiple_of(2);
+    if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
+        // A frame is never of the picture's size: its light is not the picture's.
+        face_px += 2;
+    }
+    let frame_px = face_px + 2 * BORDER_PX;
+    let mut effects = plain.effects.clone();
+    if effects.override_of(Effect::Glow).is_none() {
+        effects.set(Effect::Glow, false);
+    }
+    let layers = Layers { labels: false, outline: false, bloom: false, ..plain.layers };
+    let of_face = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..plain };
+    let in_icrf = |v: DVec3| right * v.x + up * v.y + forward * v.z;
+    let camera = |[r, u, f]: [DVec3; 3], tangent: f64, side: u32| Camera {
+        right: in_icrf(r),
+        up: in_icrf(u),
+        forward: in_icrf(f),
+        tan_half_fov: DVec2::splat(tangent),
+        width: side,
+        height: side,
+        one_of_several: true,
+        ..viewer.camera.clone()
+    };
+    let (mut frames, mut used, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);
+    let border = f64::from(BORDER_PX);
+    for (face, axes) in AXES.into_iter().enumerate() {
+        let part = match composition.projection {
+            Projection::Fisheye => part_used(face, half_fov_rad),
+            _ => Some([0.0, 0.0, 1.0, 1.0]),
+        };
+        let Some([x0, y0, x1, y1]) = part else { continue };
+        let side = f64::from(face_px);
+        let least = |part: f64| (part * side).floor().max(0.0) as u32;
+        let most = |part: f64| ((part * side + 2.0 * border).ceil() as u32).min(frame_px);
+        used.push([least(x0), least(y0), most(x1), most(y1)]);
+        frame_of[face] = Some(frames.len());
+        let tangent = f64::from(frame_px) / side;
+        let viewer = Viewer { camera: camera(axes, tangent, frame_px), ..viewer.clone() };
+        frames.push(FrameRequest { request: of_face.clone(), viewer });
+    }
+    // The middle of the picture, at most the front face.
+    let half_fov = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
+    let metered = Camera { one_of_several: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
+    let meter = FrameRequest { request: of_face, viewer: Viewer { camera: metered, ..viewer } };
+    Ok(Frames { meter, frames, arrangement: Arrangement::Faces(Faces { picture, frame_of, face_px, used }) })
+}
+
+/// Right, up and forward of the picture. A fisheye has the line of sight or the zenith in its middle. An equirectangular picture is level: its poles are the view's up and
+/// down, and the target is in its middle column.
+fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
+    let camera = &viewer.camera;
+    let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
+    let level = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
+    let [up, forward] = match (composition.projection, composition.zenith_centred) {
+        (Projection::Equirectangular, _) => [up_hint, level],
+        // The front is at the bottom of the picture.
+        (_, true) => [-level, up_hint],
+        _ => [camera.up, camera.forward],
+    };
+    let right = forward.cross(up);
+    let tilt = DQuat::from_axis_angle(right, -composition.tilt_deg.to_radians());
+    [right, tilt * up, tilt * forward]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each face is a camera's frame, and each direction is in the face that is said to show it, nearer to its axis than half a right angle on both sides.
+    #[test]
+    fn the_faces_cover_the_sphere() {
+        for [right, up, forward] in AXES {
+            assert_eq!(right.cross(up), -forward);
+        }
+        for k in 0..10_000 {
+            let (z, turn) = (1.0 - 2.0 * (f64::from(k) + 0.5) / 1e4, f64::from(k) * 2.399_963);
+            let across = (1.0 - z * z).sqrt();
+            let direction = DVec3::new(across * turn.cos(), across * turn.sin(), z);
+            let [right, up, forward] = AXES[face_of(direction)];
+            let depth = direction.dot(forward);
+            assert!(depth > 0.0 && direction.dot(right).abs() <= depth && direction.dot(up).abs() <= depth, "{direction}");
+        }
+    }
+
+    /// Every direction of a cap is in the part of its face that is used, and a narrow cap needs the front alone.
+    #[test]
+    fn what_a_fisheye_shows_is_used() {
+        for (half_deg, faces) in [(10.0, 1), (40.0, 1), (90.0, 5), (110.0, 5), (140.0, 6), (180.0, 6)] {
+            let half = f64::to_radians(half_deg);
+            let parts: Vec<_> = (0..6).map(|f| part_used(f, half)).collect();
+            assert_eq!(parts.iter().flatten().count(), faces, "{half_deg}");
+            for k in 0..20_000 {
+                let (angle, turn) = (half * (f64::from(k % 200) + 0.5) / 200.0, f64::from(k) * 0.314_159);
+                let direction = DVec3::new(angle.sin() * turn.cos(), angle.sin() * turn.sin(), angle.cos());
+                let face = face_of(direction);
+                let [right, up, forward] = AXES[face];
+                let (s, t) = (direction.dot(right) / direction.dot(forward), direction.dot(up) / direction.dot(forward));
+                let [x0, y0, x1, y1] = parts[face].expect("the face is used");
+                let (x, y) = (0.5 + 0.5 * s, 0.5 - 0.5 * t);
+                assert!(x0 <= x && x <= x1 && y0 <= y && y <= y1, "{half_deg}: {direction}");
+            }
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Pictures of several frames: which frames a composition needs, and what of their scenes the whole picture shows.
+//!
+//! In: a request whose [`Composition`](crate::scene::request::Composition) is not a plain one. Out: [`Frames`], a request and a viewer for each frame and for the light
+//! meter; then, of the frames' scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points of a dome or sphere are
+//! placed in the finished picture, so that no resampling blurs or moves them.
+
+mod eyes;
+mod faces;
+pub mod sprites;
+
+pub use eyes::Eyes;
+pub use faces::{BORDER_PX, Faces, MAX_FACE_PX};
+
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::Ephemeris;
+use crate::scene::annotation::labels::LabelLayer;
+use crate::scene::camera::viewpoint::{self, Viewer};
+use crate::scene::draw::PixelView;
+use crate::scene::error::SceneError;
+use crate::scene::finished::Scene;
+use crate::scene::light::exposure::Exposure;
+use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
+use crate::scene::request::{Composition, Projection};
+
+/// One perspective frame of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameRequest {
+    pub request: ViewRequest,
+    pub viewer: Viewer,
+}
+
+/// How the frames make the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Arrangement {
+    Eyes(Eyes),
+    Faces(Faces),
+    /// A single frame, for a warp mesh.
+    Single,
+}
+
+/// The frames of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frames {
+    /// What the exposure is made for.
+    pub meter: FrameRequest,
+    pub frames: Vec<FrameRequest>,
+    pub arrangement: Arrangement,
+}
+
+impl Frames {
+    /// The frames of a request.
+    ///
+    /// # Errors
+    /// What no camera can do; a stereo pair that stands in a body or whose sky would be too far apart.
+    pub fn of(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
+        request.check()?;
+        let plain = ViewRequest { composition: Composition::default(), ..request.clone() };
+        match (request.composition.projection, request.composition.stereo) {
+            (Projection::Perspective, Some(stereo)) => eyes::frames(catalog, ephemeris, &plain, stereo),
+            (Projection::Perspective, None) => {
+                let viewer = viewpoint::viewer(catalog, ephemeris, &plain)?;
+                let frame = FrameRequest { request: plain, viewer };
+                Ok(Self { meter: frame.clone(), frames: vec![frame], arrangement: Arrangement::Single })
+            }
+            (Projection::Fisheye | Projection::Equirectangular, _) => faces::frames(catalog, ephemeris, request, plain),
+        }
+    }
+
+    /// All frames at the exposure that was metered.
+    pub fn exposed(&mut self, exposure: &Exposure) {
+        self.frames.iter_mut().for_each(|f| f.request.exposure = ExposureRequest::Stops(exposure.stops));
+    }
+}
+
+/// A picture of several scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Composite {
+    pub scenes: Vec<Scene>,
+    pub arrangement: Arrangement,
+    /// What is drawn in the whole picture: for faces the stars, points and names; of other arrangements that of the first frame.
+    pub whole: Scene,
+}
+
+impl Composite {
+    /// The picture of its frames' scenes, one for each frame in the same order.
+    pub fn new(catalog: &Catalog, request: &ViewRequest, arrangement: Arrangement, mut scenes: Vec<Scene>) -> Option<Self> {
+        let mut whole = scenes.first()?.clone();
+        if let Arrangement::Faces(Faces { picture, frame_of, .. }) = &arrangement {
+            let camera = &mut whole.camera;
+            (camera.right, camera.up, camera.forward) = (picture.right, picture.up, picture.forward);
+            (camera.width, camera.height) = (picture.width, picture.height);
+            (whole.draws, whole.lines, whole.limbs) = Default::default();
+            (whole.corona, whole.glow, whole.outlined) = (None, None, None);
+            (whole.stars, whole.points) = Default::default();
+            for (face, frame) in frame_of.iter().enumerate() {
+                let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
+                let white = scene.exposure.white();
+                whole.stars.extend(sprites::stars(picture, face, &scene.camera, &std::mem::take(&mut scene.stars), white));
+                whole.points.extend(sprites::points(picture, face, &scene.camera, &std::mem::take(&mut scene.points), white));
+            }
+            // Each body as the face has it that shows its middle.
+            for (k, body) in whole.bodies.iter_mut().enumerate() {
+                let face = faces::face_of(picture.in_axes(body.placement.centre_km));
+                if let Some(seen) = frame_of[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {
+                    *body = seen.clone();
+                }
+            }
+            whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
+            let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
+            let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
+            let labels = || LabelLayer::of(picture, &whole.bodies, selected, parent, picture.height);
+            whole.labels = request.layers.labels.then(labels);
+        }
+        Some(Self { scenes, arrangement, whole })
+    }
+}

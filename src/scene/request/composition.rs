@@ -1,0 +1,138 @@
+//! Pictures that several perspective frames make together: a stereo pair, a dome, the whole sphere, and the warp onto a projector's screen.
+//!
+//! In: names and numbers from the command line. Out: a [`Composition`], part of a view request. Always: a default one is a plain perspective picture.
+//! Not here: the frames themselves (`scene::composite`).
+
+use crate::mesh::warp::WarpMesh;
+use crate::scene::error::SceneError;
+use std::sync::Arc;
+
+/// How directions become places in the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Projection {
+    /// A plane, as in a camera.
+    #[default]
+    Perspective,
+    /// The distance from the picture's middle is proportional to the angle from its axis (azimuthal equidistant, "angular fisheye").
+    Fisheye,
+    /// The whole sphere: longitude along the rows, latitude along the columns.
+    Equirectangular,
+}
+
+impl Projection {
+    /// Every choice.
+    pub const ALL: [Self; 3] = [Self::Perspective, Self::Fisheye, Self::Equirectangular];
+
+    /// As options have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Perspective => "perspective",
+            Self::Fisheye => "fisheye",
+            Self::Equirectangular => "equirectangular",
+        }
+    }
+
+    /// The choice of a name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|p| p.name().eq_ignore_ascii_case(name))
+    }
+}
+
+/// How the pictures of both eyes share one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StereoLayout {
+    /// For red and cyan glasses, the left eye behind red.
+    Anaglyph,
+    /// The left eye's picture on the left half, both undistorted.
+    SideBySide,
+    /// Even rows, from 0, for the left eye.
+    Interlaced,
+}
+
+impl StereoLayout {
+    /// Every choice.
+    pub const ALL: [Self; 3] = [Self::Anaglyph, Self::SideBySide, Self::Interlaced];
+
+    /// As options have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Anaglyph => "anaglyph",
+            Self::SideBySide => "side-by-side",
+            Self::Interlaced => "interlaced",
+        }
+    }
+
+    /// The choice of a name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|p| p.name().eq_ignore_ascii_case(name))
+    }
+}
+
+/// A stereo pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stereo {
+    /// How both pictures share the frame.
+    pub layout: StereoLayout,
+    /// Between the eyes, kilometres. `None`: a thirtieth of the width that the picture shows at the target's distance; standing on ground, 65 mm.
+    pub eye_separation_km: Option<f64>,
+}
+
+/// How a picture is put together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Composition {
+    /// How directions become places.
+    pub projection: Projection,
+    /// Of a fisheye: the middle is the zenith (the view's up), and the target is towards the bottom, where a dome has its front.
+    pub zenith_centred: bool,
+    /// Degrees by which the picture's middle is lowered towards its bottom: the tilt of a dome.
+    pub tilt_deg: f64,
+    /// Two eyes instead of one.
+    pub stereo: Option<Stereo>,
+    /// The finished picture is drawn onto this mesh.
+    pub warp: Option<Arc<WarpMesh>>,
+}
+
+impl Composition {
+    /// Whether one perspective frame is the picture.
+    pub fn is_plain(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Refuses what does not go together.
+    pub(crate) fn check(&self) -> Result<(), SceneError> {
+        let bad = |what: &str| Err(SceneError::Request(what.into()));
+        let perspective = self.projection == Projection::Perspective;
+        if self.stereo.is_some() && !(perspective && self.warp.is_none()) {
+            return bad("stereo goes with the perspective projection alone, without a warp mesh");
+        }
+        if perspective && (self.tilt_deg != 0.0 || self.zenith_centred) {
+            return bad("a dome's tilt and a middle at the zenith go with --projection fisheye or equirectangular");
+        }
+        if !(-180.0..=180.0).contains(&self.tilt_deg) {
+            return bad("the dome's tilt must be -180 to 180 degrees");
+        }
+        if self.stereo.and_then(|s| s.eye_separation_km).is_some_and(|km| !(km > 0.0 && km.is_finite())) {
+            return bad("the eye separation must be more than 0 km");
+        }
+        Ok(())
+    }
+
+    /// For a picture's metadata and its provenance.
+    pub fn to_text(&self) -> String {
+        let mut text = self.projection.name().to_owned();
+        if self.zenith_centred {
+            text.push_str(", zenith in the middle");
+        }
+        if self.tilt_deg != 0.0 {
+            text.push_str(&format!(", tilted by {} deg", self.tilt_deg));
+        }
+        if let Some(Stereo { layout, eye_separation_km }) = self.stereo {
+            let apart = eye_separation_km.map_or_else(|| "eyes as usual".into(), |km| format!("eyes {km} km apart"));
+            text.push_str(&format!(", {}, {apart}", layout.name()));
+        }
+        if let Some(mesh) = &self.warp {
+            text.push_str(&format!(", warped by {}", mesh.digest()));
+        }
+        text
+    }
+}

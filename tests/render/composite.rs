@@ -1,0 +1,409 @@
+//! Pictures of several frames: where directions fall in domes and whole spheres, seams, stereo disparity, and warps.
+//!
+//! Outside references: tests/data/stars_public.json (skyfield 1.55 on JPL DE440) for directions; the projections' own formulas, written out here; the spectra of
+//! Sanders & McAllister 2003 for the anaglyph. A star's place has the tolerance of tests/scene/stars.rs, 0.1 pixel.
+
+use crate::support::session::SESSION;
+use glam::{DMat3, DVec2, DVec3};
+use orrery::catalog::NaifId;
+use orrery::mesh::warp::WarpMesh;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::composite::{Arrangement, Frames};
+use orrery::scene::photometry::irradiance_of_magnitude;
+use orrery::scene::request::{
+    Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Purpose, Stereo, StereoLayout, Up, ViewRequest,
+};
+use orrery::scene::viewpoint::viewer;
+use orrery::session::{DrawnFrame, Session, Sources};
+use orrery::time::Instant;
+use serde::Deserialize;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+const TOLERANCE_PX: f64 = 0.1;
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
+
+fn time(text: &str) -> Instant {
+    Instant::parse(text).expect("a time")
+}
+
+fn draw(session: &Session, request: &ViewRequest, linear: bool) -> DrawnFrame {
+    session.draw(request, SAMPLING, linear).expect("drawn")
+}
+
+fn composed(projection: Projection, request: ViewRequest) -> ViewRequest {
+    ViewRequest { composition: Composition { projection, ..Composition::default() }, ..request }
+}
+
+/// Along a direction from beside the Earth, celestial north up, in linear light.
+fn along(direction: DVec3, at: Instant) -> ViewRequest {
+    ViewRequest {
+        target: None,
+        position: Position::Offset { body: NaifId::EARTH, offset_km: DVec3::X * 20_000.0, axes: Axes::Icrf },
+        look: Look::Along { direction, axes: Axes::Icrf },
+        up: Up::Celestial,
+        exposure: ExposureRequest::Stops(0.0),
+        purpose: Purpose::LINEAR,
+        ..ViewRequest::of(NaifId::EARTH, at)
+    }
+}
+
+#[derive(Deserialize)]
+struct Case {
+    direction: [f64; 3],
+    fov_deg: f64,
+    size: [u32; 2],
+    time: String,
+    star: String,
+    x: f64,
+    y: f64,
+}
+
+#[derive(Deserialize)]
+struct Cases {
+    cases: Vec<Case>,
+}
+
+/// Every star of the reference has a sprite where the projection's formula has its direction; 2 pixels beside most have none.
+#[test]
+fn directions_of_a_dome_and_a_sphere_are_those_of_the_reference() {
+    let cases = serde_json::from_str::<Cases>(include_str!("../data/stars_public.json")).expect("the table").cases;
+    let (mut worst, mut beside, mut seen) = (0.0_f64, 0, 0);
+    for of_view in cases.chunk_by(|a, b| (a.direction, &a.time) == (b.direction, &b.time)) {
+        let look = DVec3::from_array(of_view[0].direction);
+        let at = time(&of_view[0].time);
+        let fisheye = composed(Projection::Fisheye, ViewRequest { width: 400, height: 400, fov_deg: Some(200.0), ..along(look, at) });
+        let sphere = composed(Projection::Equirectangular, ViewRequest { width: 800, height: 400, ..along(look, at) });
+        let plan = |request: &ViewRequest| SESSION.plan(request, SAMPLING).expect("a plan").0;
+        let (dome, globe) = (plan(&fisheye), plan(&sphere));
+        let right = look.cross(DVec3::Z).normalize();
+        let up = right.cross(look).normalize();
+        for case in of_view {
+            let tan_y = (case.fov_deg.to_radians() / 2.0).tan();
+            let [w, h] = case.size.map(f64::from);
+            let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan_y * w / h, (1.0 - 2.0 * case.y / h) * tan_y);
+            let star = SESSION.catalog().stars().hip(case.star[4..].parse().expect("a number")).expect("in the catalogue");
+            // Of a star behind the camera the reference has the opposite direction.
+            let ahead = star.direction.dot(look) > 0.0;
+            if !ahead {
+                continue;
+            }
+            let direction = right * plane.x + up * plane.y + look.normalize();
+            let in_dome =
+                DVec2::splat(200.0) + plane / plane.length() * DVec2::new(1.0, -1.0) * plane.length().atan() * 200.0 / 100_f64.to_radians();
+            let ra = direction.y.atan2(direction.x) - look.y.atan2(look.x);
+            let dec = direction.z.atan2(direction.truncate().length());
+            let in_globe = DVec2::new((400.0 - ra / TAU * 800.0).rem_euclid(800.0), 200.0 - dec / PI * 400.0);
+            for (scene, expected) in [(&dome, in_dome), (&globe, in_globe)] {
+                let half = DVec2::new(f64::from(scene.camera.width), f64::from(scene.camera.height)) / 2.0;
+                let places = || scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half);
+                let nearest = |at: DVec2| places().map(|p| p.distance(at)).fold(f64::MAX, f64::min);
+                // Near a pole a star is a row of sprites.
+                if dec.abs() < 0.8 || half.x == half.y {
+                    worst = worst.max(nearest(expected));
+                    seen += 1;
+                    beside += usize::from(nearest(expected + DVec2::new(0.7, 0.3)) < TOLERANCE_PX);
+                }
+            }
+        }
+    }
+    println!("{seen} places, worst {worst:.4} pixels; {beside} beside");
+    assert!(seen >= 60 && worst < TOLERANCE_PX, "{seen} {worst}");
+    assert!(beside < seen / 5, "any place would do: {beside} of {seen}");
+}
+
+fn session_of_regulus() -> (Session, tempfile::TempDir) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("stars.csv");
+    std::fs::write(&file, "ra_deg,dec_deg,v_mag\n152.093,11.967,1.36\n").expect("written");
+    let sources = Sources { stars: Some(file), cache: Some(folder.path().join("cache")), ..Sources::default() };
+    (Session::open(&sources, |line| panic!("{line}")).expect("opens"), folder)
+}
+
+/// A star's image anywhere in a dome or a sphere: its centroid is the direction's place, and its light times the pixel's solid angle is the star's.
+#[test]
+fn a_star_keeps_its_place_and_light_in_every_projection() {
+    let (session, _folder) = session_of_regulus();
+    let star = *session.catalog().stars().stars().first().expect("a star");
+    let irradiance = irradiance_of_magnitude(1.36);
+    for (k, angle) in [0.0_f64, 20.0, 44.9, 45.0, 54.8, 70.0, 89.0, 120.0].into_iter().enumerate() {
+        let aside = star.direction.any_orthonormal_vector();
+        let aside = DMat3::from_axis_angle(star.direction, 0.8 * k as f64) * aside;
+        let look = star.direction * angle.to_radians().cos() + aside * angle.to_radians().sin();
+        for projection in [Projection::Fisheye, Projection::Equirectangular] {
+            let at = time("2024-03-01T00:00:00Z");
+            let size = if projection == Projection::Fisheye { (300, 300) } else { (600, 300) };
+            let request = ViewRequest {
+                position: Position::Centre(NaifId::EARTH),
+                fov_deg: Some(260.0),
+                width: size.0,
+                height: size.1,
+                layers: Layers { ..Layers::default() },
+                ..along(look, at)
+            };
+            let request = composed(projection, request);
+            let Arrangement::Faces(faces) = Frames::of(session.catalog(), session.ephemeris(), &request).expect("frames").arrangement
+            else {
+                panic!("faces")
+            };
+            let plain = ViewRequest { composition: Composition::default(), fov_deg: Some(10.0), ..request.clone() };
+            let velocity = viewer(session.catalog(), session.ephemeris(), &plain).expect("a viewer").body_velocity_km_s;
+            let direction = orrery::ephemeris::apparent::aberrated(star.direction, velocity);
+            let (in_axes, picture) = (faces.picture.in_axes(direction), &faces.picture);
+            let expected = picture.pixel(in_axes).expect("in the picture");
+            // The other planets are points too: the star alone is counted.
+            let drawn = draw(&session, &request, true);
+            let (mut sum, mut moment) = (0.0, DVec2::ZERO);
+            let reach = 8.0 + if projection == Projection::Fisheye { 0.0 } else { picture.pixel_sr_and_stretch(in_axes).1 };
+            for (y, x) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (y, x))) {
+                let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let mut from = at - expected;
+                if projection == Projection::Equirectangular {
+                    from.x -= 600.0 * (from.x / 600.0).round();
+                }
+                if from.x.abs() < reach && from.y.abs() < 8.0 {
+                    let light = f64::from(drawn.frame.hdr[(y * size.0 + x) as usize][1]);
+                    sum += light;
+                    moment += from * light;
+                }
+            }
+            let flux = sum * picture.pixel_sr_and_stretch(in_axes).0 / PI;
+            let off = moment / sum;
+            assert!(off.length() < TOLERANCE_PX, "{projection:?} {angle}: {off}");
+            assert!((flux / irradiance - 1.0).abs() < 0.1, "{projection:?} {angle}: {}", flux / irradiance);
+        }
+    }
+}
+
+/// The Sun's disc, drawn in the faces and resampled, on seams, corners and away from them.
+#[test]
+fn a_disc_on_a_seam_stands_where_it_should() {
+    let at = time("2024-04-08T18:17:16Z");
+    let radius_km = SESSION.catalog().body(NaifId::SUN).expect("the Sun").radii_km.x;
+    let mut worst = 0.0_f64;
+    for (angle, turn) in [(0.0, 0.0), (30.0, 0.3), (45.0, 0.0), (45.0, FRAC_PI_2), (54.7, 0.785), (45.0, 2.0), (80.0, 0.1), (100.0, 1.0)] {
+        let angle = f64::to_radians(angle);
+        // The Sun in the picture's axes, seen from 40 radii along ICRF -x; the axes turn instead.
+        let (sin, cos) = angle.sin_cos();
+        let seen = DVec3::new(sin * f64::cos(turn), sin * f64::sin(turn), cos);
+        // A rotation whose third row times x is seen.z and so on: any that takes x to `seen`.
+        let from_icrf = DMat3::from_quat(glam::DQuat::from_rotation_arc(DVec3::X, seen));
+        let request = ViewRequest {
+            position: Position::Offset { body: NaifId::SUN, offset_km: DVec3::NEG_X * 60.0 * radius_km, axes: Axes::Icrf },
+            look: Look::Along { direction: from_icrf.row(2) * 1.0, axes: Axes::Icrf },
+            up: Up::Along { direction: from_icrf.row(1), axes: Axes::Icrf },
+            fov_deg: Some(240.0),
+            width: 400,
+            height: 400,
+            effects: orrery::scene::effects::EffectOverrides::parse("-corona,-glow").expect("effects"),
+            layers: Layers { stars: false, ..Layers::default() },
+            exposure: ExposureRequest::Stops(-20.0),
+            ..along(DVec3::X, at)
+        };
+        // The rows of a rotation are right-handed; the picture looks along its third axis, with x to the right: mirrored.
+        let mirrored = DVec3::new(-seen.x, seen.y, seen.z);
+        let drawn = draw(&SESSION, &composed(Projection::Fisheye, request), true);
+        let (mut sum, mut moment) = (0.0, DVec2::ZERO);
+        for (k, p) in drawn.frame.hdr.iter().enumerate() {
+            let (x, y) = ((k % 400) as f64 + 0.5, (k / 400) as f64 + 0.5);
+            sum += f64::from(p[1]);
+            moment += DVec2::new(x, y) * f64::from(p[1]);
+        }
+        let across = mirrored.truncate().length();
+        let radius_px = across.atan2(mirrored.z) * 200.0 / 120_f64.to_radians();
+        let around = if across > 0.0 { mirrored.truncate() / across } else { DVec2::ZERO };
+        let expected = DVec2::splat(200.0) + around * DVec2::new(1.0, -1.0) * radius_px;
+        let off = (moment / sum).distance(expected);
+        worst = worst.max(off);
+        assert!(off < TOLERANCE_PX, "{angle} {turn}: {} for {expected}", moment / sum);
+    }
+    println!("worst {worst:.4} pixels");
+}
+
+/// The same sphere drawn from a cube that stands 45 degrees otherwise: what was on a seam is in a face's middle, and the pictures agree.
+#[test]
+fn seams_do_not_show() {
+    let at = time("2024-04-08T12:00:00Z");
+    let view = |turn_deg: f64| {
+        let (sin, cos) = f64::to_radians(turn_deg).sin_cos();
+        let request = ViewRequest {
+            position: Position::Offset { body: NaifId::EARTH, offset_km: DVec3::new(9000.0, 3000.0, 1000.0), axes: Axes::Icrf },
+            exposure: ExposureRequest::Stops(0.5),
+            purpose: Purpose::Display,
+            width: 512,
+            height: 256,
+            layers: Layers { bloom: true, ..Layers::default() },
+            ..along(DVec3::new(cos, sin, 0.0), at)
+        };
+        draw(&SESSION, &composed(Projection::Equirectangular, request), false).frame.display
+    };
+    let (first, turned) = (view(0.0), view(45.0));
+    let lit = first.iter().filter(|p| p[1] > 40).count();
+    assert!(lit > 20_000, "{lit}");
+    let (mut sum, mut all) = (0_u64, Vec::new());
+    for (y, x) in (0..256_usize).flat_map(|y| (0..512_usize).map(move |x| (y, x))) {
+        // 45 degrees are 64 columns; the right ascension grows to the left.
+        let (a, b) = (first[y * 512 + x], turned[y * 512 + (x + 64) % 512]);
+        let most = (0..3).map(|c| a[c].abs_diff(b[c])).max().expect("three");
+        sum += u64::from(most);
+        all.push(most);
+    }
+    all.sort_unstable();
+    let (p999, mean) = (all[all.len() * 999 / 1000], sum as f64 / all.len() as f64);
+    println!("mean {mean:.3} levels, 99.9 % {p999}, greatest {}", all[all.len() - 1]);
+    assert!(mean < 0.3 && p999 <= 6, "mean {mean} levels, 99.9 % {p999}");
+    // The comparison must be able to fail: a column beside.
+    let beside: u64 = (0..first.len()).map(|k| u64::from(first[k][1].abs_diff(turned[k][1]))).sum();
+    assert!(beside as f64 / first.len() as f64 > 5.0);
+}
+
+/// Points about Jupiter: the disparity of each between the halves of a pair is that of its distance, and the sky's is the pair's own.
+#[test]
+fn disparity_is_that_of_the_geometry() {
+    let at = time("2024-12-07T20:00:00Z");
+    let stereo = Stereo { layout: StereoLayout::SideBySide, eye_separation_km: None };
+    let request = ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(60.0) },
+        composition: Composition { stereo: Some(stereo), ..Composition::default() },
+        width: 1600,
+        height: 800,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(NaifId(599), at)
+    };
+    let frames = Frames::of(SESSION.catalog(), SESSION.ephemeris(), &request).expect("frames");
+    let Arrangement::Eyes(eyes) = frames.arrangement else { panic!("eyes") };
+    let camera = &frames.meter.viewer.camera;
+    assert_eq!(eyes.columns, [27, 0], "a thirtieth of 800 pixels");
+    let [left, right] = [0, 1].map(|k| &frames.frames[k].viewer.camera);
+    assert!(((right.position_km - left.position_km).length() / eyes.separation_km - 1.0).abs() < 1e-6);
+    let target = SESSION.ephemeris().light_time_position(NaifId(599), camera.position_km, at).expect("Jupiter").0;
+    let distance_km = (target - camera.position_km).length();
+    let in_picture = |k: usize, place: DVec3| {
+        let eye = &frames.frames[k].viewer.camera;
+        let clip = eye.clip(place - eye.position_km).expect("in front");
+        eye.pixel_from_clip(clip) - DVec2::new(f64::from(eyes.columns[k]), 0.0)
+    };
+    let (mut near, mut far) = (0, 0);
+    for k in -40..=40 {
+        let place = target + DVec3::new(0.3, 1.0, 0.2).normalize() * (0.02 * f64::from(k) * distance_km);
+        let depth = (place - camera.position_km).dot(camera.forward);
+        let expected = eyes.separation_km / camera.pixel_tangent() * (1.0 / distance_km - 1.0 / depth);
+        let [l, r] = [0, 1].map(|k| in_picture(k, place));
+        assert!((r.x - l.x - expected).abs() < 1e-3 && (r.y - l.y).abs() < 1e-3, "{k}: {} for {expected}", r.x - l.x);
+        near += usize::from(expected < -1.0);
+        far += usize::from(expected > 1.0);
+    }
+    assert!(near > 5 && far > 5);
+    // In the picture: the moons' points, left and right, by their centroids.
+    let drawn = draw(&SESSION, &request, false);
+    let mut measured = 0;
+    for id in [501, 502, 503, 504] {
+        let body = drawn.scene.body(NaifId(id)).expect("a moon").placement.centre_km;
+        let place = left.position_km + body;
+        let centroid = |k: usize| {
+            let middle = in_picture(k, place) + DVec2::new(800.0 * k as f64, 0.0);
+            let (mut sum, mut moment) = (0.0, DVec2::ZERO);
+            for (y, x) in (-7..=7).flat_map(|y| (-7..=7).map(move |x| (y, x))) {
+                let (x, y) = (middle.x as i64 + x, middle.y as i64 + y);
+                let light = f64::from(drawn.frame.display[(y * 1600 + x) as usize][1]);
+                sum += light;
+                moment += DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * light;
+            }
+            (sum, moment / sum - DVec2::new(800.0 * k as f64, 0.0))
+        };
+        let [l, r] = [in_picture(0, place), in_picture(1, place)];
+        let inside = |p: DVec2| p.cmpgt(DVec2::splat(20.0)).all() && p.cmplt(DVec2::splat(780.0)).all();
+        if !inside(l) || !inside(r) {
+            continue;
+        }
+        let ((light, at_left), (_, at_right)) = (centroid(0), centroid(1));
+        assert!(light > 300.0, "{id} is not in the picture");
+        let (seen, wanted) = ((at_right - at_left).x, r.x - l.x);
+        println!("{id}: disparity {seen:.3} for {wanted:.3}");
+        assert!((seen - wanted).abs() < 0.3, "{id}: {seen} for {wanted}");
+        measured += 1;
+    }
+    assert!(measured >= 2, "{measured}");
+}
+
+/// What cannot be a pair is refused with what would do.
+#[test]
+fn eyes_too_far_apart_are_refused() {
+    let stereo = |km: f64| Composition {
+        stereo: Some(Stereo { layout: StereoLayout::Anaglyph, eye_separation_km: Some(km) }),
+        ..Composition::default()
+    };
+    let of = |km: f64| {
+        let request = ViewRequest { composition: stereo(km), ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
+        Frames::of(SESSION.catalog(), SESSION.ephemeris(), &request).map(|_| ()).map_err(|e| e.to_string())
+    };
+    assert!(of(1000.0).is_ok());
+    assert!(of(1e7).expect_err("too far").contains("at most"));
+    assert!(of(0.0).expect_err("none").contains("more than 0"));
+    let both = Composition { projection: Projection::Fisheye, ..stereo(1000.0) };
+    let request = ViewRequest { composition: both, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
+    assert!(SESSION.plan(&request, SAMPLING).expect_err("both").to_string().contains("stereo goes with"));
+}
+
+/// The matrix of the anaglyph is the least-squares one of the published spectra: tristimulus values of a CRT's phosphors, bare and behind each filter.
+#[test]
+fn the_anaglyph_is_the_least_squares_one() {
+    let left =
+        DMat3::from_cols_array_2d(&[[5.42327, 2.70972, 5.50941e-5], [0.807004, 0.50201, 4.11221e-4], [0.047325, 0.0250529, 2.40686e-3]]);
+    let right = DMat3::from_cols_array_2d(&[[0.180431, 0.448214, 0.289201], [1.6395, 6.31551, 2.3925], [2.00309, 1.35757, 11.062]]);
+    let bare = DMat3::from_cols_array_2d(&[[11.6638, 7.10807, 0.527874], [8.3959, 16.6845, 3.79124], [4.65843, 2.45008, 24.0604]]);
+    let normal = (left.transpose() * left + right.transpose() * right).inverse();
+    let (of_left, of_right) = (normal * left.transpose() * bare, normal * right.transpose() * bare);
+    let shader = include_str!("../../shaders/entry/anaglyph.wesl");
+    for (k, channel) in ["RED", "GREEN", "BLUE"].into_iter().enumerate() {
+        let row = |side: &str| -> DVec3 {
+            let start = shader.find(&format!("const {side}_{channel}: vec3f = vec3f(")).expect("a row");
+            let text = shader[start..].split_once("vec3f(").and_then(|(_, t)| t.split_once(')')).expect("numbers").0;
+            DVec3::from_slice(&text.split(',').map(|n| n.trim().parse().expect("a number")).collect::<Vec<f64>>())
+        };
+        let (l, r) = (of_left.row(k), of_right.row(k));
+        let white = l.element_sum() + r.element_sum();
+        assert!((row("LEFT") - l / white).length() < 2e-4 && (row("RIGHT") - r / white).length() < 2e-4, "{channel}");
+        assert!((row("LEFT").element_sum() + row("RIGHT").element_sum() - 1.0).abs() < 1e-4, "{channel}");
+    }
+}
+
+fn mesh(columns: usize, rows: usize, brightness: f64, place: impl Fn(f64, f64) -> (f64, f64)) -> Arc<WarpMesh> {
+    let mut text = format!("2\n{columns} {rows}\n");
+    for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
+        let (u, v) = (c as f64 / (columns - 1) as f64, r as f64 / (rows - 1) as f64);
+        let (x, y) = place(2.0 * u - 1.0, 2.0 * v - 1.0);
+        let _ = writeln!(text, "{x} {y} {u} {v} {brightness}");
+    }
+    Arc::new(WarpMesh::parse("mesh", &text).expect("a mesh"))
+}
+
+/// A mesh that moves nothing gives the picture itself, but for the filter; one that mirrors it the mirrored one; brightness 1/2 half of the light.
+#[test]
+fn a_warp_moves_the_picture_as_its_mesh_says() {
+    let plain = ViewRequest { width: 240, height: 160, ..ViewRequest::of(NaifId(699), time("2017-05-17T00:00:00Z")) };
+    let warped = |mesh: Arc<WarpMesh>| {
+        let composition = Composition { warp: Some(mesh), ..Composition::default() };
+        draw(&SESSION, &ViewRequest { composition, ..plain.clone() }, false).frame.display
+    };
+    let picture = draw(&SESSION, &plain, false).frame.display;
+    let mean = |a: &[[u8; 4]], b: &dyn Fn(usize) -> [u8; 4]| {
+        let sum: u64 = (0..a.len()).flat_map(|k| (0..3).map(move |c| (k, c))).map(|(k, c)| u64::from(a[k][c].abs_diff(b(k)[c]))).sum();
+        sum as f64 / (3 * a.len()) as f64
+    };
+    let same = warped(mesh(13, 9, 1.0, |x, y| (1.5 * x, y)));
+    let mirrored = warped(mesh(13, 9, 1.0, |x, y| (-1.5 * x, y)));
+    let of_mirror = |k: usize| mirrored[k / 240 * 240 + 239 - k % 240];
+    let unmoved = mean(&picture, &|k| same[k]);
+    let (turned, kept) = (mean(&same, &of_mirror), mean(&same, &|k| mirrored[k]));
+    println!("same {unmoved:.3}, mirrored {turned:.3}, unlike {kept:.3} levels");
+    assert!(unmoved < 1.5 && turned < 0.1 && kept > 3.0);
+    let half = warped(mesh(13, 9, 0.5, |x, y| (1.5 * x, y)));
+    let linear = |v: u8| {
+        let v = f64::from(v) / 255.0;
+        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    };
+    let light = |p: &[[u8; 4]]| p.iter().map(|p| linear(p[1])).sum::<f64>();
+    assert!((light(&half) / light(&same) - 0.5).abs() < 0.01, "{}", light(&half) / light(&same));
+}
