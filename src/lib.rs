@@ -60,6 +60,8 @@ pub mod events;
 mod files;
 #[doc(hidden)]
 pub mod image;
+#[doc(hidden)]
+pub mod measure;
 mod memo;
 #[doc(hidden)]
 pub mod mesh;

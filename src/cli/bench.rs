@@ -6,6 +6,7 @@
 use super::output::say;
 use super::view_words::size;
 use super::{CliError, Common};
+use crate::measure::timing::{Spread, in_turns};
 use crate::render::plan::SamplingQuality;
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
@@ -130,20 +131,11 @@ fn effects(
         without.effects.set(effect, false);
         // Both have their modules and maps before any is timed.
         let bare = session.draw(&without, sampling, true)?;
-        let (mut wall, mut cpu) = (Vec::new(), Vec::new());
-        for round in 0..pairs {
-            // What warms up or drifts falls to either side as often.
-            let (a, b) = if round % 2 == 0 {
-                let a = measure(&with)?;
-                (a, measure(&without)?)
-            } else {
-                let b = measure(&without)?;
-                (measure(&with)?, b)
-            };
-            let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
-            wall.push(less(a.wall, b.wall));
-            cpu.extend(a.cpu.zip(b.cpu).map(|(a, b)| less(a, b)));
-        }
+        let pairs = in_turns(pairs as usize, &[&|| measure(&with), &|| measure(&without)])?;
+        let less = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
+        let both = || pairs[0].iter().zip(&pairs[1]);
+        let wall = both().map(|(a, b)| less(a.wall, b.wall)).collect();
+        let cpu = both().filter_map(|(a, b)| Some(less(a.cpu?, b.cpu?))).collect();
         let ((wall, wall_noise), (cpu, cpu_noise)) = (cost(wall), cost(cpu));
         rows.push(json!({
             "name": effect.name(),
@@ -157,16 +149,10 @@ fn effects(
     Ok(rows)
 }
 
-fn median(mut of: Vec<f64>) -> Option<f64> {
-    of.sort_by(f64::total_cmp);
-    let middle = of.len() / 2;
-    let upper = of.get(middle)?;
-    Some(if of.len() % 2 == 1 { *upper } else { 0.5 * (of[middle - 1] + upper) })
-}
-
 /// The cost that differences of pairs show, never below nothing, and its noise where there is more than one.
 fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences.len();
+    let median = |of: Vec<f64>| Spread::of(of).map(|s| s.median);
     let Some(middle) = median(differences.clone()) else { return (None, None) };
     let noise = median(differences.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
     let to_microseconds = |ms: f64| (1e3 * ms).round() / 1e3;

@@ -26,6 +26,7 @@ mod explain;
 mod frames;
 mod inputs;
 mod library;
+mod measure;
 mod output;
 mod probe;
 mod render;
@@ -74,6 +75,8 @@ enum Verb {
     Probe(probe::ProbeArgs),
     /// Measure the difference between two images
     Compare(compare::CompareArgs),
+    /// Measure speed against accuracy: time and error of each choice
+    Measure(measure::MeasureArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),
     /// Check graphics adapters, data files and caches
@@ -246,6 +249,7 @@ pub fn run() -> ExitCode {
         Some(Verb::Eclipse(a)) => eclipse::run(common, a),
         Some(Verb::Probe(a)) => probe::run(common, a),
         Some(Verb::Compare(a)) => compare::run(common, a),
+        Some(Verb::Measure(a)) => measure::run(common, a),
         Some(Verb::Bench(a)) => bench::run(common, a),
         Some(Verb::Doctor(a)) => doctor::run(common, a),
         Some(Verb::Completions(a)) => documents::completions(a),

@@ -36,6 +36,11 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
     (
+        "measure",
+        &["units", "time", "catalog", "ephemeris", "scene", "render", "session", "measure"],
+        &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
+    ),
+    (
         "view",
         &[
             "units",
@@ -79,6 +84,8 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
             "image",
             "session",
             "probe",
+            "measure",
+            "stability",
             "view",
             "cli",
             "files",

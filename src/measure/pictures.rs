@@ -1,0 +1,177 @@
+//! Linear pictures and how far they are from each other.
+//!
+//! In: views. Out: [`LightPicture`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
+//! errors below a level can be told apart; light beyond white counts as white. The best picture that the program can make of a view is drawn in f64 with
+//! four times the pixels on each side, four samples in each, and averaged as linear light.
+
+use super::timing::quantile;
+use crate::render::plan::{Plan, SamplingQuality};
+use crate::render::software::{Precision, SoftwareRenderer};
+use crate::scene::Scene;
+use crate::scene::request::{ExposureRequest, Quality, ViewRequest};
+use crate::session::{Session, SessionError};
+use crate::units::linear_to_srgb;
+
+/// The finest sampling: samples of a pixel, taps on a footprint.
+const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
+/// Pixels on a side of the best picture for each of the picture that it is compared with: 64 samples a pixel.
+const FINER: u32 = 4;
+
+/// A picture of linear light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightPicture {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Rows from the top; red, green, blue and coverage.
+    pub light: Vec<[f32; 4]>,
+    /// From radiance to display, where 1 is white.
+    pub exposure_factor: f64,
+}
+
+impl LightPicture {
+    /// The mean of `by` x `by` pixels.
+    #[must_use]
+    pub fn reduced(&self, by: u32) -> Self {
+        let (width, height) = (self.width / by, self.height / by);
+        let mean = |x: u32, y: u32| {
+            let mut sum = [0.0_f64; 4];
+            for (dx, dy) in (0..by).flat_map(|dy| (0..by).map(move |dx| (dx, dy))) {
+                let pixel = self.light[((y * by + dy) * self.width + x * by + dx) as usize];
+                sum.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += f64::from(value));
+            }
+            sum.map(|sum| (sum / f64::from(by * by)) as f32)
+        };
+        let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect();
+        Self { width, height, light, exposure_factor: self.exposure_factor }
+    }
+
+    /// Stretched to another size by linear interpolation of light between the middles of pixels, as a window shows a coarser picture.
+    #[must_use]
+    pub fn stretched(&self, width: u32, height: u32) -> Self {
+        // The two pixels around a place of the finer picture, and the weight of the second.
+        let around = |k: u32, from: u32, to: u32| {
+            let place = ((f64::from(k) + 0.5) * f64::from(from) / f64::from(to) - 0.5).clamp(0.0, f64::from(from - 1));
+            let first = place.floor() as u32;
+            (first, (first + 1).min(from - 1), place.fract() as f32)
+        };
+        let at = |x: u32, y: u32| self.light[(y * self.width + x) as usize];
+        let mix = |a: [f32; 4], b: [f32; 4], t: f32| std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t);
+        let mut light = Vec::with_capacity((width * height) as usize);
+        for y in 0..height {
+            let (y0, y1, ty) = around(y, self.height, height);
+            for x in 0..width {
+                let (x0, x1, tx) = around(x, self.width, width);
+                light.push(mix(mix(at(x0, y0), at(x1, y0), tx), mix(at(x0, y1), at(x1, y1), tx), ty));
+            }
+        }
+        Self { width, height, light, exposure_factor: self.exposure_factor }
+    }
+
+    /// What the display shows of a value, 0 to 255, not rounded.
+    fn level(&self, radiance: f32) -> f64 {
+        255.0 * linear_to_srgb((f64::from(radiance) * self.exposure_factor).clamp(0.0, 1.0))
+    }
+}
+
+/// Per pixel the difference of the worst channel, in 255ths of the display.
+pub fn levels_apart(a: &LightPicture, b: &LightPicture) -> Vec<f64> {
+    let worst = |(p, q): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a.level(p[c]) - b.level(q[c])).abs()).fold(0.0, f64::max);
+    a.light.iter().zip(&b.light).map(worst).collect()
+}
+
+/// The value that 99.9 % of all values keep within; 0 of none.
+pub fn p999(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    quantile(&values, 0.999).unwrap_or(0.0)
+}
+
+/// Draws views in either precision.
+pub(crate) struct Studio<'a> {
+    pub session: &'a Session,
+    single: SoftwareRenderer,
+    double: SoftwareRenderer,
+}
+
+impl<'a> Studio<'a> {
+    pub fn new(session: &'a Session) -> Result<Self, SessionError> {
+        Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_in(true)? })
+    }
+
+    pub fn renderer(&self, precision: Precision) -> &SoftwareRenderer {
+        match precision {
+            Precision::F32 => &self.single,
+            Precision::F64 => &self.double,
+        }
+    }
+
+    /// A planned view, ready to be drawn again and again.
+    pub fn planned(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+        let (scene, plan) = self.session.plan(request, sampling)?;
+        Ok(PlannedView { scene, plan })
+    }
+
+    pub fn light(&self, view: &PlannedView, precision: Precision) -> Result<LightPicture, SessionError> {
+        let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), true)?;
+        let exposure_factor = view.scene.exposure.factor();
+        Ok(LightPicture { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
+    }
+
+    /// Draws and forgets, for timing.
+    pub fn draw(&self, view: &PlannedView, precision: Precision) -> Result<(), SessionError> {
+        self.renderer(precision).render(&view.plan, self.session.library(), false)?;
+        Ok(())
+    }
+
+    /// The best picture of a view, at its own exposure.
+    pub fn best(&self, request: &ViewRequest) -> Result<LightPicture, SessionError> {
+        let (width, height) = (request.width * FINER, request.height * FINER);
+        let finer = ViewRequest { width, height, quality: Quality::Reference, ..request.clone() };
+        Ok(self.light(&self.planned(&finer, FINEST)?, Precision::F64)?.reduced(FINER))
+    }
+
+    /// The same view with the exposure that it meters, so that options are compared at one exposure.
+    pub fn exposed(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
+        let stops = self.planned(&request, FINEST)?.scene.exposure.stops;
+        Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })
+    }
+}
+
+/// A scene and its plan.
+pub(crate) struct PlannedView {
+    pub scene: Scene,
+    pub plan: Plan,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(width: u32, height: u32, of: impl Fn(u32, u32) -> f32) -> LightPicture {
+        let light = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| [of(x, y), 0.0, 0.0, 1.0]).collect();
+        LightPicture { width, height, light, exposure_factor: 1.0 }
+    }
+
+    #[test]
+    fn reducing_and_stretching_keep_light_where_it_is() {
+        let ramp = grey(8, 4, |x, _| x as f32);
+        let half = ramp.reduced(2);
+        assert_eq!((half.width, half.height), (4, 2));
+        assert_eq!(half.light.iter().map(|p| p[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5, 0.5, 2.5, 4.5, 6.5]);
+        // Between the middles of the outermost pixels a ramp comes back as it was.
+        let back = half.stretched(8, 4);
+        assert!((1..7).all(|x| (back.light[x][0] - ramp.light[x][0]).abs() < 1e-6), "{:?}", &back.light[..8]);
+        assert_eq!(ramp.stretched(8, 4), ramp);
+    }
+
+    #[test]
+    fn levels_are_of_the_display() {
+        let (black, white) = (grey(2, 1, |_, _| 0.0), grey(2, 1, |x, _| if x == 0 { 0.0 } else { 3.0 }));
+        assert_eq!(levels_apart(&black, &white), [0.0, 255.0]);
+        let dark = LightPicture { exposure_factor: 0.0, ..white };
+        assert_eq!(p999(levels_apart(&black, &dark)), 0.0);
+        assert_eq!(p999((0..=1000).map(f64::from).collect()), 999.0);
+        assert_eq!(p999(Vec::new()), 0.0);
+    }
+}

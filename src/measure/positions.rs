@@ -1,0 +1,103 @@
+//! What positions cost: the source of the ephemeris, and the light's way.
+//!
+//! In: the session's ephemeris. Out: errors in arcseconds on the Earth's sky, the worst of Sun, Moon and planets over two centuries of dates.
+
+use super::rule::Unit;
+use super::{Candidate, ChoiceMeasure, Effort, weighed};
+use crate::catalog::NaifId;
+use crate::ephemeris::apparent::aberrated;
+use crate::ephemeris::{EphemerisError, Source, angle_rad};
+use crate::scene::request::Quality;
+use crate::session::{Session, SessionError};
+use crate::time::Instant;
+use crate::units::RAD_PER_ARCSEC;
+use glam::DVec3;
+
+/// Sun, Moon and planets.
+const BODIES: [NaifId; 9] =
+    [NaifId::SUN, NaifId::MOON, NaifId(199), NaifId(299), NaifId(499), NaifId(599), NaifId(699), NaifId(799), NaifId(899)];
+/// From 1905 to 2095, inside the shipped kernel; the step is no multiple of any period.
+const FIRST_JD_TDB: f64 = 2_416_847.3;
+const STEP_DAYS: f64 = 1_983.7;
+const DATES: usize = 35;
+/// Whole passes over all bodies and dates in one timed run: a position takes microseconds.
+const PASSES: usize = 3;
+
+fn instants() -> impl Iterator<Item = Instant> {
+    (0..DATES).map(|k| Instant::from_jd_tdb(FIRST_JD_TDB + STEP_DAYS * k as f64))
+}
+
+type Direction<'a> = Box<dyn Fn(NaifId, Instant) -> Result<DVec3, EphemerisError> + 'a>;
+
+/// The greatest angle on the sky between two ways of computing directions, arcseconds.
+fn worst_arcsec(a: &Direction<'_>, b: &Direction<'_>) -> Result<f64, EphemerisError> {
+    let mut worst = 0.0_f64;
+    for t in instants() {
+        for body in BODIES {
+            worst = worst.max(angle_rad(a(body, t)?, b(body, t)?) / RAD_PER_ARCSEC);
+        }
+    }
+    Ok(worst)
+}
+
+fn candidates<'a>(
+    ways: Vec<(&'static str, Direction<'a>, Vec<Quality>)>,
+    truth: &Direction<'_>,
+) -> Result<Vec<Candidate<'a>>, EphemerisError> {
+    let mut all = Vec::new();
+    for (name, way, default_of) in ways {
+        let error = worst_arcsec(&way, truth)?;
+        let work = Box::new(move || {
+            for _ in 0..PASSES {
+                for t in instants() {
+                    for body in BODIES {
+                        std::hint::black_box(way(body, t)?);
+                    }
+                }
+            }
+            Ok(())
+        });
+        all.push(Candidate { name: name.to_owned(), error, default_of, work });
+    }
+    Ok(all)
+}
+
+/// `--source`: mean elements, series, kernel. Inside its years the kernel serves every quality.
+pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
+    let ephemeris = session.ephemeris();
+    let from = |source: Source| -> Direction<'_> {
+        Box::new(move |body, t| Ok(ephemeris.state(body, NaifId::EARTH, t, Some(source))?.state.pos_km))
+    };
+    let ways = vec![
+        ("mean", from(Source::Mean), vec![]),
+        ("series", from(Source::Series), vec![]),
+        ("kernel", from(Source::Kernel), Quality::ALL.to_vec()),
+    ];
+    let about =
+        "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
+    Ok(weighed("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)?)
+}
+
+/// Where a body is, where the light left it, and where it is seen with aberration: what `ephemeris` and `ephemeris --apparent` answer.
+pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
+    let ephemeris = session.ephemeris();
+    let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);
+    let geometric: Direction<'_> = Box::new(move |body, t| Ok(state(body, t)?.pos_km - state(NaifId::EARTH, t)?.pos_km));
+    let retarded: Direction<'_> = Box::new(move |body, t| {
+        let observer_km = state(NaifId::EARTH, t)?.pos_km;
+        Ok(ephemeris.light_time_position(body, observer_km, t)?.0 - observer_km)
+    });
+    let apparent = move |body, t| -> Result<DVec3, EphemerisError> {
+        let observer = state(NaifId::EARTH, t)?;
+        let seen_km = ephemeris.light_time_position(body, observer.pos_km, t)?.0 - observer.pos_km;
+        Ok(aberrated(seen_km.normalize(), observer.vel_km_s))
+    };
+    let ways = vec![
+        ("geometric", geometric, vec![]),
+        ("light-time", retarded, vec![]),
+        ("light-time and aberration", Box::new(apparent) as Direction<'_>, Quality::ALL.to_vec()),
+    ];
+    let truth: Direction<'_> = Box::new(apparent);
+    let about = "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction";
+    Ok(weighed("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)?)
+}

@@ -1,0 +1,132 @@
+//! Ways of doing one thing, timed in turns on a machine that does other things too.
+//!
+//! In: works that can be repeated. Out: what each did in each round, and ratios of their times with quartiles. Always: the works take turns within a round,
+//! forwards and backwards, so that what warms up, slows down or disturbs the machine meets all of them alike; only times of one round are divided by
+//! each other. Times are processor time where the system reports it, elapsed time elsewhere.
+
+use crate::session::process_cpu;
+use std::time::{Duration, Instant};
+
+/// A work to be timed; its error ends the measurement.
+pub type Work<'a, T, E> = dyn Fn() -> Result<T, E> + 'a;
+
+/// Runs every work once a round, in turns: the answers by work, then by round.
+///
+/// # Errors
+/// The first error of a work.
+pub fn in_turns<T, E>(rounds: usize, works: &[&Work<'_, T, E>]) -> Result<Vec<Vec<T>>, E> {
+    let mut answers: Vec<Vec<T>> = works.iter().map(|_| Vec::with_capacity(rounds)).collect();
+    let count = works.len();
+    for round in 0..rounds {
+        for step in 0..count {
+            let turn = (step + round / 2) % count;
+            let k = if round % 2 == 0 { turn } else { count - 1 - turn };
+            answers[k].push(works[k]()?);
+        }
+    }
+    Ok(answers)
+}
+
+/// Seconds that a work takes: processor time of the process, or elapsed time where the system does not report it.
+///
+/// # Errors
+/// That of the work.
+pub fn seconds_of<E>(work: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
+    let before = process_cpu();
+    let start = Instant::now();
+    work()?;
+    let elapsed = start.elapsed();
+    let ran = before.and_then(|before| process_cpu()?.checked_sub(before)).filter(|ran| *ran > Duration::ZERO);
+    Ok(ran.unwrap_or(elapsed).as_secs_f64())
+}
+
+/// A median with its quartiles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// The lower quartile.
+    pub low: f64,
+    /// The median.
+    pub median: f64,
+    /// The upper quartile.
+    pub high: f64,
+}
+
+impl Spread {
+    /// Of any values; `None` of none.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut values: Vec<f64> = values.into_iter().collect();
+        values.sort_by(f64::total_cmp);
+        Some(Self { low: quantile(&values, 0.25)?, median: quantile(&values, 0.5)?, high: quantile(&values, 0.75)? })
+    }
+
+    /// Of the ratios of times that were taken in the same rounds.
+    pub fn of_ratios(times: &[f64], to: &[f64]) -> Option<Self> {
+        Self::of(times.iter().zip(to).filter(|(_, to)| **to > 0.0).map(|(time, to)| time / to))
+    }
+}
+
+/// By linear interpolation between the sorted values.
+pub fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    let place = part.clamp(0.0, 1.0) * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    Some(sorted[below] + (place - below as f64) * (sorted[above] - sorted[below]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::{Cell, RefCell};
+
+    #[test]
+    fn works_take_turns_and_each_round_holds_all_of_them() {
+        let order = RefCell::new(String::new());
+        let [a, b, c] = ['a', 'b', 'c'].map(|name| {
+            let order = &order;
+            move || -> Result<char, ()> {
+                order.borrow_mut().push(name);
+                Ok(name)
+            }
+        });
+        let answers = in_turns(4, &[&a, &b, &c]).expect("no error");
+        assert_eq!(answers, [['a'; 4], ['b'; 4], ['c'; 4]]);
+        let order = order.into_inner();
+        for round in order.as_bytes().chunks(3) {
+            let mut names = round.to_vec();
+            names.sort_unstable();
+            assert_eq!(names, b"abc", "{order}");
+        }
+        // No work is always first or always last.
+        assert_ne!(&order[0..3], &order[3..6]);
+        assert_eq!(in_turns(1, &[&(|| Err::<(), _>("broken")) as &Work<'_, (), &str>]), Err("broken"));
+    }
+
+    /// The machine slows down tenfold while two works run, one of which does twice as much: the ratios stay 2.
+    #[test]
+    fn drift_of_the_machine_leaves_ratios_alone() {
+        let slowness = Cell::new(1.0);
+        let work = |amount: f64| {
+            let slowness = &slowness;
+            move || -> Result<f64, ()> {
+                slowness.set(slowness.get() * 1.06);
+                Ok(amount * slowness.get())
+            }
+        };
+        let times = in_turns(20, &[&work(1.0), &work(2.0)]).expect("no error");
+        let ratio = Spread::of_ratios(&times[1], &times[0]).expect("ratios");
+        assert!((ratio.median - 2.0).abs() < 0.15 && ratio.low > 1.8 && ratio.high < 2.2, "{ratio:?}");
+        // One after the other the drift would have been taken for a cost.
+        let (first, second) = (times[0][..10].iter().sum::<f64>(), times[1][10..].iter().sum::<f64>());
+        assert!(second / first > 4.0);
+    }
+
+    #[test]
+    fn quartiles_lie_between_values() {
+        let spread = Spread::of([4.0, 1.0, 3.0, 2.0, 5.0]).expect("values");
+        assert_eq!((spread.low, spread.median, spread.high), (2.0, 3.0, 4.0));
+        assert_eq!(Spread::of([7.0]).expect("a value"), Spread { low: 7.0, median: 7.0, high: 7.0 });
+        assert_eq!(Spread::of([]), None);
+        assert_eq!(Spread::of_ratios(&[1.0], &[0.0]), None);
+    }
+}

@@ -1,0 +1,108 @@
+//! What whole pictures cost: the qualities, the stars, the renderers.
+
+use super::drawings::standard;
+use super::pictures::{LightPicture, Studio, levels_apart, p999};
+use super::rule::Unit;
+use super::{Candidate, ChoiceMeasure, Effort, weighed};
+use crate::render::plan::SamplingQuality;
+use crate::render::software::Precision;
+use crate::scene::request::{Layers, Quality, ViewRequest};
+use crate::session::{RendererPreference, Session, SessionError, standard_scenes};
+
+/// Scenes with discs, rings, air, maps and limbs; without what is drawn in pixels.
+const SCENES: [&str; 4] = ["earth-3-radii", "saturn", "moon-limb", "jupiter-four-moons"];
+
+/// What a quality's software renderer computes in.
+pub(super) fn precision_of(quality: Quality) -> Precision {
+    if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
+}
+
+/// `--quality`: all that it decides, over the standard scenes.
+pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
+    let studio = Studio::new(session)?;
+    let mut views = Vec::new();
+    for name in SCENES {
+        let request = studio.exposed(standard(name, effort)?)?;
+        let best = studio.best(&request)?;
+        views.push((request, best));
+    }
+    let mut candidates = Vec::new();
+    for quality in Quality::ALL {
+        let mut worst = 0.0_f64;
+        let mut planned = Vec::new();
+        for (request, best) in &views {
+            let view = studio.planned(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
+            worst = worst.max(p999(levels_apart(&studio.light(&view, precision_of(quality))?, best)));
+            planned.push(view);
+        }
+        let studio = &studio;
+        let work = Box::new(move || planned.iter().try_for_each(|view| studio.draw(view, precision_of(quality))));
+        candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], work });
+    }
+    let about = "four standard scenes, the worst of them; against 64 samples a pixel in f64";
+    weighed("quality", about, Unit::Levels, effort.rounds(), candidates)
+}
+
+/// `--layers -stars`, or the stars that the catalogue holds.
+pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
+    let studio = Studio::new(session)?;
+    let side = effort.side_px();
+    let sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
+    let Some(sky) = sky else { return weighed("stars", "no night sky", Unit::PercentOfLight, 1, Vec::new()) };
+    let request = studio.exposed(sky)?;
+    let sampling = SamplingQuality::of(Quality::Standard);
+    let view = |stars: bool| studio.planned(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
+    let sum = |p: &LightPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
+    let truth = sum(&studio.light(&view(true)?, Precision::F64)?);
+    let mut candidates = Vec::new();
+    for (on, name, default_of) in [(false, "none", vec![]), (true, "all of the catalogue", Quality::ALL.to_vec())] {
+        let planned = view(on)?;
+        let error = 100.0 * (sum(&studio.light(&planned, Precision::F32)?) - truth).abs() / truth.max(f64::MIN_POSITIVE);
+        let studio = &studio;
+        candidates.push(Candidate {
+            name: name.to_owned(),
+            error,
+            default_of,
+            work: Box::new(move || studio.draw(&planned, Precision::F32)),
+        });
+    }
+    weighed("stars", "light of the night sky around Orion, 45 degrees", Unit::PercentOfLight, effort.rounds(), candidates)
+}
+
+/// Software against a GPU, where the session's preference lets one be found; `None` elsewhere. The processor's time is counted, which on a hardware GPU is
+/// what drawing leaves to do there.
+///
+/// # Errors
+/// Why the view cannot be drawn.
+pub fn renderer(session: &Session, effort: Effort) -> Result<Option<ChoiceMeasure>, SessionError> {
+    let (choices, preference) = session.renderers();
+    if preference == RendererPreference::Software || !choices.contains(&RendererPreference::Gpu) {
+        return Ok(None);
+    }
+    let studio = Studio::new(session)?;
+    let request = studio.exposed(standard("saturn", effort)?)?;
+    let sampling = SamplingQuality::of(Quality::Standard);
+    let drawn = session.draw(&request, sampling, true)?;
+    if drawn.by.adapter.is_none() {
+        return Ok(None);
+    }
+    let view = studio.planned(&request, sampling)?;
+    let truth = studio.light(&view, Precision::F64)?;
+    let on_gpu = LightPicture { light: drawn.frame.hdr, ..truth.clone() };
+    let in_software = studio.light(&view, Precision::F32)?;
+    let candidates = vec![
+        Candidate {
+            name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
+            error: p999(levels_apart(&on_gpu, &truth)),
+            default_of: vec![],
+            work: Box::new(|| session.draw(&request, sampling, false).map(drop)),
+        },
+        Candidate {
+            name: "software".to_owned(),
+            error: p999(levels_apart(&in_software, &truth)),
+            default_of: vec![],
+            work: Box::new(|| studio.draw(&view, Precision::F32)),
+        },
+    ];
+    weighed("renderer", "Saturn with its rings; against f64", Unit::Levels, effort.rounds(), candidates).map(Some)
+}
