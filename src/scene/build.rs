@@ -28,10 +28,11 @@ use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
-use crate::scene::sky::stars;
+use crate::scene::sky::{minor_planets, stars};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec3};
+use std::sync::Arc;
 
 /// A view whose bodies are placed and whose light is metered, before anything is decided.
 pub struct SceneBuilder<'a> {
@@ -176,6 +177,12 @@ impl<'a> SceneBuilder<'a> {
         let white = self.exposure.white();
         points.iter_mut().for_each(|p| point::spread_glare(p, white));
         let (stars, sky) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
+        let bodies_of = || {
+            let made = || Arc::new(minor_planets::MinorPlanetColumns::of(&self.catalog.small_bodies().minor_planets));
+            Arc::clone(self.caches.minor_planets.get_or_init(made))
+        };
+        let sun_km = self.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None).ok().map(|s| s.state.pos_km);
+        let (minor_planets, about_minor_planets) = minor_planets::minor_planets(request, bodies_of, &self.viewer, sun_km, white);
         let draws = order::far_to_near(placed, draws);
         let corona = corona.map(|c| corona::Corona { draws_behind: order::draws_behind(placed, &draws, NaifId::SUN), ..c });
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
@@ -190,7 +197,8 @@ impl<'a> SceneBuilder<'a> {
             tone_map: request.tone_map,
             bodies,
             stars,
-            sky: sky.into_iter().collect(),
+            minor_planets,
+            sky: sky.into_iter().chain(about_minor_planets).collect(),
             draws,
             points,
             lines,
