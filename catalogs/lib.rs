@@ -35,3 +35,9 @@ pub static SATURN_THEORY: &str = include_str!("saturn_tass17.json");
 
 /// CSV of the stars to magnitude 7, epoch J1991.25.
 pub static STARS: &str = include_str!("stars_v7.csv");
+
+/// CSV of 605 minor planets: osculating elements and brightness.
+pub static SMALL_BODIES: &str = include_str!("small_bodies.csv");
+
+/// CSV of bright and well-known comets: osculating elements and total magnitudes.
+pub static COMETS: &str = include_str!("comets.csv");

@@ -15,6 +15,8 @@ mod overlay;
 mod read;
 mod read_body;
 #[doc(hidden)]
+pub mod small_bodies;
+#[doc(hidden)]
 pub mod stars;
 mod table;
 
@@ -23,8 +25,9 @@ pub use body::{
     Projection, Ring, Rotation, ShapeModel, Species,
 };
 pub use eclipse_radii::EclipseRadii;
+use small_bodies::SmallBodies;
 use stars::StarCatalog;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A body and the name of one of its fields.
 type BodyField = (NaifId, &'static str);
@@ -39,6 +42,8 @@ pub struct Catalog {
     eclipse_radii: EclipseRadii,
     /// The user's; `None`: those that ship.
     stars: Option<Arc<StarCatalog>>,
+    /// Minor planets and comets; those that ship are read when they are first asked for.
+    small_bodies: OnceLock<Arc<SmallBodies>>,
     /// File and line of the fields that only the whole can check, by body and field; a field that is not here stands with its body, under "".
     field_lines: BTreeMap<BodyField, FileLine>,
 }
@@ -129,6 +134,21 @@ impl Catalog {
     /// Of the brightest star; those that ship need not be read for it.
     pub fn brightest_magnitude(&self) -> f32 {
         self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST, |s| s.brightest_magnitude())
+    }
+
+    /// The same with other minor planets, or comets, where there are some.
+    pub fn with_small_bodies(self, own: Option<SmallBodies>) -> Self {
+        let Some(own) = own else { return self };
+        let shipped = SmallBodies::embedded();
+        let or = |own: Vec<_>, shipped: &Vec<_>| if own.is_empty() { shipped.clone() } else { own };
+        let all = SmallBodies { minor_planets: or(own.minor_planets, &shipped.minor_planets), comets: or(own.comets, &shipped.comets) };
+        let small_bodies = OnceLock::from(Arc::new(all.without_bodies_of(&self)));
+        Self { small_bodies, ..self }
+    }
+
+    /// Minor planets and comets, without those that are bodies of the catalog.
+    pub fn small_bodies(&self) -> Arc<SmallBodies> {
+        Arc::clone(self.small_bodies.get_or_init(|| Arc::new((*SmallBodies::embedded()).clone().without_bodies_of(self))))
     }
 
     /// Well-known moments, by kind and time.

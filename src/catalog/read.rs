@@ -13,6 +13,7 @@ use super::{
 use glam::{DVec3, Vec3};
 use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
     let of = s.need("body", "the name of a body", |_: &String| true);
@@ -99,7 +100,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     let moments = moments::assemble(moments_drafts, &bodies, &problems);
     problems.into_result()?;
-    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), stars: None, field_lines })
+    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), stars: None, small_bodies: OnceLock::new(), field_lines })
 }
 
 /// Where a body's fields stand that only the whole can check.

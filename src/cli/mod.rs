@@ -118,6 +118,10 @@ pub struct Common {
     /// Stars in place of the embedded ones: CSV with named columns (ra_deg, dec_deg, v_mag, ...) or Hipparcos' hip2.dat
     #[arg(long, global = true, value_name = "FILE")]
     pub stars: Option<PathBuf>,
+    /// Minor planets and comets in place of the embedded ones: CSV with named columns (e, a_au or q_au, i_deg, node_deg, argp_deg, M_deg and epoch_mjd or tp_jd, H or M1),
+    /// JSON of the JPL's Small-Body Database, or MPCORB.DAT
+    #[arg(long, global = true, value_name = "FILE")]
+    pub minor_planets: Option<PathBuf>,
     /// Radii of the Sun and the Moon in eclipses: IAU 2015, or those of printed almanacs
     #[arg(long, global = true, value_enum, default_value = "iau")]
     pub radii: EclipseRadii,
@@ -158,6 +162,7 @@ impl Common {
             max_megapixels: Some(self.max_megapixels),
             kernel: self.kernel.clone(),
             stars: self.stars.clone(),
+            minor_planets: self.minor_planets.clone(),
             shaders: self.shaders.clone(),
             cache: self.cache.clone(),
             threads: self.threads,

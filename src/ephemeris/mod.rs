@@ -10,6 +10,7 @@ pub mod body_order;
 #[doc(hidden)]
 pub mod chebyshev;
 mod chebyshev_cache;
+pub mod conic;
 mod coverage;
 #[doc(hidden)]
 pub mod elp;

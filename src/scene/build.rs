@@ -1,6 +1,6 @@
 //! From a request to a finished [`Scene`], in two steps.
 //!
-//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_lamps`] adds that of night
+//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_night_lights`] adds that of night
 //! city lights; [`SceneBuilder::requirements`] says what else the view needs; [`SceneBuilder::build`] decides on every feature and makes the scene of what is at hand. Nothing changes a scene afterwards.
 
 use crate::catalog::{Body, Catalog, NaifId};
@@ -28,10 +28,11 @@ use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
-use crate::scene::sky::stars;
+use crate::scene::sky::{minor_planets, stars};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec3};
+use std::sync::Arc;
 
 /// A view whose bodies are placed and whose light is metered, before anything is decided.
 pub struct SceneBuilder<'a> {
@@ -107,12 +108,12 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// The bodies whose city lights the exposure depends on.
-    pub fn lamps_wanted(&self, known: &Resources) -> Vec<NaifId> {
-        auto_exposure::lamps_wanted(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
+    pub fn night_lights_wanted(&self, known: &Resources) -> Vec<NaifId> {
+        auto_exposure::night_lights_wanted(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
     /// Meters the light once more, with the city lights at hand.
-    pub fn meter_lamps(&mut self, resources: &Resources) {
+    pub fn meter_night_lights(&mut self, resources: &Resources) {
         let camera = &self.viewer.camera;
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
     }
@@ -194,6 +195,12 @@ impl<'a> SceneBuilder<'a> {
         let white = self.exposure.white();
         points.iter_mut().for_each(|p| point::spread_glare(p, white));
         let (stars, sky) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
+        let bodies_of = || {
+            let made = || Arc::new(minor_planets::MinorPlanetColumns::of(&self.catalog.small_bodies().minor_planets));
+            Arc::clone(self.caches.minor_planets.get_or_init(made))
+        };
+        let sun_km = self.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None).ok().map(|s| s.state.pos_km);
+        let (minor_planets, about_minor_planets) = minor_planets::minor_planets(request, bodies_of, &self.viewer, sun_km, white);
         let draws = order::far_to_near(placed, draws);
         let corona = corona.map(|c| corona::Corona { draws_behind: order::draws_behind(placed, &draws, NaifId::SUN), ..c });
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
@@ -209,7 +216,8 @@ impl<'a> SceneBuilder<'a> {
             tone_map: request.tone_map,
             bodies,
             stars,
-            sky: sky.into_iter().collect(),
+            minor_planets,
+            sky: sky.into_iter().chain(about_minor_planets).collect(),
             draws,
             points,
             lines,

@@ -13,6 +13,7 @@ use crate::scene::light::exposure::Exposure;
 use crate::scene::light::{corona, glow};
 use crate::scene::purpose::Purpose;
 use crate::scene::request::view_request::ToneMap;
+use crate::scene::sky::minor_planets::MinorPlanets;
 use crate::time::Instant;
 
 /// One frame, ready to be planned.
@@ -32,6 +33,8 @@ pub struct Scene {
     pub bodies: Vec<BodyInView>,
     /// Behind everything.
     pub stars: Vec<StarSprite>,
+    /// Too small to be bodies of the catalog; hidden by what is nearer.
+    pub minor_planets: Option<MinorPlanets>,
     /// What was decided about the sky beyond all bodies.
     pub sky: Vec<Decision>,
     /// Far to near: `order`.

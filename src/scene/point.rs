@@ -11,17 +11,17 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// Least reach of a point's sprite: three standard deviations of its core, so that a star is 1.6 pixels wide at half height.
-const POINT_RADIUS_PX: f64 = 2.0;
+pub const POINT_RADIUS_PX: f64 = 2.0;
 /// Standard deviation of the core.
 pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
 /// Radius within which the glare is flat; beyond, it falls with the third power of the distance.
 pub const GLARE_WIDTH_PX: f64 = 2.0;
 /// Part of the light that the glare of a blazing point holds.
-const GLARE_PART: f64 = 0.3;
+pub const GLARE_PART: f64 = 0.3;
 /// Power of a point's brightness over white with which its sprite grows: a star of first magnitude reaches 1.5 times as far as one of second.
-const GLARE_GROWS: f64 = 0.45;
+pub const GLARE_GROWS: f64 = 0.45;
 /// Greatest reach of the glare.
-pub(crate) const MAX_RADIUS_PX: f64 = 64.0;
+pub const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameters between which a disc takes over from a point. Below, a pixel's one place on the disc stands for too much of it: over places
 /// in the pixel a full disc of 4 pixels is 6 % too bright, a half-lit one within 10 %; at 2 pixels 18 % and 25 % (worked outside).
 pub const BLEND_FROM_PX: f64 = 2.0;

@@ -12,9 +12,10 @@ use crate::scene::light::night_lights::NightLights;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;
+use crate::scene::sky::minor_planets::MinorPlanetColumns;
 use glam::{DVec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A shape model that a view draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +60,8 @@ impl Resources {
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
     pub(crate) ring_shines: RingShines,
+    /// Of the catalog's small bodies.
+    pub(crate) minor_planets: OnceLock<Arc<MinorPlanetColumns>>,
 }
 
 /// What every part of a scene reads.

@@ -3,6 +3,7 @@
 use super::renderers::RendererError;
 use super::shaders::FragmentFolderError;
 use crate::catalog::CatalogError;
+use crate::catalog::small_bodies::SmallBodyFileError;
 use crate::catalog::stars::StarFileError;
 use crate::ephemeris::EphemerisError;
 use crate::render::plan::PlanError;
@@ -26,6 +27,9 @@ pub enum SessionError {
     /// Wrong lines of a star catalogue.
     #[error(transparent)]
     Stars(#[from] StarFileError),
+    /// Wrong lines of a table of minor planets or comets.
+    #[error(transparent)]
+    SmallBodies(#[from] SmallBodyFileError),
     /// No position, or an unusable kernel.
     #[error(transparent)]
     Ephemeris(#[from] EphemerisError),

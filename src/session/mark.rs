@@ -60,7 +60,13 @@ fn file_digest(path: &Path) -> String {
 }
 
 /// The files that a session's pictures are made of.
-pub(super) fn of_sources(catalog: &Catalog, kernel: Option<&Path>, stars: Option<&Path>, folders: &[PathBuf]) -> BTreeMap<String, String> {
+pub(super) fn of_sources(
+    catalog: &Catalog,
+    kernel: Option<&Path>,
+    stars: Option<&Path>,
+    minor_planets: Option<&Path>,
+    folders: &[PathBuf],
+) -> BTreeMap<String, String> {
     // What a source is called changes no picture.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
@@ -77,6 +83,7 @@ pub(super) fn of_sources(catalog: &Catalog, kernel: Option<&Path>, stars: Option
         of("catalogs", hex_digest(bodies)),
         of("kernel", kernel.map_or("embedded".into(), file_digest)),
         of("stars", stars.map_or("embedded".into(), file_digest)),
+        of("minor planets", minor_planets.map_or("embedded".into(), file_digest)),
         of("images", images),
     ])
 }
@@ -239,8 +246,8 @@ impl Provenance {
 impl Session {
     /// What decides the picture of a request that this session draws.
     pub fn provenance(&self, request: &ViewRequest) -> Provenance {
-        let sources =
-            self.mark_sources.get_or_init(|| of_sources(&self.catalog, self.kernel.as_deref(), self.stars.as_deref(), &self.folders));
+        let (kernel, stars, minor_planets) = (self.kernel.as_deref(), self.stars.as_deref(), self.minor_planets.as_deref());
+        let sources = self.mark_sources.get_or_init(|| of_sources(&self.catalog, kernel, stars, minor_planets, &self.folders));
         let mut sources = sources.clone();
         // A window changes both while it runs.
         sources.insert("shaders".into(), self.library.generator().to_string());

@@ -42,6 +42,7 @@ pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
 
+use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -80,6 +81,8 @@ pub struct Sources {
     pub kernel: Option<PathBuf>,
     /// Stars in place of those built in: a table with named columns, or hip2.dat.
     pub stars: Option<PathBuf>,
+    /// Minor planets and comets in place of those built in: a table with named columns, JSON of the JPL's database, or MPCORB.DAT.
+    pub minor_planets: Option<PathBuf>,
     /// Shader fragments that lie over those built in.
     pub shaders: Option<PathBuf>,
     /// Where the shader library lives; `None`: the user's cache folder.
@@ -139,6 +142,8 @@ pub struct Session {
     kernel: Option<PathBuf>,
     /// The user's stars, for the same.
     stars: Option<PathBuf>,
+    /// The user's minor planets and comets, for the same.
+    minor_planets: Option<PathBuf>,
     folders: Vec<PathBuf>,
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
@@ -180,24 +185,38 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
-/// The stars of a file, where one is named.
-///
-/// # Errors
-/// A file that cannot be read, or its first wrong line.
-fn read_stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionError> {
-    /// Hipparcos' hip2.dat has 33 MB.
+/// A table of the user's by its name in messages and its text, where one is named. `takes`: which option takes what.
+fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String)>, SessionError> {
+    /// Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
     const MAX_BYTES: u64 = 1 << 30;
     let Some(path) = path else { return Ok(None) };
     let name = path.display().to_string();
-    let failed =
-        |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --stars takes a table with named columns or hip2.dat") };
+    let failed = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {takes}") };
     let file = std::fs::File::open(path).map_err(|e| failed(e.to_string()))?;
     let mut text = String::new();
     let read = file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| failed(e.to_string()))?;
     if read as u64 > MAX_BYTES {
         return Err(failed("larger than 1 GiB".into()));
     }
-    Ok(Some(Arc::new(StarCatalog::parse(&name, &text)?)))
+    Ok(Some((name, text)))
+}
+
+/// The stars of a file, where one is named.
+///
+/// # Errors
+/// A file that cannot be read, or its first wrong line.
+fn read_stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionError> {
+    let table = read_table(path, "--stars takes a table with named columns or hip2.dat")?;
+    Ok(table.map(|(name, text)| StarCatalog::parse(&name, &text)).transpose()?.map(Arc::new))
+}
+
+/// The minor planets and comets of a file, where one is named.
+///
+/// # Errors
+/// A file that cannot be read, or its first wrong line.
+fn read_small_bodies(path: Option<&Path>) -> Result<Option<SmallBodies>, SessionError> {
+    let table = read_table(path, "--minor-planets takes a table with named columns, JSON of the JPL's database, or MPCORB.DAT")?;
+    Ok(table.map(|(name, text)| SmallBodies::parse(&name, &text)).transpose()?)
 }
 
 /// The cache folder that was named, or the user's own.
@@ -244,7 +263,8 @@ impl Session {
         let catalog =
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
         let stars = stages.measure(Stage::Catalog, || read_stars(sources.stars.as_deref()))?;
-        let catalog = catalog.with_stars(stars);
+        let small_bodies = stages.measure(Stage::Catalog, || read_small_bodies(sources.minor_planets.as_deref()))?;
+        let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies);
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
         let cache = cache_folder(sources.cache.as_deref()).map_err(|why| say(&why)).ok();
         let library = open_library(cache.as_deref(), software::lowering(), say.clone());
@@ -270,9 +290,16 @@ impl Session {
             count_cpu: false,
             kernel: sources.kernel.clone(),
             stars: sources.stars.clone(),
+            minor_planets: sources.minor_planets.clone(),
             folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
             mark_sources: OnceLock::new(),
         })
+    }
+
+    /// The same with other minor planets, for a measurement; pictures are not marked with them.
+    #[must_use]
+    pub fn with_minor_planets(self, own: SmallBodies) -> Self {
+        Self { catalog: self.catalog.with_small_bodies(Some(own)), ..self }
     }
 
     /// From here on processor time is counted too. That reads a file a thread at each end of a stage, which a window's frames should not pay.

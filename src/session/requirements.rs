@@ -51,12 +51,12 @@ impl Session {
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
         let mut builder = self.measured(Stage::Scene, begin)?;
         let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
-        for body in builder.lamps_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
+        for body in builder.night_lights_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_lamps(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
         if !known.night_lights.is_empty() {
-            self.measured(Stage::Scene, || builder.meter_lamps(&known));
+            self.measured(Stage::Scene, || builder.meter_night_lights(&known));
         }
         Ok((builder, known))
     }

@@ -44,7 +44,7 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 18] = [
+pub const SIMPLE_MODULES: [&str; 19] = [
     "anaglyph",
     "blur",
     "corona",
@@ -55,6 +55,7 @@ pub const SIMPLE_MODULES: [&str; 18] = [
     "interlace",
     "label",
     "line",
+    "minor_planets",
     "outline",
     "point",
     "refracted_limb",

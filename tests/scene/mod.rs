@@ -9,6 +9,7 @@ mod linear_light;
 mod magnitudes;
 mod meshes;
 mod metering;
+mod minor_planets;
 mod overlays;
 mod real_sky;
 mod relief;

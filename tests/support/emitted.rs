@@ -8,6 +8,7 @@ use orrery::render::plan::{AddressMode, SamplerState, uniforms_of};
 use orrery::render::software::exec::{Executor, LANES, LaneMask};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::lower;
+use orrery::render::software::math::Real;
 use orrery::render::software::program::{LaneInput, Program};
 use orrery::render::software::sample::texels::Texels;
 use orrery::render::software::sample::{BoundTexture, Textures};
@@ -46,6 +47,11 @@ impl Emitted {
 
     /// Answers with the uniforms that the scene's amounts make. `texture`: what stands at every texture binding, read by texel.
     pub fn ask(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
+        self.ask_in::<f64>(uniforms, texture, questions)
+    }
+
+    /// The same in the arithmetic of frames, f32, or of the reference, f64.
+    pub fn ask_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, questions: &[Question]) -> Vec<[f64; 4]> {
         let uniform_bytes = match self.of_a_body {
             true => uniforms_of(&self.layout, uniforms, 1).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
@@ -59,18 +65,18 @@ impl Emitted {
             .iter()
             .map(|t| BoundTexture { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
         let textures = Textures::new(bound.collect(), class);
-        let prepared = self.program.prepare_for::<f64>(&uniform_bytes, class);
-        let mut executor = Executor::<f64>::with_class(&self.program, class).expect("binds");
+        let prepared = self.program.prepare_for::<R>(&uniform_bytes, class);
+        let mut executor = Executor::<R>::with_class(&self.program, class).expect("binds");
         let mut answers = Vec::with_capacity(questions.len());
         for some in questions.chunks(LANES) {
             for (k, input) in self.program.inputs.iter().enumerate() {
                 let LaneInput::Location { index, component, .. } = *input else { panic!("{input:?}") };
                 for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
-                    *v = some[lane.min(some.len() - 1)][(4 * index + component) as usize];
+                    *v = R::from_f64(some[lane.min(some.len() - 1)][(4 * index + component) as usize]);
                 }
             }
             executor.run(&prepared, LaneMask::MAX, &textures);
-            answers.extend((0..some.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane])));
+            answers.extend((0..some.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())));
         }
         answers
     }

@@ -135,6 +135,7 @@ pub(super) fn light_steps(
     bodies(&mut steps, behind, &scene.draws[behind..])?;
     steps.extend([
         over_light("lines", shared::lines(scene, provider)?),
+        over_light("minor planets", shared::minor_planets(scene, provider)?),
         over_light("points", shared::points(scene, provider)?),
         over_light("glow", shared::glow(scene, provider)?),
     ]);

@@ -17,7 +17,8 @@ use crate::scene::marks::{
 use crate::scene::orbits::{self, LineSegment};
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
-use crate::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, Scene, point_spread};
+use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
+use crate::scene::{CORE_SIGMA_PX, GLARE_GROWS, GLARE_PART, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -53,6 +54,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
         (!scene.points.is_empty() || !scene.stars.is_empty(), "point"),
         (!scene.lines.is_empty(), "line"),
+        (scene.minor_planets.is_some(), "minor_planets"),
         (scene.corona.is_some(), "corona"),
         (!scene.limbs.is_empty(), "refracted_limb"),
         (scene.glow.is_some(), "glow"),
@@ -152,6 +154,33 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let attributes: [Column<Point>; 3] =
         [(3, |p| p.centre.to_array().to_vec()), (3, |p| shape(p.radius_px)), (3, |p| p.flux.to_array().to_vec())];
     sprites("points", &scene.points, &attributes, scene, provider)
+}
+
+pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let Some(all) = &scene.minor_planets else { return Ok(Vec::new()) };
+    let column = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
+    let (orbits, count) = (&all.columns, u32::try_from(all.times.len()).unwrap_or(u32::MAX));
+    let attributes = vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &all.times)];
+    let draw = of_module("minor_planets", scene, provider, |w| {
+        w.vec3("right", all.axes[0])?;
+        w.vec3("up", all.axes[1])?;
+        w.vec3("forward", all.axes[2])?;
+        w.vec3("camera_high", all.camera_parts[0])?;
+        w.vec3("camera_low", all.camera_parts[1])?;
+        w.vec3("velocity", all.velocity)?;
+        w.vec3("colour", all.colour)?;
+        w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        w.vec4("point_law", [POINT_RADIUS_PX, GLARE_GROWS, MAX_RADIUS_PX, GLARE_PART].map(|v| v as f32).into())?;
+        w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
+        w.f32("glare_width_px", GLARE_WIDTH_PX as f32)?;
+        w.f32("flux_per_irradiance", all.flux_per_irradiance)?;
+        w.f32("peak_over_white", all.peak_over_white)?;
+        w.f32("mark_flux", all.mark_flux)?;
+        w.f32("light_time", LIGHT_TIME as f32)?;
+        w.f32("near_au", NEAR_AU as f32)
+    })?;
+    let (vertices, instances) = (Vertices::Count(3), Instances { count, attributes });
+    Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw }])
 }
 
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {

@@ -179,17 +179,19 @@ pub struct Layers {
     pub bloom: bool,
     /// As far as the exposure shows them.
     pub stars: bool,
+    /// Points of light, and marks where they are too faint.
+    pub minor_planets: bool,
 }
 
 impl Default for Layers {
     fn default() -> Self {
-        Self { orbits: false, labels: false, outline: false, bloom: false, stars: true }
+        Self { orbits: false, labels: false, outline: false, bloom: false, stars: true, minor_planets: false }
     }
 }
 
 impl Layers {
     /// Every layer's name.
-    pub const NAMES: [&str; 5] = ["orbits", "labels", "outline", "bloom", "stars"];
+    pub const NAMES: [&str; 6] = ["orbits", "labels", "outline", "bloom", "stars", "minor-planets"];
 
     fn by_name(&mut self, name: &str) -> Option<&mut bool> {
         match name {
@@ -198,6 +200,7 @@ impl Layers {
             "outline" => Some(&mut self.outline),
             "bloom" => Some(&mut self.bloom),
             "stars" => Some(&mut self.stars),
+            "minor-planets" => Some(&mut self.minor_planets),
             _ => None,
         }
     }

@@ -1,0 +1,152 @@
+//! Minor planets and comets: orbit and brightness of each.
+//!
+//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the Sun, axes are
+//! unit vectors of the ICRF. Orbits are osculating: what the planets pull since the epoch is left out. Not here: where a body is (`ephemeris::conic`), how bright a
+//! picture shows it (scene).
+
+mod mpcorb;
+mod read;
+mod rows;
+
+use crate::catalog::{Catalog, NaifId};
+use glam::DVec3;
+use std::sync::{Arc, LazyLock};
+
+/// Gauss' constant: square root of the Sun's GM in au^1.5 a day (IAU 1976; IAU 2012 Resolution B2 keeps the au within 1e-9 of it).
+pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
+
+/// A conic about the Sun with its periapsis and the time of its passage, the same form for ellipse, parabola and hyperbola.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeliocentricOrbit {
+    /// Perihelion distance, above 0.
+    pub perihelion_au: f64,
+    /// 0 and more.
+    pub eccentricity: f64,
+    /// Unit vector from the Sun to the perihelion, ICRF.
+    pub to_perihelion: DVec3,
+    /// Unit vector of the motion in the perihelion, ICRF.
+    pub along_perihelion: DVec3,
+    /// A passage of the perihelion, days past J2000 (TDB).
+    pub passage_days: f64,
+}
+
+/// What the brightness of a body follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BrightnessLaw {
+    /// Absolute magnitude and slope of the H,G system (Bowell et al. 1989, Asteroids II, 524).
+    Asteroid { h: f64, g: f64 },
+    /// Total magnitude at 1 au from Sun and observer, and how many magnitudes a decade of the Sun's distance takes: M1 and K1 of the JPL.
+    Comet { m1: f64, k1: f64 },
+    /// Not known.
+    Unknown,
+}
+
+/// A minor planet or a comet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SmallBody {
+    /// Number or designation; empty where the table has none.
+    pub designation: String,
+    pub name: String,
+    pub orbit: HeliocentricOrbit,
+    pub brightness: BrightnessLaw,
+}
+
+impl SmallBody {
+    /// As people write it: `2 Pallas`, `1P/Halley`.
+    pub fn full_name(&self) -> String {
+        match (self.designation.as_str(), self.name.as_str()) {
+            ("", name) => name.to_owned(),
+            (designation, "") => designation.to_owned(),
+            (designation, name) => format!("{designation} {name}"),
+        }
+    }
+
+    pub fn is_comet(&self) -> bool {
+        matches!(self.brightness, BrightnessLaw::Comet { .. })
+    }
+}
+
+/// `1 Ceres (A801 AA)`, as the JPL writes full names, without number and designation.
+fn bare_name(name: &str) -> &str {
+    let name = name.split('(').next().unwrap_or_default();
+    name.trim_start_matches(|c: char| c.is_ascii_digit()).trim()
+}
+
+/// The bodies of one or more tables.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SmallBodies {
+    pub minor_planets: Vec<SmallBody>,
+    pub comets: Vec<SmallBody>,
+}
+
+/// What is wrong with a table of small bodies. One line: file, line, field, what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}: {message}")]
+pub struct SmallBodyFileError {
+    pub file: String,
+    /// First line is 1.
+    pub line: usize,
+    pub message: String,
+}
+
+static EMBEDDED: LazyLock<Arc<SmallBodies>> = LazyLock::new(|| {
+    let read = |name: &str, text: &str| match SmallBodies::parse(name, text) {
+        Ok(bodies) => bodies,
+        Err(e) => panic!("an embedded table is broken: {e}"),
+    };
+    let mut all = read("small_bodies.csv", orrery_catalogs::SMALL_BODIES);
+    all.comets = read("comets.csv", orrery_catalogs::COMETS).comets;
+    Arc::new(all)
+});
+
+impl SmallBodies {
+    /// The 605 minor planets and the comets that ship inside the program. A test holds that they can be read, so it never panics in a built program.
+    pub fn embedded() -> Arc<Self> {
+        Arc::clone(&EMBEDDED)
+    }
+
+    /// Reads a table: comma-separated values with named columns, JSON of the JPL's Small-Body Database, or MPCORB.DAT.
+    ///
+    /// # Errors
+    /// The first line that cannot be read.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SmallBodyFileError> {
+        let (comets, minor_planets) = read::read(file, text)?.into_iter().partition(SmallBody::is_comet);
+        Ok(Self { minor_planets, comets })
+    }
+
+    /// Without those that the catalog has as bodies of their own.
+    #[must_use]
+    pub fn without_bodies_of(mut self, catalog: &Catalog) -> Self {
+        // A moon and a minor planet may share a name, as Europa and 52 Europa do.
+        let names: Vec<&str> = catalog.bodies().iter().filter(|c| c.parent == Some(NaifId::SUN)).map(|c| c.name.as_str()).collect();
+        self.minor_planets.retain(|b| !names.iter().any(|known| known.eq_ignore_ascii_case(bare_name(&b.name))));
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_embedded_tables_hold_what_they_say() {
+        let all = SmallBodies::embedded();
+        assert_eq!(all.minor_planets.len(), 605);
+        assert!(all.comets.len() > 20 && all.comets.iter().all(SmallBody::is_comet));
+        for body in all.minor_planets.iter().chain(&all.comets) {
+            let o = &body.orbit;
+            let right_angle = o.to_perihelion.dot(o.along_perihelion).abs() < 1e-12;
+            assert!(right_angle && (o.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
+        }
+        // Ceres: a (1 - e) of its osculating elements, and its perihelion of 7 December 2022 (JPL Horizons gives the day).
+        let ceres = all.minor_planets.iter().find(|b| b.name == "Ceres").expect("Ceres").orbit;
+        assert!((ceres.perihelion_au - 2.5491).abs() < 1e-3 && (ceres.passage_days - 8375.0).abs() < 3.0, "{ceres:?}");
+    }
+
+    #[test]
+    fn what_the_catalog_draws_is_not_doubled() {
+        let left = (*SmallBodies::embedded()).clone().without_bodies_of(&Catalog::embedded());
+        let has = |name: &str| left.minor_planets.iter().any(|b| b.name == name);
+        assert!(!has("Ceres") && !has("Vesta") && !has("Pluto") && has("Pallas") && has("Juno"));
+    }
+}

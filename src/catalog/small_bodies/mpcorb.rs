@@ -1,0 +1,82 @@
+//! MPCORB.DAT of the Minor Planet Center: fixed columns, dates packed.
+//!
+//! In: one line. Out: a [`SmallBody`], or the field that is wrong. Columns are those of the Center's "Export format for minor-planet orbits". Lines above the
+//! row of dashes are a heading.
+
+use super::SmallBody;
+use super::rows::{self, A, ARGUMENT, E, EPOCH, G, H, I, M, NODE, Values};
+use crate::time::Instant;
+use crate::units::JD_J2000;
+use crate::wording::echo_within;
+use std::ops::Range;
+
+/// Columns of the numbers, from the first byte to behind the last.
+const NUMBERS: [(usize, Range<usize>); 8] =
+    [(H, 8..13), (G, 14..19), (M, 26..35), (ARGUMENT, 37..46), (NODE, 48..57), (I, 59..68), (E, 70..79), (A, 92..103)];
+const DESIGNATION: Range<usize> = 0..7;
+const EPOCH_COLUMNS: Range<usize> = 20..25;
+/// Number in brackets and name, where the line goes on so far.
+const READABLE: Range<usize> = 166..194;
+
+/// Whether a text is of this form: a line of dashes ends its heading, or its first line has numbers in these columns.
+pub(super) fn is_mpcorb(text: &str) -> bool {
+    let rule = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
+    text.lines().take(100).any(rule) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
+}
+
+/// Lines of bodies with their numbers, the first is 1.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let heading = text.lines().position(|l| l.starts_with("----------")).map_or(0, |k| k + 1);
+    text.lines().enumerate().skip(heading).map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// Julian date of a packed day: century as a letter, year, month and day as digits or letters (K239D: 13 September 2023).
+fn packed_jd(text: &str) -> Option<f64> {
+    let bytes = text.as_bytes();
+    let digit = |b: u8| char::from(b).to_digit(36).filter(|_| !b.is_ascii_lowercase());
+    let [century, y1, y2, month, day] = bytes else { return None };
+    let century = digit(*century).filter(|c| (18..=20).contains(c))?;
+    let year = 100 * century + 10 * digit(*y1).filter(|d| *d < 10)? + digit(*y2).filter(|d| *d < 10)?;
+    let (month, day) = (digit(*month)?, digit(*day)?);
+    // Midnight of terrestrial time; the text form counts in UTC, which is rounded off to the day.
+    let utc = Instant::parse(&format!("{year:04}-{month:02}-{day:02}T00:00:00Z")).ok()?;
+    let jd = utc.tdb_seconds_past_j2000() / crate::units::SECONDS_PER_DAY + JD_J2000;
+    Some((jd - 0.5).round() + 0.5)
+}
+
+pub(super) fn body(line: &str) -> Result<SmallBody, String> {
+    let cell = |columns: &Range<usize>| line.get(columns.clone());
+    let short =
+        || "too short for MPCORB.DAT, and no first line names columns such as e,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H".to_owned();
+    let mut values: Values = Values::default();
+    for (k, columns) in &NUMBERS {
+        values[*k] = rows::number(*k, cell(columns).ok_or_else(short)?)?;
+    }
+    let epoch = cell(&EPOCH_COLUMNS).ok_or_else(short)?;
+    let epoch_jd =
+        packed_jd(epoch).ok_or_else(|| format!("epoch is `{}`; expected a packed date such as K239D", echo_within(epoch, 10)))?;
+    values[EPOCH] = Some(epoch_jd);
+    let packed = cell(&DESIGNATION).unwrap_or_default().trim();
+    let readable = line.get(READABLE.start..READABLE.end.min(line.len())).unwrap_or_default().trim();
+    let (designation, name) = match readable.strip_prefix('(').and_then(|r| r.split_once(')')) {
+        Some((number, name)) => (number.trim(), name.trim()),
+        None if readable.is_empty() => (packed, ""),
+        None => (readable, ""),
+    };
+    rows::body(designation, name, &values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_unpacked() {
+        // The Center's own examples: J9611 is 1 January 1996, K01AM 22 October 2001; Julian dates by the calendar.
+        assert_eq!(packed_jd("J9611"), Some(2_450_083.5));
+        assert_eq!(packed_jd("K01AM"), Some(2_452_204.5));
+        for wrong in ["", "K23", "K2Z11", "K23DD", "k239D", "Z2311"] {
+            assert_eq!(packed_jd(wrong), None, "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Tables of small bodies as text: comma-separated values with named columns, JSON of the JPL's Small-Body Database, MPCORB.DAT.
+//!
+//! In: the text. Out: the bodies in its order, or the first line that is wrong, with its field. Columns of other names are passed over. A line that begins with # is a
+//! comment, or names the columns where it is the first that does. JSON is the reply of the database's query interface: `fields` and `data`.
+
+use super::rows::{A, ARGUMENT, E, EPOCH, EPOCH_MJD, FIELDS, H, I, M, M1, NODE, PASSAGE, Q, Values, body, number};
+use super::{SmallBody, SmallBodyFileError, mpcorb};
+use crate::wording::{echo, echo_within, json_error_text};
+use serde::Deserialize;
+use std::borrow::Cow;
+
+/// Bodies of a file at most: 200 bytes each in memory, and twice what is known.
+const MAX_BODIES: usize = 3_000_000;
+
+/// Where each quantity stands in a row.
+struct Columns {
+    of_field: [Option<usize>; FIELDS.len()],
+    designation: Option<usize>,
+    name: Option<usize>,
+    count: usize,
+}
+
+/// A column's name as tables of names have it: letters and digits alone, lower case. `M` is a mean anomaly, `M1` a magnitude.
+fn plain(name: &str) -> String {
+    name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
+}
+
+impl Columns {
+    /// Of the names; what must be there is, or which is not.
+    fn of(names: &[String]) -> Result<Self, String> {
+        let place = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
+        let of_field = FIELDS.each_ref().map(|f| place(f.columns));
+        let has = |any: &[usize]| any.iter().any(|k| of_field[*k].is_some());
+        let missing = |any: &[usize]| {
+            let names: Vec<_> = any.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
+            Err(format!("no column {}; the first line must name it", names.join(" or ")))
+        };
+        for any in [&[E][..], &[I], &[NODE], &[ARGUMENT], &[A, Q], &[M, PASSAGE], &[H, M1]] {
+            if !has(any) {
+                return missing(any);
+            }
+        }
+        if !has(&[PASSAGE, EPOCH, EPOCH_MJD]) {
+            return missing(&[EPOCH, EPOCH_MJD]);
+        }
+        let designation = place(&["number", "pdes", "designation", "desig"]);
+        Ok(Self { of_field, designation, name: place(&["name"]).or(place(&["fullname"])), count: names.len() })
+    }
+
+    fn body(&self, cells: &[Cow<'_, str>]) -> Result<SmallBody, String> {
+        if cells.len() != self.count {
+            return Err(format!("{} values, and the first line names {} columns", cells.len(), self.count));
+        }
+        let mut values = Values::default();
+        for (k, column) in self.of_field.iter().enumerate() {
+            values[k] = number(k, column.map_or("", |c| cells[c].as_ref()))?;
+        }
+        let text = |column: Option<usize>| column.map_or("", |c| cells[c].as_ref());
+        body(text(self.designation), text(self.name), &values)
+    }
+}
+
+/// The values of a line; one in quotes may hold commas, and doubled quotes for one.
+fn cells(line: &str) -> Vec<Cow<'_, str>> {
+    if !line.contains('"') {
+        return line.split(',').map(|c| Cow::Borrowed(c.trim())).collect();
+    }
+    let (mut all, mut cell, mut quoted) = (Vec::new(), String::new(), false);
+    let mut letters = line.chars().peekable();
+    while let Some(c) = letters.next() {
+        match c {
+            '"' if quoted && letters.peek() == Some(&'"') => {
+                letters.next();
+                cell.push('"');
+            }
+            '"' => quoted = !quoted,
+            ',' if !quoted => all.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned())),
+            c => cell.push(c),
+        }
+    }
+    all.push(Cow::Owned(cell.trim().to_owned()));
+    all
+}
+
+/// The reply of the database's query interface.
+#[derive(Deserialize)]
+struct Reply {
+    fields: Vec<String>,
+    data: Vec<Vec<serde_json::Value>>,
+}
+
+fn of_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
+    let reply: Reply =
+        serde_json::from_str(text).map_err(|e| (e.line().max(1), format!("no reply of the database: {}", json_error_text(&e))))?;
+    let names: Vec<String> = reply.fields.iter().map(|n| plain(n)).collect();
+    let columns = Columns::of(&names).map_err(|e| (1, e))?;
+    let cell = |v: &serde_json::Value| match v {
+        serde_json::Value::Null => String::new(),
+        serde_json::Value::String(s) => s.trim().to_owned(),
+        other => other.to_string(),
+    };
+    let row = |(k, row): (usize, &Vec<serde_json::Value>)| {
+        let cells: Vec<Cow<'_, str>> = row.iter().map(|v| Cow::Owned(cell(v))).collect();
+        columns.body(&cells).map_err(|e| (1, format!("row {} of `data`: {e}", k + 1)))
+    };
+    reply.data.iter().enumerate().map(row).collect()
+}
+
+fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
+    let mut columns: Option<Columns> = None;
+    let mut all = Vec::new();
+    for (line_number, line) in text.lines().enumerate().map(|(k, line)| (k + 1, line.trim())).filter(|(_, line)| !line.is_empty()) {
+        if let Some(columns) = &columns {
+            if !line.starts_with('#') {
+                all.push(columns.body(&cells(line)).map_err(|e| (line_number, e))?);
+            }
+            continue;
+        }
+        let names: Vec<String> = cells(line.trim_start_matches(['#', '\u{feff}'])).iter().map(|n| plain(n)).collect();
+        match Columns::of(&names) {
+            Ok(found) => columns = Some(found),
+            // A comment above the line that names the columns.
+            Err(_) if line.starts_with('#') => {}
+            Err(why) if names.len() > 3 => return Err((line_number, why)),
+            Err(_) => {
+                let shown = echo_within(line, 40);
+                let expected =
+                    "expected the names of columns (e, a_au or q_au, i_deg, node_deg, argp_deg, M_deg and epoch_mjd or tp_jd, H or M1)";
+                return Err((line_number, format!("`{shown}`: {expected}")));
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Reads a table of any of the three forms.
+pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
+    let wrong = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
+    let all = if text.trim_start().starts_with('{') {
+        of_json(text)
+    } else if mpcorb::is_mpcorb(text) {
+        mpcorb::lines(text).map(|(line, text)| mpcorb::body(text).map_err(|e| (line, e))).collect()
+    } else {
+        of_table(text)
+    }
+    .map_err(wrong)?;
+    match all.len() {
+        0 => Err(wrong((1, "no bodies: the file has no row".into()))),
+        1..=MAX_BODIES => Ok(all),
+        n => Err(wrong((1, format!("{n} bodies; {MAX_BODIES} at most")))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::small_bodies::BrightnessLaw;
+
+    const HEAD: &str = "name,e,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H,G\n";
+
+    /// The same orbit by CSV, by the database's JSON and CSV, and by a line of MPCORB (Ceres on 13 September 2023).
+    #[test]
+    fn every_form_says_the_same_of_a_body() {
+        let csv = format!("{HEAD}Ceres,0.0789125,2.7672543,10.58769,80.25498,73.42179,60.07881,60200,3.34,0.15\n");
+        let quoted = "full_name,epoch,e,a,i,om,w,ma,H,G\n\"     1 Ceres (A801 AA)\",2460200.5,.0789125,2.7672543,10.58769,80.25498,73.42179,60.07881,3.34,\n";
+        let json = r#"{"signature":{"version":"1.0"},"fields":["full_name","epoch.mjd","e","a","i","om","w","ma","H","G"],
+            "data":[["     1 Ceres (A801 AA)",60200,".0789125","2.7672543",10.58769,"80.25498","73.42179","60.07881","3.34",null]]}"#;
+        let mpcorb = format!(
+            "{:<7} {:5.2} {:5.2} {:5} {:9.5}  {:9.5}  {:9.5}  {:9.5}  {:9.7} {:11.8} {:11.7}{}{}",
+            "00001",
+            3.34,
+            0.15,
+            "K239D",
+            60.07881,
+            73.42179,
+            80.25498,
+            10.58769,
+            0.0789125,
+            0.21410522,
+            2.7672543,
+            " ".repeat(63),
+            "     (1) Ceres"
+        );
+        let one = |file: &str, text: &str| read(file, text).unwrap_or_else(|e| panic!("{e}")).remove(0);
+        let a = one("a.csv", &csv);
+        for (file, text) in [("b.csv", quoted), ("c.json", json), ("MPCORB.DAT", mpcorb.as_str())] {
+            let b = one(file, text);
+            assert_eq!(b.brightness, BrightnessLaw::Asteroid { h: 3.34, g: 0.15 }, "{file}");
+            assert!(b.name.contains("Ceres") && (a.orbit.passage_days - b.orbit.passage_days).abs() < 1e-6, "{file}: {b:?}");
+            assert!(
+                a.orbit.to_perihelion.distance(b.orbit.to_perihelion) < 1e-12
+                    && (a.orbit.perihelion_au - b.orbit.perihelion_au).abs() < 1e-12
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_line_and_field() {
+        let why = |text: &str| read("m.csv", text).expect_err(text).to_string();
+        assert_eq!(why("name,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H\n"), "m.csv:1: no column `e`; the first line must name it");
+        assert_eq!(why("e,i,om,w,ma,epoch,H\n"), "m.csv:1: no column `a_au` or `q_au`; the first line must name it");
+        assert!(why(&HEAD.replace(",epoch_mjd", "")).contains("no column `epoch_jd` or `epoch_mjd`"));
+        let row = |text: &str| why(&format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,9,\n{text}\n"));
+        assert_eq!(row("y,-0.1,2.5,3,4,5,6,60000,9,"), "m.csv:3: e is `-0.1`; expected an eccentricity from 0 to 100");
+        assert!(row("y,1.2,2.5,3,4,5,6,60000,9,").contains("m.csv:3: a_au is `2.5` and e `1.2`"));
+        assert!(row("y,0.1,2.5,190,4,5,6,60000,9,").contains("i_deg is `190`; expected degrees from 0 to 180"));
+        assert!(row("y,0.1,2.5,3,4,5,,60000,9,").contains("tp_jd is empty, and so is M_deg"));
+        assert!(row("y,0.1,2.5,3,4,5,6,60000,dim,").contains("H is `dim`"));
+        assert_eq!(row("y,0.1"), "m.csv:3: 2 values, and the first line names 10 columns");
+        assert!(
+            why("").contains("no bodies") && why(HEAD).contains("no bodies") && why("one two\n").contains("expected the names of columns")
+        );
+        assert!(why(r#"{"fields":["e"],"data":[]}"#).contains("no column `i_deg`"));
+        assert!(
+            why(r#"{"fields":["e","a","i","om","w","ma","epoch","H"],"data":[[7,"2.5",1,1,1,1,2460000.5,9]]}"#)
+                .contains("row 1 of `data`: a_au is")
+        );
+        assert!(why("{\n\n").starts_with("m.csv:3: no reply of the database"));
+        // A body whose brightness nobody has measured is no fault.
+        assert_eq!(read("m.csv", &format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,,\n")).expect("a body")[0].brightness, BrightnessLaw::Unknown);
+    }
+}

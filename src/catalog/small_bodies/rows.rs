@@ -1,0 +1,122 @@
+//! One row of a table of small bodies: its fields, their units and ranges, and the orbit that they make.
+//!
+//! In: the text of each field that the row has. Out: a [`SmallBody`], or which field is wrong and what is allowed. Orbits are given by the perihelion or by
+//! the semi-major axis, and by a passage of the perihelion or by the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000.
+
+use super::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
+use crate::units::{JD_J2000, RAD_PER_ARCSEC};
+use crate::wording::echo_within;
+use glam::{DMat3, DVec3};
+use std::f64::consts::{PI, TAU};
+
+/// Obliquity of the J2000 ecliptic to which orbits are published (IAU 1976: 84381.448 arcsec), radians.
+const OBLIQUITY: f64 = 84_381.448 * RAD_PER_ARCSEC;
+/// Modified Julian dates count from here.
+const JD_OF_MJD: f64 = 2_400_000.5;
+/// Slope of the H,G law where the table has none (IAU 1985), and magnitudes a decade where a comet's table has none: brightness by the fourth power.
+const USUAL_G: f64 = 0.15;
+const USUAL_K1: f64 = 10.0;
+
+/// A quantity of a row: what messages call it, the names that its column may have (letters and digits alone, lower case), its range.
+pub(super) struct Field {
+    pub name: &'static str,
+    pub columns: &'static [&'static str],
+    least: f64,
+    most: f64,
+    unit: &'static str,
+}
+
+const fn field(name: &'static str, columns: &'static [&'static str], [least, most]: [f64; 2], unit: &'static str) -> Field {
+    Field { name, columns, least, most, unit }
+}
+
+pub(super) const E: usize = 0;
+pub(super) const I: usize = 1;
+pub(super) const NODE: usize = 2;
+pub(super) const ARGUMENT: usize = 3;
+pub(super) const A: usize = 4;
+pub(super) const Q: usize = 5;
+pub(super) const M: usize = 6;
+pub(super) const EPOCH: usize = 7;
+pub(super) const EPOCH_MJD: usize = 8;
+pub(super) const PASSAGE: usize = 9;
+pub(super) const H: usize = 10;
+pub(super) const G: usize = 11;
+pub(super) const M1: usize = 12;
+pub(super) const K1: usize = 13;
+pub(super) const FIELDS: [Field; 14] = [
+    field("e", &["e", "eccentricity"], [0.0, 100.0], "an eccentricity"),
+    field("i_deg", &["i", "ideg", "incl", "inclination"], [0.0, 180.0], "degrees"),
+    field("node_deg", &["om", "node", "nodedeg"], [-360.0, 360.0], "degrees"),
+    field("argp_deg", &["w", "peri", "argp", "argpdeg"], [-360.0, 360.0], "degrees"),
+    field("a_au", &["a", "aau"], [-1e6, 1e6], "au"),
+    field("q_au", &["q", "qau"], [1e-5, 1e4], "au"),
+    field("M_deg", &["ma", "m", "mdeg"], [-1e7, 1e7], "degrees"),
+    field("epoch_jd", &["epoch", "epochjd"], [0.0, 1e7], "a Julian date (TDB)"),
+    field("epoch_mjd", &["epochmjd"], [-2.4e6, 7e6], "a modified Julian date (TDB)"),
+    field("tp_jd", &["tp", "tpjd"], [0.0, 1e7], "a Julian date (TDB)"),
+    field("H", &["h"], [-30.0, 50.0], "magnitudes"),
+    field("G", &["g"], [-1.0, 2.0], "a slope"),
+    field("M1", &["m1"], [-30.0, 50.0], "magnitudes"),
+    field("K1", &["k1"], [-50.0, 100.0], "magnitudes a decade"),
+];
+
+/// The fields of one row; `None` where it has none.
+pub(super) type Values = [Option<f64>; FIELDS.len()];
+
+/// A number of a field in its range; `None` for an empty one.
+pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
+    let (f, text) = (&FIELDS[k], text.trim());
+    if text.is_empty() {
+        return Ok(None);
+    }
+    let value = text.parse::<f64>().ok().filter(|v| (f.least..=f.most).contains(v));
+    let wrong = || format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text, 40), f.unit, f.least, f.most);
+    value.map(Some).ok_or_else(wrong)
+}
+
+/// The body of a row.
+pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
+    let needed = |k: usize| {
+        let f = &FIELDS[k];
+        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.least, f.most))
+    };
+    let e = needed(E)?;
+    let (i, node, argument) = (needed(I)?, needed(NODE)?, needed(ARGUMENT)?);
+    let perihelion_au = match (values[Q], values[A]) {
+        (Some(q), _) => q,
+        (None, Some(a)) if a * (1.0 - e) > 0.0 => a * (1.0 - e),
+        (None, Some(a)) => return Err(format!("a_au is `{a}` and e `{e}`: an ellipse has a above 0 and e below 1, a hyperbola a below 0")),
+        (None, None) => return Err("q_au and a_au are both empty; give one of them".into()),
+    };
+    let epoch_jd = values[EPOCH].or(values[EPOCH_MJD].map(|d| d + JD_OF_MJD));
+    let passage_days = match (values[PASSAGE], values[M], epoch_jd) {
+        (Some(tp), ..) => tp - JD_J2000,
+        (None, Some(m), Some(epoch)) if e != 1.0 => {
+            let a = perihelion_au / (1.0 - e).abs();
+            let m = m.to_radians();
+            // The nearest passage.
+            let m = if e < 1.0 { (m + PI).rem_euclid(TAU) - PI } else { m };
+            epoch - JD_J2000 - m / (GAUSS_CONSTANT * a.powf(-1.5))
+        }
+        (None, Some(_), Some(_)) => return Err("a parabola has no mean anomaly; give tp_jd".into()),
+        _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give either".into()),
+    };
+    let brightness = match (values[M1], values[H]) {
+        (Some(m1), _) => BrightnessLaw::Comet { m1, k1: values[K1].unwrap_or(USUAL_K1) },
+        (None, Some(h)) => BrightnessLaw::Asteroid { h, g: values[G].unwrap_or(USUAL_G) },
+        (None, None) => BrightnessLaw::Unknown,
+    };
+    let icrf_from_orbit = DMat3::from_rotation_x(OBLIQUITY)
+        * DMat3::from_rotation_z(node.to_radians())
+        * DMat3::from_rotation_x(i.to_radians())
+        * DMat3::from_rotation_z(argument.to_radians());
+    let orbit = HeliocentricOrbit {
+        perihelion_au,
+        eccentricity: e,
+        to_perihelion: icrf_from_orbit * DVec3::X,
+        along_perihelion: icrf_from_orbit * DVec3::Y,
+        passage_days,
+    };
+    Ok(SmallBody { designation: designation.trim().to_owned(), name: name.trim().to_owned(), orbit, brightness })
+}

@@ -1,0 +1,181 @@
+//! Motion on any conic about one centre: ellipse, parabola and hyperbola by one formula, Kepler's equation in universal variables.
+//!
+//! In: a state and the centre's GM, or the orbit of a small body; a span of time. Out: the state then. Of Stumpff's functions c_k(x) = sum (-x)^n / (2n + k)! the first four
+//! serve all three kinds, so nothing is lost near the parabola. Units: whatever length and time the GM has. Left out: every other pull.
+//! After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
+
+use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// c0 to c3 of Stumpff at `x`, to rounding: a series for an argument divided by four until it is small, and the formulas of the double angle.
+pub fn stumpff(x: f64) -> [f64; 4] {
+    let (mut x, mut halvings) = (x, 0);
+    while x.abs() > 0.1 && halvings < 64 {
+        x *= 0.25;
+        halvings += 1;
+    }
+    // Next terms: 0.1^7 / 16! and less.
+    let series = |first: f64| {
+        (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + first + 1.0) * (2.0 * f64::from(n) + first + 2.0)) * sum)
+    };
+    let (mut c2, mut c3) = (0.5 * series(2.0), series(3.0) / 6.0);
+    let (mut c0, mut c1) = (1.0 - x * c2, 1.0 - x * c3);
+    for _ in 0..halvings {
+        // 1 + c0 as 2 - x c2 keeps the digits of c2, which is 1 - cos E over E squared.
+        c3 = 0.25 * (c2 + c0 * c3);
+        c2 *= 0.5 * (2.0 - x * c2);
+        c1 *= c0;
+        x *= 4.0;
+        c0 = 1.0 - x * c2;
+    }
+    [c0, c1, c2, c3]
+}
+
+/// A place and a velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConicState {
+    /// From the centre.
+    pub position: DVec3,
+    /// Its change.
+    pub velocity: DVec3,
+}
+
+impl ConicState {
+    /// GM over the semi-major axis: above 0 on an ellipse, 0 on a parabola, below on a hyperbola.
+    pub fn inverse_axis_gm(&self, gm: f64) -> f64 {
+        2.0 * gm / self.position.length() - self.velocity.length_squared()
+    }
+
+    /// The state after a span of time, which may be negative.
+    #[must_use]
+    pub fn after(&self, gm: f64, span: f64) -> Self {
+        let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
+        let alpha = self.inverse_axis_gm(gm);
+        let turn = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
+        // Whole turns change nothing.
+        let span = if turn.is_finite() { span - turn * (span / turn).round() } else { span };
+        let powers = |s: f64| {
+            let [c0, c1, c2, c3] = stumpff(alpha * s * s);
+            [c0, s * c1, s * s * c2, s * s * s * c3]
+        };
+        let late = |s: f64| {
+            let [g0, g1, g2, g3] = powers(s);
+            (r0 * g1 + sigma * g2 + gm * g3 - span, r0 * g0 + sigma * g1 + gm * g2)
+        };
+        // The time grows with s, at the rate of the distance: Newton's steps inside a bracket.
+        // It begins small: the functions of a hyperbola overflow far beyond the root.
+        let first = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
+        let (mut low, mut high) = (0.0_f64, span.signum() * first);
+        for _ in 0..200 {
+            if late(high).0 * span.signum() >= 0.0 {
+                break;
+            }
+            (low, high) = (high, 2.0 * high);
+        }
+        let mut s = 0.5 * (low + high);
+        for _ in 0..200 {
+            let (over, rate) = late(s);
+            if over * span.signum() > 0.0 {
+                high = s;
+            } else {
+                low = s;
+            }
+            let newton = s - over / rate;
+            let inside = (newton - low) * (newton - high) <= 0.0;
+            let next = if inside { newton } else { 0.5 * (low + high) };
+            let done = (next - s).abs() <= 1e-16 * s.abs();
+            s = next;
+            if done {
+                break;
+            }
+        }
+        let [_, g1, g2, g3] = powers(s);
+        let position = self.position * (1.0 - gm * g2 / r0) + self.velocity * (span - gm * g3);
+        let r = late(s).1;
+        let velocity = self.position * (-gm * g1 / (r * r0)) + self.velocity * (1.0 - gm * g2 / r);
+        Self { position, velocity }
+    }
+}
+
+/// A small body's heliocentric state, au and au a day, ICRF, at a time in days past J2000 (TDB).
+pub fn heliocentric_state(orbit: &HeliocentricOrbit, days: f64) -> ConicState {
+    let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
+    let speed = (gm * (1.0 + orbit.eccentricity) / orbit.perihelion_au).sqrt();
+    let at_perihelion = ConicState { position: orbit.to_perihelion * orbit.perihelion_au, velocity: orbit.along_perihelion * speed };
+    at_perihelion.after(gm, days - orbit.passage_days)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ephemeris::two_body::eccentric_anomaly;
+
+    #[test]
+    fn stumpffs_functions_are_those_of_the_circle_and_the_hyperbola() {
+        for k in 0..400 {
+            let x = 1e-6 * 1.06_f64.powi(k);
+            if x > 12.0 {
+                break;
+            }
+            let s = x.sqrt();
+            let [c0, c1, c2, c3] = stumpff(x);
+            let half = (0.5 * s).sin();
+            assert!((c0 - s.cos()).abs() < 4e-15 && (c1 - s.sin() / s).abs() < 4e-15 && (c2 - 2.0 * half * half / x).abs() < 4e-15, "{x}");
+            assert!(x < 1e-2 || (c3 - (s - s.sin()) / (x * s)).abs() < 4e-14, "{x}");
+            let [h0, h1, ..] = stumpff(-x * 9.0);
+            let s = 3.0 * s;
+            assert!((h0 / s.cosh() - 1.0).abs() < 1e-14 && (h1 / (s.sinh() / s) - 1.0).abs() < 1e-14, "{x}");
+        }
+        assert_eq!(stumpff(0.0), [1.0, 1.0, 0.5, 1.0 / 6.0]);
+    }
+
+    fn orbit(q: f64, e: f64) -> HeliocentricOrbit {
+        HeliocentricOrbit { perihelion_au: q, eccentricity: e, to_perihelion: DVec3::X, along_perihelion: DVec3::Y, passage_days: 0.0 }
+    }
+
+    /// Ellipses against the classical equation; the hyperbola against sinh; the parabola against Barker's equation.
+    #[test]
+    fn places_are_those_of_the_classical_formulas() {
+        for e in [0.0, 1e-9, 0.2, 0.7, 0.97, 0.999, 0.999_999] {
+            let (q, a) = (1.0 - e, 1.0);
+            for step in -31..=31 {
+                let m = 0.1 * f64::from(step) + 1e-3;
+                let anomaly = eccentric_anomaly(m, e);
+                let expected = DVec3::new(a * (anomaly.cos() - e), a * (1.0 - e * e).sqrt() * anomaly.sin(), 0.0);
+                let found = heliocentric_state(&orbit(q, e), m / GAUSS_CONSTANT).position;
+                assert!(found.distance(expected) < 1e-10 * a, "e {e} M {m}: {found} {expected}");
+            }
+        }
+        for (e, h) in [(1.001, 0.3), (1.2, -2.0), (3.4, 7.0)] {
+            let e: f64 = e;
+            let h: f64 = h;
+            let a = 1.0 / (e - 1.0);
+            let expected = DVec3::new(a * (e - h.cosh()), a * (e * e - 1.0).sqrt() * h.sinh(), 0.0);
+            let found = heliocentric_state(&orbit(1.0, e), (e * h.sinh() - h) * a.powf(1.5) / GAUSS_CONSTANT).position;
+            assert!(found.distance(expected) < 1e-10 * expected.length(), "{e} {h}: {found} {expected}");
+        }
+        // Barker: t = sqrt(2 q^3) / k (w + w^3 / 3), w the tangent of half the true anomaly.
+        for w in [-5.0, -0.1, 1e-6, 0.7, 30.0_f64] {
+            let days = 2.0_f64.sqrt() / GAUSS_CONSTANT * (w + w * w * w / 3.0);
+            let found = heliocentric_state(&orbit(1.0, 1.0), days).position;
+            let expected = DVec3::new(1.0 - w * w, 2.0 * w, 0.0);
+            assert!(found.distance(expected) < 1e-11 * expected.length(), "{w}: {found} {expected}");
+            // Its neighbours on both sides, where classical formulas divide by nothing.
+            let near = [1.0 - 1e-10, 1.0 + 1e-10].map(|e| heliocentric_state(&orbit(1.0, e), days).position);
+            assert!(near.iter().all(|p| p.distance(expected) < 1e-5 * expected.length()), "{near:?}");
+        }
+    }
+
+    #[test]
+    fn a_state_goes_on_as_its_orbit_does() {
+        let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
+        for (q, e) in [(0.6, 0.967), (1.0, 1.0), (2.0, 3.4), (2.5, 0.05)] {
+            let (at, span) = (heliocentric_state(&orbit(q, e), 123.0), 77.0);
+            let (on, expected) = (at.after(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
+            assert!(on.position.distance(expected.position) < 1e-12 && on.velocity.distance(expected.velocity) < 1e-13, "{q} {e}");
+            let slope = (at.after(gm, 0.01).position - at.after(gm, -0.01).position) / 0.02;
+            assert!(slope.distance(at.velocity) < 1e-9 && slope.distance(on.velocity) > 1e-4);
+        }
+    }
+}
