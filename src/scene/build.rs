@@ -1,6 +1,6 @@
 //! From a request to a finished [`Scene`], in two steps.
 //!
-//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_night_lights`] adds that of night
+//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_night_lights`] adds that of
 //! city lights; [`SceneBuilder::requirements`] says what else the view needs; [`SceneBuilder::build`] decides on every feature and makes the scene of what is at hand. Nothing changes a scene afterwards.
 
 use crate::catalog::{Body, Catalog, NaifId};

@@ -44,7 +44,7 @@ impl Session {
         Ok(self.measured(Stage::Scene, || builder.build(&resources)))
     }
 
-    /// A builder that has metered the lamps too, and what is known of the files.
+    /// A builder that has metered the city lights too, and what is known of the files.
     pub(super) fn metered<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
@@ -52,7 +52,7 @@ impl Session {
         let mut builder = self.measured(Stage::Scene, begin)?;
         let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
         for body in builder.night_lights_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
-            let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_lamps(body)));
+            let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
         if !known.night_lights.is_empty() {
@@ -129,7 +129,7 @@ impl Session {
     }
 
     /// The city lights of a body's night, for the light meter. A map that cannot be read is said by whoever draws it.
-    fn read_lamps(&self, body: &Body) -> Option<Arc<NightLights>> {
+    fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;

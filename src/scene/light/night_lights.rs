@@ -61,7 +61,7 @@ mod tests {
 
     /// A map that is bright in the east alone: read there, not in the west, half at the meridian between; rows that are not whole are refused.
     #[test]
-    fn lamps_are_where_the_map_has_them() {
+    fn city_lights_are_where_the_map_has_them() {
         let catalog = Catalog::embedded();
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let texels = || (0..8 * 4).map(|k| f64::from(u8::from(k % 8 >= 4)));
