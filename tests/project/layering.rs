@@ -47,6 +47,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
             "time",
             "catalog",
             "ephemeris",
+            "events",
             "scene",
             "shader",
             "render::plan",

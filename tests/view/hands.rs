@@ -47,7 +47,7 @@ impl RenderWorker for Held {
 }
 
 /// A window whose studio draws while `draws` says so, tall enough for every row of the list.
-fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
+pub(super) fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
     let worker = Held { prompt: InlineWorker::new(session()), draws: Arc::clone(draws) };
     Harness::builder()
         .with_size([1100.0, height])
@@ -58,13 +58,13 @@ fn held(interface: Interface, draws: &Arc<AtomicBool>, height: f32) -> Window {
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
-fn without_pictures(target: NaifId) -> Window {
+pub(super) fn without_pictures(target: NaifId) -> Window {
     let mut window = held(interface(target, TIME), &Arc::default(), 1900.0);
     window.run_steps(3);
     window
 }
 
-fn later(window: &mut Window, seconds: f64) {
+pub(super) fn later(window: &mut Window, seconds: f64) {
     let next = window.ctx.input(|i| i.time) + seconds;
     window.input_mut().time = Some(next);
     window.run_steps(1);
@@ -85,7 +85,7 @@ fn button(pos: Pos2, pressed: bool) -> Event {
 }
 
 /// Presses and releases in turns of their own, or in one.
-fn click(window: &mut Window, pos: Pos2, in_one_turn: bool) {
+pub(super) fn click(window: &mut Window, pos: Pos2, in_one_turn: bool) {
     window.hover_at(pos);
     window.run_steps(1);
     if in_one_turn {
@@ -203,7 +203,7 @@ fn field(window: &Window) -> (bool, String) {
     (field.is_focused(), field.value().unwrap_or_default())
 }
 
-fn typed(window: &mut Window, text: &str) {
+pub(super) fn typed(window: &mut Window, text: &str) {
     window.event(Event::Text(text.into()));
     window.run_steps(2);
 }

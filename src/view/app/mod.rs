@@ -1,5 +1,6 @@
 //! The state behind the window: the view, its camera, time, history and settings. No window and no panel.
 
+pub mod event_search;
 pub mod exposure_adaptation;
 pub mod file_names;
 pub mod flight;
@@ -10,5 +11,6 @@ pub mod orbit;
 pub mod places;
 pub mod settings;
 pub mod time_rate;
+pub mod time_text;
 pub mod view_state;
 pub mod viewer;

@@ -8,22 +8,34 @@ const LADDER: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 6
 /// stays the sky as it is now.
 const LONGEST_STEP_S: f64 = 2.0;
 
+/// The slowest and the fastest pace that can be chosen, scene seconds per real second.
+pub const SLOWEST: f64 = LADDER[0];
+pub const FASTEST: f64 = LADDER[LADDER.len() - 1];
+
 /// How fast and which way scene time runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRate {
-    step: usize,
+    /// Scene seconds per real second, either way, [`SLOWEST`] to [`FASTEST`].
+    pace: f64,
     backward: bool,
     paused: bool,
 }
 
+impl Default for TimeRate {
+    fn default() -> Self {
+        Self { pace: SLOWEST, backward: false, paused: false }
+    }
+}
+
 impl TimeRate {
+    /// The next step of the ladder.
     pub fn faster(&mut self) {
-        self.step = (self.step + 1).min(LADDER.len() - 1);
+        self.pace = LADDER.into_iter().find(|step| *step > self.pace * (1.0 + 1e-9)).unwrap_or(FASTEST);
         self.paused = false;
     }
 
     pub fn slower(&mut self) {
-        self.step = self.step.saturating_sub(1);
+        self.pace = LADDER.into_iter().rev().find(|step| *step < self.pace * (1.0 - 1e-9)).unwrap_or(SLOWEST);
         self.paused = false;
     }
 
@@ -33,6 +45,23 @@ impl TimeRate {
 
     pub fn backward(&mut self) {
         (self.backward, self.paused) = (true, false);
+    }
+
+    /// Runs forward, or backward where the rate is negative.
+    pub fn run_at(&mut self, rate: f64) {
+        self.set_pace(rate.abs());
+        (self.backward, self.paused) = (rate < 0.0, false);
+    }
+
+    /// Either way; time that stands still goes on to do so.
+    pub fn set_pace(&mut self, pace: f64) {
+        if pace.is_finite() {
+            self.pace = pace.clamp(SLOWEST, FASTEST);
+        }
+    }
+
+    pub fn pace(&self) -> f64 {
+        self.pace
     }
 
     pub fn toggle_pause(&mut self) {
@@ -55,7 +84,7 @@ impl TimeRate {
 
     /// Scene seconds per real second, signed; 0 when paused.
     pub fn rate(&self) -> f64 {
-        let rate = if self.backward { -LADDER[self.step] } else { LADDER[self.step] };
+        let rate = if self.backward { -self.pace } else { self.pace };
         if self.paused { 0.0 } else { rate }
     }
 
@@ -68,15 +97,16 @@ impl TimeRate {
 
     /// For the title bar: `paused`, `1 h/s`, `-1 d/s`.
     pub fn label(&self) -> String {
-        if self.paused {
-            return "paused".into();
-        }
-        const UNITS: [(f64, &str); 6] =
-            [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
-        let rate = self.rate();
-        let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "s"));
-        format!("{} {unit}/s", rate / size)
+        if self.paused { "paused".into() } else { pace_text(self.rate()) }
     }
+}
+
+/// Scene time per real second, in the largest unit that goes into it: `6 h/s`, `2.5 min/s`.
+pub fn pace_text(rate: f64) -> String {
+    const UNITS: [(f64, &str); 6] =
+        [(31_557_600.0, "yr"), (2_629_800.0, "month"), (86_400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s")];
+    let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "s"));
+    format!("{} {unit}/s", (rate / size * 10.0).round() / 10.0)
 }
 
 #[cfg(test)]
@@ -100,6 +130,29 @@ mod tests {
         assert_eq!((time_rate.rate(), time_rate.label().as_str()), (0.0, "paused"));
         time_rate.forward();
         assert!(!time_rate.is_paused() && time_rate.rate() == 1.0);
+    }
+
+    #[test]
+    fn any_pace_within_the_limits_is_kept_and_the_ladder_goes_on_from_it() {
+        let mut time_rate = TimeRate::default();
+        for (wanted, got) in [(150.0, 150.0), (-150.0, 150.0), (0.01, SLOWEST), (1e12, FASTEST), (f64::NAN, FASTEST)] {
+            time_rate.run_at(wanted);
+            assert_eq!(time_rate.pace(), got, "{wanted}");
+            assert_eq!(time_rate.rate() < 0.0, wanted < 0.0);
+        }
+        time_rate.run_at(150.0);
+        time_rate.faster();
+        assert_eq!(time_rate.rate(), 600.0);
+        time_rate.run_at(150.0);
+        time_rate.slower();
+        assert_eq!(time_rate.rate(), 60.0);
+        assert_eq!(
+            (pace_text(150.0).as_str(), pace_text(-5400.0).as_str(), pace_text(21_600.0).as_str()),
+            ("2.5 min/s", "-1.5 h/s", "6 h/s")
+        );
+        time_rate.toggle_pause();
+        time_rate.set_pace(600.0);
+        assert!(time_rate.is_paused());
     }
 
     #[test]

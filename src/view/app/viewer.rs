@@ -72,6 +72,8 @@ pub enum Action {
     SetTime(Instant),
     /// Scene seconds.
     Step(f64),
+    /// Forward, at scene seconds per real second.
+    RunAt(f64),
     Faster,
     Slower,
     Forward,
@@ -179,6 +181,7 @@ impl Viewer {
             Action::Level => self.level(),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
+            Action::RunAt(rate) => self.time_rate.run_at(rate),
             Action::Faster => self.time_rate.faster(),
             Action::Slower => self.time_rate.slower(),
             Action::Forward => self.time_rate.forward(),

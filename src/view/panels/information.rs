@@ -159,16 +159,7 @@ fn seconds(s: f64) -> String {
 fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
     ui.strong("From a place on Earth");
-    ui.horizontal_wrapped(|ui| {
-        let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
-        for (value, most, label, what) in [
-            (&mut panel.home.latitude_deg, 90.0, "Latitude", "Latitude of the place, degrees north"),
-            (&mut panel.home.longitude_deg, 180.0, "Longitude (E)", "Longitude of the place, degrees east"),
-        ] {
-            ui.label(label);
-            accessible::number(ui, drag(value, -most..=most), what);
-        }
-    });
+    place_fields(ui, &mut panel.home);
     let question = Question {
         body: body.id,
         place: [panel.home.latitude_deg, panel.home.longitude_deg],
@@ -209,6 +200,20 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rende
         }
     });
     eclipse(ui, report);
+}
+
+/// The observer's place, for all panels that have one.
+pub(super) fn place_fields(ui: &mut egui::Ui, home: &mut Home) {
+    ui.horizontal_wrapped(|ui| {
+        let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
+        for (value, most, label, what) in [
+            (&mut home.latitude_deg, 90.0, "Latitude", "Latitude of the place, degrees north"),
+            (&mut home.longitude_deg, 180.0, "Longitude (E)", "Longitude of the place, degrees east"),
+        ] {
+            ui.label(label);
+            accessible::number(ui, drag(value, -most..=most), what);
+        }
+    });
 }
 
 /// What the Moon does to the Sun over the place that day.

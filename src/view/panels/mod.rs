@@ -7,6 +7,7 @@ mod accessible;
 mod body_browser;
 mod compare;
 mod effects;
+mod events;
 mod information;
 mod moments;
 mod performance;
@@ -33,6 +34,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tab {
     Moments,
+    Events,
     Effects,
     Shader,
     Compare,
@@ -42,12 +44,13 @@ pub enum Tab {
 }
 
 impl Tab {
-    pub const ALL: [Self; 7] =
-        [Self::Moments, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
+    pub const ALL: [Self; 8] =
+        [Self::Moments, Self::Events, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
 
     pub fn title(self) -> &'static str {
         match self {
             Self::Moments => "Moments",
+            Self::Events => "Events",
             Self::Effects => "Effects",
             Self::Shader => "Shader",
             Self::Compare => "Compare",
@@ -110,6 +113,7 @@ pub struct Interface {
     compare: compare::ComparePanel,
     information: information::InformationPanel,
     moments: moments::MomentsPanel,
+    events: events::EventsPanel,
     standpoint: standpoint::Standpoint,
     prices: effects::Prices,
     performance: performance::PerformancePanel,
@@ -144,6 +148,7 @@ impl Interface {
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
             moments: moments::MomentsPanel::default(),
+            events: events::EventsPanel::default(),
             standpoint: standpoint::Standpoint::default(),
             prices: effects::Prices::default(),
             performance: performance::PerformancePanel::default(),
@@ -182,6 +187,7 @@ impl Interface {
         let mut actions = Vec::new();
         shortcuts::pressed(self, ui.ctx(), &mut actions);
         share::work(self, worker);
+        events::work(self, worker);
         self.top(ui, &mut actions);
         if self.bodies_shown {
             egui::Panel::left("bodies").default_size(190.0).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
@@ -203,6 +209,7 @@ impl Interface {
                 ui.heading(tab.title());
                 match tab {
                     Tab::Moments => moments::panel(self, ui, worker, &mut actions),
+                    Tab::Events => events::panel(self, ui, worker, &mut actions),
                     Tab::Effects => effects::panel(self, ui, worker),
                     Tab::Shader => shader::panel(self, ui, worker),
                     Tab::Compare => compare::panel(self, ui, worker),

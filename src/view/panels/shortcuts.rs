@@ -25,7 +25,7 @@ const SHEET: &[(&str, &str)] = &[
     ("l and j", "time forward, backward"),
     ("t", "current time, in real time"),
     ("b, n, m, o, x", "show the list of bodies, names, markers, orbits, the outline"),
-    ("1 to 7", "panels: moments, effects, shader, compare, information, performance, share"),
+    ("1 to 8", "panels: moments, events, effects, shader, compare, information, performance, share"),
     ("Ctrl+S, Ctrl+C", "save an image, copy a link to the view"),
     ("Tab", "next control"),
     ("Escape", "leave the field, then close the menu, the panel, the full screen"),
@@ -94,7 +94,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
             "b" => interface.bodies_shown = !interface.bodies_shown,
             "n" => interface.settings.names = !interface.settings.names,
             "m" => interface.settings.markers = !interface.settings.markers,
-            "1" | "2" | "3" | "4" | "5" | "6" | "7" => {
+            "1" | "2" | "3" | "4" | "5" | "6" | "7" | "8" => {
                 let tab = letter.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
                 interface.tab = if interface.tab == tab { None } else { tab };
             }

@@ -1,0 +1,385 @@
+//! Eclipses, transits and moons' events for the window: a search in short steps, and the best view of each event.
+//!
+//! In: an instant, kinds, a direction in time. Out: events step by step, nearest first; the view that shows one. Always: a step takes well under a second, so that a
+//! search can be stopped and nothing else waits long for it. Not here: the geometry (`events`), the thread, the list on screen.
+
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::topocentric::{Observer, ObserverSky};
+use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::events::{self, LunarEclipse, LunarType, MoonEvent, MoonEventType, Place, SolarEclipse, SolarType, Transit};
+use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+use crate::view::app::places::BodyPositions;
+use crate::view::app::settings::Home;
+use crate::view::app::time_text::{place_text, utc_minute};
+use crate::view::app::view_state::{CameraPose, ViewState};
+
+/// What is searched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EventKind {
+    Solar,
+    Lunar,
+    /// Mercury and Venus before the Sun.
+    Transit,
+    /// The Galilean moons and Titan.
+    Moons,
+}
+
+impl EventKind {
+    pub const ALL: [Self; 4] = [Self::Solar, Self::Lunar, Self::Transit, Self::Moons];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solar => "Solar eclipses",
+            Self::Lunar => "Lunar eclipses",
+            Self::Transit => "Transits",
+            Self::Moons => "Moons of Jupiter and Titan",
+        }
+    }
+
+    /// Days of one step: some eclipses, a dozen events of moons.
+    fn step_days(self) -> f64 {
+        match self {
+            Self::Solar | Self::Lunar => 1000.0,
+            Self::Transit => 2000.0,
+            Self::Moons => 3.0,
+        }
+    }
+}
+
+/// One event, with all that its geometry says.
+#[derive(Clone, Debug)]
+pub enum SkyEvent {
+    Solar(Box<SolarEclipse>),
+    Lunar(Box<LunarEclipse>),
+    Transit(Box<Transit>),
+    Moons(MoonEvent),
+}
+
+/// An instant of an event, and how high the body stands over a place then.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactLine {
+    pub name: &'static str,
+    pub time: Instant,
+    pub altitude_deg: f64,
+    /// The upper limb is above the horizon, with refraction.
+    pub is_up: bool,
+}
+
+/// Events of some kinds that are greatest from `from` to before `to`, by time.
+///
+/// # Errors
+/// The theories do not reach the span.
+pub fn events_between(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    kinds: &[EventKind],
+    from: Instant,
+    to: Instant,
+) -> Result<Vec<SkyEvent>, EphemerisError> {
+    let mut found: Vec<SkyEvent> = Vec::new();
+    for kind in kinds {
+        match kind {
+            EventKind::Solar => {
+                found.extend(events::solar_eclipses(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Solar(Box::new(e))));
+            }
+            EventKind::Lunar => {
+                found.extend(events::lunar_eclipses(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Lunar(Box::new(e))));
+            }
+            EventKind::Transit => {
+                found.extend(events::transits(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Transit(Box::new(e))));
+            }
+            EventKind::Moons => {
+                found.extend(events::moon_events(catalog, ephemeris, from, to)?.into_iter().map(SkyEvent::Moons));
+                found.extend(events::mutual_events(catalog, ephemeris, from, to)?.into_iter().map(SkyEvent::Moons));
+            }
+        }
+    }
+    found.sort_by(|a, b| seconds(a.greatest()).total_cmp(&seconds(b.greatest())));
+    Ok(found)
+}
+
+fn seconds(t: Instant) -> f64 {
+    t.tdb_seconds_past_j2000()
+}
+
+/// A search away from an instant, forward or backward.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EventSearch {
+    kinds: Vec<EventKind>,
+    start: Instant,
+    reach_s: f64,
+    backward: bool,
+    /// Searched so far.
+    done_s: f64,
+}
+
+impl EventSearch {
+    pub fn new(kinds: Vec<EventKind>, start: Instant, reach_s: f64, backward: bool) -> Self {
+        Self { kinds, start, reach_s, backward, done_s: 0.0 }
+    }
+
+    /// Searched part, 0 to 1.
+    pub fn progress(&self) -> f32 {
+        (self.done_s / self.reach_s) as f32
+    }
+
+    pub fn is_over(&self) -> bool {
+        self.kinds.is_empty() || self.done_s >= self.reach_s
+    }
+
+    /// Searches one step more: what it finds, nearest first.
+    ///
+    /// # Errors
+    /// The theories do not reach so far.
+    pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
+        let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
+        let until_s = (self.done_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
+        let [near, far] = [self.done_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
+        let (from, to) = if self.backward { (far, near) } else { (near, far) };
+        let mut found = events_between(catalog, ephemeris, &self.kinds, from, to)?;
+        if self.backward {
+            found.reverse();
+        }
+        self.done_s = until_s;
+        Ok(found)
+    }
+
+    /// Searches on to the first event.
+    ///
+    /// # Errors
+    /// The theories do not reach so far.
+    pub fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
+        while !self.is_over() {
+            if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
+                return Ok(Some(event));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; around a covered Sun there is the corona.
+const COVERED_SUN_DEG: f64 = 3.0;
+const SUN_DEG: f64 = 0.8;
+const MOON_DEG: f64 = 0.8;
+/// Of moons' events, in the planet's diameters; of events of two moons, in the moon's.
+const PLANET_WIDTHS: f64 = 2.2;
+const MOON_WIDTHS: f64 = 12.0;
+/// Where the Sun stands on the horizon, the eye is raised so far that the horizon sinks by 1.8 degrees, km.
+const LOW_SUN_EYE_KM: f64 = 3.0;
+const STANDING_EYE_KM: f64 = 0.01;
+/// The Sun is low up to here, degrees.
+const LOW_SUN_DEG: f64 = 2.0;
+/// Real seconds in which *watch* runs through an event, about.
+const WATCH_S: f64 = 30.0;
+/// Part of an event's length that is shown before its first contact.
+const LEAD: f64 = 0.05;
+
+impl SkyEvent {
+    pub fn kind(&self) -> EventKind {
+        match self {
+            Self::Solar(_) => EventKind::Solar,
+            Self::Lunar(_) => EventKind::Lunar,
+            Self::Transit(_) => EventKind::Transit,
+            Self::Moons(_) => EventKind::Moons,
+        }
+    }
+
+    pub fn greatest(&self) -> Instant {
+        match self {
+            Self::Solar(e) => e.greatest,
+            Self::Lunar(e) => e.greatest,
+            Self::Transit(e) => e.greatest,
+            Self::Moons(e) => e.greatest,
+        }
+    }
+
+    /// Contacts for the Earth as a whole, by time.
+    pub fn contacts(&self) -> &[(&'static str, Instant)] {
+        match self {
+            Self::Solar(e) => &e.contacts,
+            Self::Lunar(e) => &e.contacts,
+            Self::Transit(e) => &e.contacts,
+            Self::Moons(e) => &e.contacts,
+        }
+    }
+
+    /// What is seen, by whom: `Total solar eclipse`.
+    pub fn title(&self, catalog: &Catalog) -> String {
+        let name = |id: NaifId| catalog.body(id).map_or("?", |b| b.name.as_str());
+        match self {
+            Self::Solar(e) => {
+                let class = match e.class {
+                    SolarType::Partial => "Partial",
+                    SolarType::Annular => "Annular",
+                    SolarType::Total => "Total",
+                    SolarType::Hybrid => "Hybrid",
+                };
+                format!("{class} solar eclipse")
+            }
+            Self::Lunar(e) => {
+                let class = match e.class {
+                    LunarType::Penumbral => "Penumbral",
+                    LunarType::Partial => "Partial",
+                    LunarType::Total => "Total",
+                };
+                format!("{class} lunar eclipse")
+            }
+            Self::Transit(e) => format!("Transit of {}", name(e.planet)),
+            Self::Moons(e) => {
+                let (moon, planet) = (name(e.moon), name(e.planet));
+                let by = e.by.map_or("?", name);
+                match e.class {
+                    MoonEventType::Transit => format!("{moon} before {planet}"),
+                    MoonEventType::Occultation => format!("{moon} behind {planet}"),
+                    MoonEventType::ShadowTransit => format!("{moon}'s shadow on {planet}"),
+                    MoonEventType::Eclipse => format!("{moon} in {planet}'s shadow"),
+                    MoonEventType::MutualOccultation => format!("{moon} behind {by}"),
+                    MoonEventType::MutualEclipse => format!("{moon} in {by}'s shadow"),
+                }
+            }
+        }
+    }
+
+    /// Date, magnitude and where, in one line.
+    pub fn summary(&self) -> String {
+        let date = utc_minute(self.greatest());
+        match self {
+            Self::Solar(e) => format!("{date} · magnitude {:.3} · {}", e.magnitude, place_text(e.place)),
+            Self::Lunar(e) => {
+                let (name, magnitude) = match e.class {
+                    LunarType::Penumbral => ("penumbral magnitude", e.penumbral_magnitude),
+                    _ => ("magnitude", e.umbral_magnitude),
+                };
+                format!("{date} · {name} {magnitude:.3} · overhead at {}", place_text(e.place))
+            }
+            Self::Transit(e) => format!("{date} · {:.0}″ from the Sun's centre", e.separation_arcsec),
+            Self::Moons(e) => match e.duration_s() {
+                Some(s) => format!("{date} · lasts {:.0} min", s / 60.0),
+                None => date,
+            },
+        }
+    }
+
+    /// First and last contact.
+    pub fn span(&self) -> (Instant, Instant) {
+        let contacts = self.contacts();
+        (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
+    }
+
+    /// The best view of it, time at rest at its greatest; what is not said of it is as in `habits`.
+    pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, habits: &ViewState) -> ViewState {
+        let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
+        let widths = |id: NaifId, count: f64| {
+            let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
+            let distance_km = places.between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
+            count * (2.0 * radius_km / distance_km).to_degrees()
+        };
+        let (target, eye, fov_deg) = match self {
+            Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, habits),
+            Self::Lunar(_) => from_earth(NaifId::MOON, MOON_DEG),
+            Self::Transit(_) => from_earth(NaifId::SUN, SUN_DEG),
+            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, widths(e.moon, MOON_WIDTHS)),
+            Self::Moons(e) => from_earth(e.planet, widths(e.planet, PLANET_WIDTHS)),
+        };
+        self.paused_at_greatest(target, eye, fov_deg, habits)
+    }
+
+    /// As a place on the Earth sees it, where the body stands at an altitude.
+    pub fn view_from(&self, place: Place, altitude_deg: f64, habits: &ViewState) -> ViewState {
+        let (target, fov_deg) = match self {
+            Self::Solar(_) => (NaifId::SUN, COVERED_SUN_DEG),
+            Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_DEG),
+            Self::Transit(_) => (NaifId::SUN, SUN_DEG),
+            Self::Moons(e) => (e.planet, 0.03),
+        };
+        let eye_km = if altitude_deg < LOW_SUN_DEG { LOW_SUN_EYE_KM } else { STANDING_EYE_KM };
+        let eye = CameraPose::Ground {
+            body: NaifId::EARTH,
+            latitude_deg: place.latitude_deg,
+            longitude_deg: place.longitude_deg,
+            height_km: place.height_km.max(0.0) + eye_km,
+            azimuth_deg: 0.0,
+            altitude_deg: 0.0,
+        };
+        self.paused_at_greatest(target, eye, fov_deg, habits)
+    }
+
+    fn paused_at_greatest(&self, target: NaifId, eye: CameraPose, fov_deg: f64, habits: &ViewState) -> ViewState {
+        ViewState {
+            tdb_s: seconds(self.greatest()),
+            target,
+            eye,
+            tracks: true,
+            fov_deg,
+            roll_deg: 0.0,
+            exposure_stops: None,
+            paused: Some(true),
+            ..habits.clone()
+        }
+    }
+
+    /// From a little before the first contact to a little after the last one, and the rate that passes it in half a minute.
+    pub fn watched(&self) -> Watch {
+        let (first, last) = self.local_span();
+        let length_s = (seconds(last) - seconds(first)).max(1.0);
+        Watch {
+            from_tdb_s: seconds(first) - LEAD * length_s,
+            to_tdb_s: seconds(last) + LEAD * length_s,
+            rate: ((1.0 + 2.0 * LEAD) * length_s / WATCH_S).max(1.0),
+        }
+    }
+
+    /// The contacts that the best view sees: an eclipse of the Sun passes a place in less time than the Earth.
+    fn local_span(&self) -> (Instant, Instant) {
+        let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
+        match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
+            Some(span) => span,
+            None => self.span(),
+        }
+    }
+
+    /// Contacts as a place sees them, and whether any of it is above its horizon; no contacts where it misses the place.
+    ///
+    /// # Errors
+    /// The ephemeris does not reach the event.
+    pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactLine>, bool), EphemerisError> {
+        let place = Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
+        let seen = match self {
+            Self::Solar(e) => e.seen_from(place),
+            Self::Lunar(e) => Some(e.seen_from(place)),
+            Self::Transit(e) => e.seen_from(place),
+            Self::Moons(e) => {
+                let observer =
+                    Observer { body: NaifId::EARTH, latitude_deg: place.latitude_deg, longitude_deg: place.longitude_deg, height_km: 0.0 };
+                let sky = ObserverSky { catalog, ephemeris, place: observer };
+                let line = |(name, time): &(&'static str, Instant)| -> Result<ContactLine, EphemerisError> {
+                    let altitude_deg = sky.topocentric(e.planet, *time)?.altitude_deg;
+                    Ok(ContactLine { name, time: *time, altitude_deg, is_up: altitude_deg > -HORIZON_REFRACTION_DEG })
+                };
+                let lines = e.contacts.iter().map(line).collect::<Result<Vec<_>, _>>()?;
+                let is_visible = lines.iter().any(|l| l.is_up);
+                return Ok((lines, is_visible));
+            }
+        };
+        let Some(seen) = seen else { return Ok((Vec::new(), false)) };
+        let line = |c: &events::LocalContact| ContactLine { name: c.name, time: c.time, altitude_deg: c.altitude_deg, is_up: c.is_up() };
+        let mut lines: Vec<ContactLine> = seen.contacts.iter().map(line).collect();
+        lines.push(line(&seen.maximum));
+        lines.sort_by(|a, b| seconds(a.time).total_cmp(&seconds(b.time)));
+        Ok((lines, seen.visible))
+    }
+}
+
+/// Refraction at the horizon as almanacs have it: 34 arcminutes.
+const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
+
+/// Time that runs through an event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Watch {
+    pub from_tdb_s: f64,
+    pub to_tdb_s: f64,
+    /// Scene seconds per real second.
+    pub rate: f64,
+}

@@ -1,0 +1,53 @@
+//! Times and places as people read them.
+//!
+//! In: instants, places. Out: short texts without milliseconds. Not here: ISO 8601 for machines (`time`).
+
+use crate::events::Place;
+use crate::time::Instant;
+
+/// `2024-04-08 18:17 UTC`, rounded to the minute.
+pub fn utc_minute(t: Instant) -> String {
+    cut(&t.plus_seconds(30.0).to_utc_iso(), "hh:mm".len())
+}
+
+/// `2024-04-08 18:17:16 UTC`, rounded to the second.
+pub fn utc_second(t: Instant) -> String {
+    cut(&t.plus_seconds(0.5).to_utc_iso(), "hh:mm:ss".len())
+}
+
+/// Date and as many characters of the clock. Beyond the calendar there is only a Julian date.
+fn cut(iso: &str, clock_chars: usize) -> String {
+    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..clock_chars)?))) {
+        Some((date, clock)) => format!("{date} {clock} UTC"),
+        None => iso.to_owned(),
+    }
+}
+
+/// `25.5° N, 33.2° E`.
+pub fn place_text(place: Place) -> String {
+    let side = |deg: f64, positive, negative| format!("{:.1}° {}", deg.abs(), if deg < 0.0 { negative } else { positive });
+    format!("{}, {}", side(place.latitude_deg, 'N', 'S'), side(place.longitude_deg, 'E', 'W'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_rounded_and_carry_over() {
+        let at = |text: &str| Instant::parse(text).expect(text);
+        assert_eq!(utc_minute(at("2024-04-08T18:17:16Z")), "2024-04-08 18:17 UTC");
+        assert_eq!(utc_minute(at("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
+        assert_eq!(utc_second(at("1999-12-31T23:59:40.6Z")), "1999-12-31 23:59:41 UTC");
+        assert_eq!(utc_second(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00:00 UTC");
+        let far = Instant::from_tdb_seconds_past_j2000(1e15);
+        assert_eq!(utc_minute(far), far.plus_seconds(30.0).to_utc_iso());
+    }
+
+    #[test]
+    fn places_have_sides() {
+        let place = |latitude_deg, longitude_deg| place_text(Place { latitude_deg, longitude_deg, height_km: 0.0 });
+        assert_eq!(place(25.49, -104.13), "25.5° N, 104.1° W");
+        assert_eq!(place(-33.0, 18.0), "33.0° S, 18.0° E");
+    }
+}

@@ -1,0 +1,327 @@
+//! Eclipses, transits and moons' events around the shown date: searched in the background, each one click away.
+//!
+//! In: kinds, a range, clicks. Out: actions that show an event, run time through it, or show it from a place. Always: rows are only added at the end of the list, nearest
+//! first, so that none moves under a click; a search goes on while the panel is closed, and stops when asked to.
+
+use super::{Interface, accessible, information};
+use crate::units::SECONDS_PER_DAY;
+use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, SkyEvent, Watch};
+use crate::view::app::places::SessionPlaces;
+use crate::view::app::settings::Home;
+use crate::view::app::time_text::{utc_minute, utc_second};
+use crate::view::app::view_state::ViewState;
+use crate::view::app::viewer::Action;
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use egui::text::LayoutJob;
+use egui::{Button, ComboBox, FontSelection, Grid, Panel, ProgressBar, RichText, ScrollArea, Style};
+use std::sync::Arc;
+
+/// How far from the shown date is searched.
+const REACHES: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "10 years"), (36_525.0, "100 years")];
+/// A list of more is no list to read.
+const MAX_ROWS: usize = 1000;
+
+/// A line of the list.
+struct Row {
+    event: Arc<SkyEvent>,
+    title: String,
+    summary: String,
+}
+
+/// One step of a search: the search as it goes on, and what it found.
+type StepAnswer = (EventSearch, Result<Vec<Row>, String>);
+
+/// What a place sees of the chosen event.
+struct LocalView {
+    event: Arc<SkyEvent>,
+    home: Home,
+    answer: Pending<Result<(Vec<ContactLine>, bool), String>>,
+    seen: Option<Result<(Vec<ContactLine>, bool), String>>,
+}
+
+pub struct EventsPanel {
+    kinds: [bool; EventKind::ALL.len()],
+    /// Of [`REACHES`].
+    reach: usize,
+    backward: bool,
+    running: Option<(Pending<StepAnswer>, f32)>,
+    rows: Vec<Row>,
+    /// What the rows answer.
+    asked: Option<String>,
+    failure: Option<String>,
+    chosen: Option<Arc<SkyEvent>>,
+    local: Option<LocalView>,
+    watch: Option<Watch>,
+}
+
+impl Default for EventsPanel {
+    fn default() -> Self {
+        Self {
+            kinds: [true, true, false, false],
+            reach: 2,
+            backward: false,
+            running: None,
+            rows: Vec::new(),
+            asked: None,
+            failure: None,
+            chosen: None,
+            local: None,
+            watch: None,
+        }
+    }
+}
+
+pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    if wanted(interface, ui) || interface.events.asked.is_none() {
+        begin(interface, worker);
+    }
+    progress(&mut interface.events, ui);
+    if let Some(event) = interface.events.chosen.clone() {
+        Panel::bottom("event").resizable(false).show(ui, |ui| details(interface, ui, worker, &event, actions));
+    }
+    list(interface, ui, worker, actions);
+}
+
+/// Kinds, direction and range; true: search anew.
+fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
+    let panel = &mut interface.events;
+    let mut changed = false;
+    ui.horizontal_wrapped(|ui| {
+        for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
+            changed |= ui.checkbox(on, kind.name()).on_hover_text(format!("Search for: {}", kind.name())).changed();
+        }
+    });
+    ui.horizontal(|ui| {
+        for (backward, name, tip) in [(false, "After", "Events after the shown date"), (true, "Before", "Events before the shown date")] {
+            changed |= ui.selectable_value(&mut panel.backward, backward, name).on_hover_text(tip).changed();
+        }
+        let list = ComboBox::from_id_salt("range of events").selected_text(REACHES[panel.reach].1).width(80.0).show_ui(ui, |ui| {
+            for (i, (_, name)) in REACHES.iter().enumerate() {
+                changed |= ui.selectable_value(&mut panel.reach, i, *name).changed();
+            }
+        });
+        list.response.on_hover_text("How far from the shown date to search").accessible_name("Range of the search");
+        changed |= ui.button("Search").on_hover_text("Search from the date that is shown now").clicked();
+    });
+    changed
+}
+
+/// Starts a search from the shown date; one that runs is dropped.
+fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
+    let start = interface.viewer.settled().time();
+    let panel = &mut interface.events;
+    let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
+    panel.rows.clear();
+    panel.failure = None;
+    panel.asked = Some(format!("{} {}", if panel.backward { "before" } else { "after" }, utc_minute(start)));
+    let search = EventSearch::new(kinds, start, REACHES[panel.reach].0 * SECONDS_PER_DAY, panel.backward);
+    panel.running = next_step(search, worker);
+}
+
+/// Asks for the next step, unless the search is over.
+fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pending<StepAnswer>, f32)> {
+    let done = search.progress();
+    let step = move |session: &crate::session::Session| {
+        let catalog = session.catalog();
+        let row = |event: SkyEvent| Row { title: event.title(catalog), summary: event.summary(), event: Arc::new(event) };
+        let found = search.step(catalog, session.ephemeris()).map_err(|e| e.to_string());
+        (search, found.map(|events| events.into_iter().map(row).collect()))
+    };
+    (!search_is_over(done)).then(|| (ask(worker, step), done))
+}
+
+fn search_is_over(done: f32) -> bool {
+    done.is_nan() || done >= 1.0
+}
+
+/// Takes what was found and searches on; ends a watch where its event ends. Each turn, whether the panel is open or not.
+pub fn work(interface: &mut Interface, worker: &dyn RenderWorker) {
+    let panel = &mut interface.events;
+    if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
+        panel.running = None;
+        match found {
+            Ok(rows) => {
+                panel.rows.extend(rows);
+                if panel.rows.len() < MAX_ROWS {
+                    panel.running = next_step(search, worker);
+                } else {
+                    panel.rows.truncate(MAX_ROWS);
+                }
+            }
+            Err(why) => panel.failure = Some(why),
+        }
+    }
+    if let Some(local) = &mut panel.local
+        && let Some(seen) = local.answer.take()
+    {
+        local.seen = Some(seen);
+    }
+    end_watch(interface);
+}
+
+/// Time that runs through an event stands still where the event ends. Whoever has gone to another time meanwhile watches no more.
+fn end_watch(interface: &mut Interface) {
+    let Some(watch) = interface.events.watch else { return };
+    let view = &mut interface.viewer.view;
+    let rate = interface.viewer.time_rate.rate();
+    // A slow turn passes the end by some seconds of real time.
+    let past_s = view.tdb_s - watch.to_tdb_s;
+    if past_s >= 0.0 && past_s <= 10.0 * watch.rate && rate > 0.0 {
+        view.tdb_s = watch.to_tdb_s;
+        interface.viewer.time_rate.set_paused(true);
+        interface.events.watch = None;
+    } else if past_s > 0.0 || view.tdb_s < watch.from_tdb_s - 10.0 * watch.rate {
+        interface.events.watch = None;
+    }
+}
+
+fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
+    if let Some((_, done)) = panel.running {
+        let stopped = ui.horizontal(|ui| {
+            ui.add(ProgressBar::new(done).desired_width(180.0).show_percentage()).accessible_name("Progress of the search");
+            ui.button("Stop").on_hover_text("Stop the search; what it found stays").clicked()
+        });
+        if stopped.inner {
+            panel.running = None;
+        }
+        return;
+    }
+    let asked = panel.asked.as_deref().unwrap_or_default();
+    let said = match (&panel.failure, panel.rows.len()) {
+        (Some(why), _) => why.clone(),
+        (None, 0) if panel.kinds.contains(&true) => format!("No event {asked} in this range. Try a longer range or another kind."),
+        (None, 0) => "Choose at least one kind of event.".into(),
+        (None, 1) => format!("1 event {asked}"),
+        (None, MAX_ROWS) => format!("The first {MAX_ROWS} events {asked}"),
+        (None, n) => format!("{n} events {asked}"),
+    };
+    ui.weak(said);
+}
+
+/// Two lines: what it is, and when, how large and where.
+fn row_text(row: &Row, style: &Style) -> LayoutJob {
+    let mut job = LayoutJob::default();
+    let align = egui::Align::Center;
+    RichText::new(format!("{}\n", row.title)).strong().append_to(&mut job, style, FontSelection::Default, align);
+    RichText::new(&row.summary).weak().append_to(&mut job, style, FontSelection::Default, align);
+    job
+}
+
+fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    let line_height = ui.text_style_height(&egui::TextStyle::Body);
+    let row_height = 2.0 * line_height + 2.0 * ui.spacing().button_padding.y + 4.0;
+    let mut clicked = None;
+    let panel = &interface.events;
+    ScrollArea::vertical().auto_shrink(false).show_rows(ui, row_height, panel.rows.len(), |ui, shown| {
+        for row in &panel.rows[shown] {
+            let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| Arc::ptr_eq(chosen, &row.event));
+            let button = Button::selectable(is_chosen, row_text(row, ui.style())).truncate();
+            let button = ui.add_sized([ui.available_width(), row_height], button);
+            if button
+                .on_hover_text(format!("Show it: {}", row.summary))
+                .accessible_name(format!("{}, {}", row.title, row.summary))
+                .clicked()
+            {
+                clicked = Some(Arc::clone(&row.event));
+            }
+        }
+    });
+    if let Some(event) = clicked {
+        actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
+        interface.events.watch = None;
+        interface.events.chosen = Some(event);
+    }
+}
+
+fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent) -> ViewState {
+    let session = worker.session();
+    event.view(session.catalog(), &SessionPlaces(session), &interface.viewer.view)
+}
+
+/// Shows an event from its best standpoint and chooses it: for whoever found it elsewhere.
+pub fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: SkyEvent, actions: &mut Vec<Action>) {
+    let event = Arc::new(event);
+    actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
+    interface.events.watch = None;
+    interface.events.chosen = Some(event);
+}
+
+/// The chosen event: what to do with it, and its contacts.
+fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>, actions: &mut Vec<Action>) {
+    ui.add_space(4.0);
+    ui.strong(event.title(worker.session().catalog()));
+    ui.label(event.summary());
+    let home = interface.information.home;
+    let is_visible = interface.events.local.as_ref().and_then(|l| l.seen.as_ref()).and_then(|s| s.as_ref().ok()).map(|seen| seen.clone());
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Watch it").on_hover_text("Run time through the event in half a minute").clicked() {
+            let watch = event.watched();
+            let view = best_view(interface, worker, event);
+            actions.push(Action::Show(Box::new(ViewState { tdb_s: watch.from_tdb_s, paused: Some(false), ..view })));
+            actions.push(Action::RunAt(watch.rate));
+            interface.events.watch = Some(watch);
+        }
+        if ui.button("Greatest").on_hover_text("Show the moment of the greatest eclipse, from the best standpoint").clicked() {
+            actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
+        }
+        let from_home = Button::new("From this place");
+        let can_see = is_visible.as_ref().is_some_and(|(_, visible)| *visible);
+        if ui.add_enabled(can_see, from_home).on_hover_text("See it from the place below, at its best moment there").clicked() {
+            let best = is_visible.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
+            let altitude_deg = best.map_or(45.0, |l| l.altitude_deg);
+            let place = crate::events::Place { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
+            let mut view = event.view_from(place, altitude_deg, &interface.viewer.view);
+            view.tdb_s = best.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
+            actions.push(Action::Show(Box::new(view)));
+        }
+    });
+    information::place_fields(ui, &mut interface.information.home);
+    contacts(interface, ui, worker, event);
+    ui.add_space(4.0);
+}
+
+/// The contacts over the place of the fields, and those of the Earth as a whole where it sees none.
+fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
+    let home = interface.information.home;
+    let panel = &mut interface.events;
+    if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
+        let of = Arc::clone(event);
+        let question =
+            move |session: &crate::session::Session| of.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| e.to_string());
+        panel.local = Some(LocalView { event: Arc::clone(event), home, answer: ask(worker, question), seen: None });
+    }
+    let seen = panel.local.as_ref().and_then(|l| l.seen.as_ref());
+    let (lines, is_visible) = match seen {
+        None => {
+            accessible::coming(ui, "computing the contacts");
+            return;
+        }
+        Some(Err(why)) => {
+            ui.weak(why);
+            return;
+        }
+        Some(Ok((lines, is_visible))) => (lines, *is_visible),
+    };
+    if !is_visible {
+        ui.colored_label(ui.visuals().warn_fg_color, "Not visible from this place.");
+    }
+    Grid::new("contacts").num_columns(3).striped(true).show(ui, |ui| {
+        if lines.is_empty() {
+            for (name, time) in event.contacts() {
+                ui.label(*name);
+                ui.monospace(utc_second(*time));
+                ui.end_row();
+            }
+        }
+        for line in lines {
+            ui.label(line.name);
+            ui.monospace(utc_second(line.time));
+            if line.is_up {
+                ui.label(format!("altitude {:.0}°", line.altitude_deg));
+            } else {
+                ui.weak("below the horizon");
+            }
+            ui.end_row();
+        }
+    });
+}

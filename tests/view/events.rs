@@ -1,0 +1,260 @@
+//! The panel of events: what it finds, where it leads, what it says of a place; searches that are stopped and rows that stay where they are.
+
+use crate::view::hands::{Window, later, without_pictures};
+use crate::view::interface::{OwnPainter, interface, session};
+use egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::ephemeris::topocentric::{Observer, ObserverSky};
+use orrery::session::{Session, SessionError};
+use orrery::time::Instant;
+use orrery::view::app::event_search::{EventKind, EventSearch, SkyEvent, events_between};
+use orrery::view::app::places::{BodyPositions, SessionPlaces};
+use orrery::view::app::settings::Home;
+use orrery::view::app::view_state::CameraPose;
+use orrery::view::panels::Tab;
+use orrery::view::window::cpu_painter::Painter;
+use orrery::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView, Task};
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
+
+fn at(text: &str) -> Instant {
+    Instant::parse(text).expect(text)
+}
+
+fn between(kinds: &[EventKind], from: &str, to: &str) -> Vec<SkyEvent> {
+    events_between(session().catalog(), session().ephemeris(), kinds, at(from), at(to)).expect("within the theories")
+}
+
+fn seconds(event: &SkyEvent) -> f64 {
+    event.greatest().tdb_seconds_past_j2000()
+}
+
+/// Steps find what one search over the whole span finds, in either direction.
+#[test]
+fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
+    for (kinds, from, to) in [
+        (vec![EventKind::Solar, EventKind::Lunar], "2000-01-01", "2030-01-01"),
+        (vec![EventKind::Transit], "1990-01-01", "2020-01-01"),
+        (vec![EventKind::Moons], "2015-01-20", "2015-02-03"),
+        (EventKind::ALL.to_vec(), "2015-03-15", "2015-03-25"),
+    ] {
+        let whole: Vec<f64> = between(&kinds, from, to).iter().map(seconds).collect();
+        assert!(whole.len() > 3 || kinds.len() > 2 && !whole.is_empty(), "{kinds:?}: {}", whole.len());
+        let reach_s = at(to).tdb_seconds_past_j2000() - at(from).tdb_seconds_past_j2000();
+        for backward in [false, true] {
+            let mut search = EventSearch::new(kinds.clone(), at(if backward { to } else { from }), reach_s, backward);
+            let (mut found, mut last) = (Vec::new(), -1.0);
+            while !search.is_over() {
+                found.extend(search.step(session().catalog(), session().ephemeris()).expect("found").iter().map(seconds));
+                assert!(search.progress() > last, "{kinds:?}: no progress at {last}");
+                last = search.progress();
+            }
+            assert_eq!(last, 1.0);
+            if backward {
+                found.reverse();
+            }
+            assert_eq!(found.len(), whole.len(), "{kinds:?}, backward {backward}");
+            // An event near a step's end is refined from another start: to less than a second.
+            assert!(found.iter().zip(&whole).all(|(a, b)| (a - b).abs() < 1.0), "{kinds:?}, backward {backward}");
+        }
+    }
+    assert!(EventSearch::new(Vec::new(), at("2000-01-01"), 1e9, false).is_over(), "a search for nothing never ends");
+}
+
+/// Twenty years: from the eye of each view the discs meet, and what is looked at is not below the horizon.
+#[test]
+fn each_view_shows_its_event() {
+    let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPlaces(session()));
+    let habits = interface(NaifId::EARTH, "2000-01-01T12:00:00Z").viewer.view;
+    let mut low = 0;
+    for event in between(&[EventKind::Solar, EventKind::Lunar, EventKind::Transit], "2004-01-01", "2024-01-01") {
+        let view = event.view(catalog, &places, &habits);
+        let name = format!("{} {}", event.title(catalog), event.summary());
+        assert!(view.request(catalog, ephemeris, 300, 200).is_ok() && view.paused == Some(true), "{name}");
+        assert_eq!(view.tdb_s, seconds(&event), "{name}");
+        match (&event, view.eye) {
+            (SkyEvent::Solar(_), CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km, .. }) => {
+                let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km };
+                let sky = ObserverSky { catalog, ephemeris, place };
+                let seen = [NaifId::SUN, NaifId::MOON].map(|id| sky.topocentric(id, view.time()).expect("a place"));
+                let apart_deg = seen[0].direction.angle_between(seen[1].direction).to_degrees();
+                assert!(apart_deg < seen[0].semidiameter_deg + seen[1].semidiameter_deg, "{name}: {apart_deg} degrees apart");
+                // Over a horizon that sinks by the square root of twice the height.
+                let dip_deg = (2.0 * height_km / 6371.0).sqrt().to_degrees();
+                assert!(seen[0].altitude_deg + dip_deg > seen[0].semidiameter_deg, "{name}: the Sun at {} degrees", seen[0].altitude_deg);
+                low += usize::from(height_km > 1.0);
+            }
+            (SkyEvent::Lunar(_), CameraPose::Centre { body: NaifId::EARTH }) => {
+                let to = |id| places.between_km(NaifId::EARTH, id, view.time()).expect("a place");
+                let apart_deg = 180.0 - to(NaifId::SUN).angle_between(to(NaifId::MOON)).to_degrees();
+                assert!(view.target == NaifId::MOON && apart_deg < 1.7, "{name}: {apart_deg} degrees off the shadow");
+            }
+            (SkyEvent::Transit(_), CameraPose::Centre { body: NaifId::EARTH }) => assert_eq!(view.target, NaifId::SUN),
+            other => panic!("{name}: {:?}", other.1),
+        }
+    }
+    assert!(low > 3, "eclipses at the horizon: {low}");
+}
+
+/// The Moon set in Greenwich while it was in the umbra on 2022-05-16 (timeanddate.com: set 05:07 BST, totality from 04:29 to 05:53 BST).
+#[test]
+fn contacts_below_the_horizon_are_marked() {
+    let event = between(&[EventKind::Lunar], "2022-05-01", "2022-06-01").remove(0);
+    let (lines, is_visible) = event.seen_from(session().catalog(), session().ephemeris(), Home::default()).expect("a place");
+    assert!(is_visible);
+    for (name, is_up) in [("P1", true), ("U1", true), ("U2", true), ("U3", false), ("U4", false), ("P4", false)] {
+        assert_eq!(lines.iter().find(|l| l.name == name).map(|l| l.is_up), Some(is_up), "{name}");
+    }
+    // Jupiter was up in Greenwich in the night of the triple shadow, and down at noon.
+    let events = between(&[EventKind::Moons], "2015-01-24", "2015-01-25");
+    let sees = |hour: f64| {
+        let lines =
+            events.iter().flat_map(|e| e.seen_from(session().catalog(), session().ephemeris(), Home::default()).expect("a place").0);
+        let near = |t: Instant| (t.tdb_seconds_past_j2000() - at("2015-01-24").tdb_seconds_past_j2000() - hour * 3600.0).abs() < 5400.0;
+        lines.filter(|l| near(l.time)).map(|l| l.is_up).collect::<Vec<_>>()
+    };
+    assert!(sees(6.5).len() > 3 && sees(6.5).iter().all(|up| *up) && sees(12.5).iter().all(|up| !up));
+}
+
+fn open(window: &mut Window, utc: &str) {
+    window.state_mut().viewer.view.tdb_s = at(utc).tdb_seconds_past_j2000();
+    window.state_mut().tab = Some(Tab::Events);
+    window.run_steps(40);
+}
+
+#[test]
+fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
+    let mut window = without_pictures(NaifId(499));
+    open(&mut window, "2024-01-01T00:00:00Z");
+    window.get_by_label_contains("events after 2024-01-01 00:00 UTC");
+    window.get_by_label_contains("Total solar eclipse, 2024-04-08 18:17 UTC").click();
+    window.run_steps(3);
+    let state = window.state();
+    assert!(state.viewer.view.target == NaifId::SUN && state.viewer.time_rate.is_paused());
+    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.eye else {
+        panic!("{:?}", state.viewer.view.eye)
+    };
+    // Greatest eclipse at 25.3 N, 104.1 W (Espenak, NASA eclipse bulletin).
+    assert!((latitude_deg - 25.3).abs() < 0.1 && (longitude_deg + 104.1).abs() < 0.1, "{latitude_deg}, {longitude_deg}");
+    // Greenwich saw nothing of it.
+    window.get_by_label("Not visible from this place.");
+    assert!(window.query_all_by_label("below the horizon").count() > 2 || window.query_by_label("P1").is_some());
+    assert!(window.get_by_label("From this place").accesskit_node().is_disabled());
+    window.get_by_label("Watch it").click();
+    window.run_steps(2);
+    let start_s = window.state().viewer.view.tdb_s;
+    let greatest_s = at("2024-04-08T18:17:16Z").tdb_seconds_past_j2000();
+    let rate = window.state().viewer.time_rate.rate();
+    assert!(rate > 100.0 && start_s < greatest_s - 4000.0, "{rate}, {} s before", greatest_s - start_s);
+    let mut real_s = 0.0;
+    while !window.state().viewer.time_rate.is_paused() {
+        later(&mut window, 0.5);
+        real_s += 0.5;
+        assert!(real_s < 60.0, "the watch never ends");
+    }
+    assert!((20.0..40.0).contains(&real_s), "{real_s} s");
+    // Half the passage of the penumbra over a place: 1 to 2 hours.
+    let after_s = window.state().viewer.view.tdb_s - greatest_s;
+    assert!((3600.0..8000.0).contains(&after_s), "{after_s} s after the greatest eclipse");
+    window.get_by_label("Greatest").click();
+    window.run_steps(2);
+    assert!((window.state().viewer.view.tdb_s - greatest_s).abs() < 10.0);
+}
+
+#[test]
+fn kinds_and_direction_choose_what_is_listed() {
+    let mut window = without_pictures(NaifId(499));
+    open(&mut window, "2015-01-24T00:00:00Z");
+    for kind in [EventKind::Solar, EventKind::Lunar, EventKind::Moons] {
+        window.get_by_role_and_label(Role::CheckBox, kind.name()).click();
+        window.run_steps(2);
+    }
+    window.get_by_role_and_label(Role::ComboBox, "Range of the search").click();
+    window.run_steps(2);
+    window.get_by_label("month").click();
+    window.run_steps(60);
+    for moon in ["Io", "Europa", "Callisto"] {
+        let name = format!("{moon}'s shadow on Jupiter, 2015-01-24 0");
+        assert!(window.query_all_by_label_contains(&name).count() >= 1, "{name}");
+    }
+    // Nothing is searched for, and it is said.
+    window.get_by_role_and_label(Role::CheckBox, EventKind::Moons.name()).click();
+    window.run_steps(2);
+    window.get_by_label("Choose at least one kind of event.");
+    window.get_by_role_and_label(Role::CheckBox, EventKind::Transit.name()).click();
+    window.run_steps(3);
+    window.get_by_label_contains("No event after");
+    window.get_by_label("Before").click();
+    window.get_by_role_and_label(Role::ComboBox, "Range of the search").click();
+    window.run_steps(2);
+    window.get_by_label("10 years").click();
+    window.run_steps(20);
+    // Nearest first: Venus in 2012, then Mercury in 2006.
+    let tops =
+        ["Transit of Venus, 2012-06-06 01:3", "Transit of Mercury, 2006-11-08"].map(|name| window.get_by_label_contains(name).rect().top());
+    assert!(tops[0] < tops[1]);
+}
+
+/// Draws nothing and answers one question at a time, when told to.
+#[derive(Default)]
+struct Slow {
+    asked: Mutex<VecDeque<Task>>,
+}
+
+impl Slow {
+    fn answer(&self) -> bool {
+        let task = self.asked.lock().expect("unpoisoned").pop_front();
+        task.map(|task| task(session())).is_some()
+    }
+}
+
+struct SlowWorker(Arc<Slow>);
+
+impl RenderWorker for SlowWorker {
+    fn session(&self) -> &Session {
+        session()
+    }
+    fn submit(&self, _: RenderJob) {}
+    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+        None
+    }
+    fn run(&self, task: Task) {
+        self.0.asked.lock().expect("unpoisoned").push_back(task);
+    }
+}
+
+#[test]
+fn rows_stay_where_they_are_while_a_search_goes_on_until_it_is_stopped() {
+    let slow: Arc<Slow> = Arc::default();
+    let worker = SlowWorker(Arc::clone(&slow));
+    let mut window: Window =
+        Harness::builder().with_size([1100.0, 900.0]).with_step_dt(1.0 / 60.0).renderer(OwnPainter(Painter::default())).build_ui_state(
+            move |ui, state| orrery::view::panels::Interface::ui(state, ui, &worker),
+            interface(NaifId::EARTH, "2000-01-01T00:00:00Z"),
+        );
+    window.state_mut().tab = Some(Tab::Events);
+    window.run_steps(3);
+    let rows = |window: &Window| -> Vec<(String, egui::Rect)> {
+        let named = window.query_all_by_role(Role::Button).filter_map(|n| Some((n.accesskit_node().label()?, n.rect())));
+        named.filter(|(name, _)| name.contains("eclipse, ")).collect()
+    };
+    assert!(rows(&window).is_empty());
+    let mut before = Vec::new();
+    for step in 0..3 {
+        assert!(slow.answer(), "step {step} was not asked for");
+        window.run_steps(3);
+        let now = rows(&window);
+        assert!(now.len() > before.len() || step == 2, "step {step} added nothing to {}", before.len());
+        assert_eq!(now[..before.len()], before, "rows moved");
+        before = now;
+    }
+    window.get_by_role_and_label(Role::ProgressIndicator, "Progress of the search");
+    window.get_by_label("Stop").click();
+    window.run_steps(3);
+    while slow.answer() {}
+    window.run_steps(3);
+    assert_eq!(rows(&window), before, "a stopped search goes on");
+    assert!(window.query_by_label("Stop").is_none());
+}
