@@ -6,6 +6,7 @@
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::image::DEFAULT_MAX_MEGAPIXELS;
 use crate::scene::request::Quality;
+use crate::scene::sky::frames::SkyFrame;
 use crate::session::{RendererPreference, SessionError, Sources};
 use crate::wording::{echo_within, escape_controls};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -114,6 +115,13 @@ pub struct Common {
     /// Stars in place of the embedded ones: CSV with named columns (ra_deg, dec_deg, v_mag, ...) or Hipparcos' hip2.dat
     #[arg(long, global = true, value_name = "FILE")]
     pub stars: Option<PathBuf>,
+    /// Panorama in place of the Milky Way: PNG, JPEG or EXR (cd/m2), equirectangular with longitude 0 in the middle, growing to the left; or a folder with the faces
+    /// px, nx, py, ny, pz, nz of a cube, or a name with * for them
+    #[arg(long, global = true, value_name = "FILE")]
+    pub sky: Option<PathBuf>,
+    /// Axes of --sky: galactic, equatorial (ICRF) or ecliptic (J2000)
+    #[arg(long, global = true, value_name = "FRAME", default_value = "galactic", value_parser = SkyFrame::by_name)]
+    pub sky_frame: SkyFrame,
     /// Radii of the Sun and the Moon in eclipses: IAU 2015, or those of printed almanacs
     #[arg(long, global = true, value_enum, default_value = "iau")]
     pub radii: EclipseRadii,
@@ -154,6 +162,8 @@ impl Common {
             max_megapixels: Some(self.max_megapixels),
             kernel: self.kernel.clone(),
             stars: self.stars.clone(),
+            sky: self.sky.clone(),
+            sky_frame: self.sky_frame,
             shaders: self.shaders.clone(),
             cache: self.cache.clone(),
             threads: self.threads,

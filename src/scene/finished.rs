@@ -13,6 +13,7 @@ use crate::scene::light::exposure::Exposure;
 use crate::scene::light::{corona, glow};
 use crate::scene::purpose::Purpose;
 use crate::scene::request::view_request::ToneMap;
+use crate::scene::sky::background::SkyBackground;
 use crate::time::Instant;
 
 /// One frame, ready to be planned.
@@ -30,7 +31,9 @@ pub struct Scene {
     pub tone_map: ToneMap,
     /// Every body of the catalog, in its order.
     pub bodies: Vec<BodyInView>,
-    /// Behind everything.
+    /// Diffuse light behind everything.
+    pub background: Option<SkyBackground>,
+    /// Behind all bodies.
     pub stars: Vec<StarSprite>,
     /// What was decided about the sky beyond all bodies.
     pub sky: Vec<Decision>,

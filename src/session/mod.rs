@@ -19,6 +19,7 @@ mod requirements;
 mod sample;
 mod screen;
 mod shaders;
+mod sky_map;
 mod software;
 mod stages;
 mod standard_scenes;
@@ -52,6 +53,8 @@ use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::lamps::NightLights;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
+use crate::scene::sky::background::SkyMap;
+use crate::scene::sky::frames::SkyFrame;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
@@ -78,6 +81,10 @@ pub struct Sources {
     pub kernel: Option<PathBuf>,
     /// Stars in place of those built in: a table with named columns, or hip2.dat.
     pub stars: Option<PathBuf>,
+    /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
+    pub sky: Option<PathBuf>,
+    /// Its axes.
+    pub sky_frame: SkyFrame,
     /// Shader fragments that lie over those built in.
     pub shaders: Option<PathBuf>,
     /// Where the shader library lives; `None`: the user's cache folder.
@@ -137,6 +144,7 @@ pub struct Session {
     kernel: Option<PathBuf>,
     /// The user's stars, for the same.
     stars: Option<PathBuf>,
+    sky_map: Option<SkyMap>,
     folders: Vec<PathBuf>,
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
@@ -244,6 +252,9 @@ impl Session {
         let stars = stages.measure(Stage::Catalog, || read_stars(sources.stars.as_deref()))?;
         let catalog = catalog.with_stars(stars);
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
+        let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
+        let sky_map =
+            stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
         let cache = cache_folder(sources.cache.as_deref()).map_err(|why| say(&why)).ok();
         let library = open_library(cache.as_deref(), software::lowering(), say.clone());
         let air_tables = air_tables::AirTables::open(cache);
@@ -254,7 +265,7 @@ impl Session {
         Ok(Self {
             catalog,
             ephemeris,
-            maps: MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)),
+            maps,
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
@@ -268,6 +279,7 @@ impl Session {
             count_cpu: false,
             kernel: sources.kernel.clone(),
             stars: sources.stars.clone(),
+            sky_map,
             folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
             mark_sources: OnceLock::new(),
         })

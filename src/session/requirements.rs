@@ -9,6 +9,7 @@ use crate::render::plan;
 use crate::scene::draw::{MapRole, Shape};
 use crate::scene::lamps::NightLights;
 use crate::scene::request::ViewRequest;
+use crate::scene::sky::background::MILKY_WAY_FILE;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder};
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -30,7 +31,7 @@ impl Session {
     pub(super) fn scene_after(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
         let start = || SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches);
         let mut builder = self.measured(Stage::Scene, start)?;
-        let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
+        let mut known = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
         for body in builder.lamps_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_lamps(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
@@ -60,13 +61,14 @@ impl Session {
     /// The same of a map.
     pub(super) fn note_bad_map(&self, file: &str, why: &dyn Display) -> bool {
         let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
-        let instead = if overlay { "without it" } else { "in its mean colour" };
+        let sky = file == MILKY_WAY_FILE;
+        let instead = if overlay || sky { "without it" } else { "in its mean colour" };
         self.note_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
     /// Reads and computes what a view needs. A shape model that cannot be read is said once.
     fn resources(&self, wanted: &Requirements) -> Resources {
-        let mut resources = Resources::default();
+        let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
         for mesh in &wanted.meshes {
             let Some((body, named)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
             match self.measured(Stage::Maps, || self.meshes.model(body)) {
@@ -97,7 +99,9 @@ impl Session {
             .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, *shape)))
             .filter(|(_, file, _)| !self.missing.lock().unwrap_or_else(PoisonError::into_inner).contains(*file))
             .partition(|(role, ..)| matches!(role, MapRole::Overlay(_)));
-        let maps: Vec<(&str, MapDecoding)> = maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
+        let mut maps: Vec<(&str, MapDecoding)> =
+            maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
+        maps.extend(wanted.sky_map.as_deref().map(|file| (file, plan::SKY_DECODING)));
         self.maps.prefetch(&maps);
         for (file, reading) in maps {
             if let Err(why) = self.maps.get_decoded(file, reading) {

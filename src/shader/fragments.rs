@@ -29,6 +29,7 @@ fragments![
     "entry/probe_sunlight.wesl",
     "entry/refracted_limb.wesl",
     "entry/shrink.wesl",
+    "entry/sky_background.wesl",
     "entry/tone_map.wesl",
     "entry/tone_map_bloom.wesl",
     "lib/air/scatter_along.wesl",

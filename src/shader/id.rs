@@ -44,8 +44,21 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 12] =
-    ["blur", "corona", "glow", "interface", "label", "line", "outline", "point", "refracted_limb", "shrink", "tone_map", "tone_map_bloom"];
+pub const SIMPLE_MODULES: [&str; 13] = [
+    "blur",
+    "corona",
+    "glow",
+    "interface",
+    "label",
+    "line",
+    "outline",
+    "point",
+    "refracted_limb",
+    "shrink",
+    "sky_background",
+    "tone_map",
+    "tone_map_bloom",
+];
 
 /// Modules that answer questions: entry fragments `entry/<name>.wesl` emitted with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];

@@ -9,6 +9,7 @@ mod linear_light;
 mod magnitudes;
 mod meshes;
 mod metering;
+mod milky_way;
 mod overlays;
 mod real_sky;
 mod relief;

@@ -9,6 +9,7 @@ mod passes;
 mod provider;
 mod scissor;
 mod shared;
+mod sky;
 pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
 pub use error::PlanError;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
@@ -18,3 +19,4 @@ pub use passes::{
     SamplerBinding, SamplerState, SimpleDraw, TextureBinding, TextureSource, Vertices,
 };
 pub use provider::ResourceProvider;
+pub use sky::SKY_DECODING;

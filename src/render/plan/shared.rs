@@ -51,6 +51,7 @@ const NAME_SHADOW: f32 = 0.7;
 /// The shared modules that a scene's plan runs.
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
+        (scene.background.is_some(), super::sky::MODULE),
         (!scene.points.is_empty() || !scene.stars.is_empty(), "point"),
         (!scene.lines.is_empty(), "line"),
         (scene.corona.is_some(), "corona"),
@@ -67,7 +68,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
 }
 
 /// A draw of a shared module over the scene's picture.
-fn of_module(
+pub(super) fn of_module(
     module: &'static str,
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -187,6 +188,8 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.f32("half_px", corona.half_px)?;
         w.f32("flattening", corona.flattening)?;
         w.vec3("terms", corona.terms)?;
+        w.f32("outer_cosine", corona.outer_cosine)?;
+        w.f32("per_cosine", corona.per_cosine)?;
         w.vec3("colour", corona.colour)
     })?;
     let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);

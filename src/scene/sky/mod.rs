@@ -1,4 +1,7 @@
-//! What lies beyond all bodies: the stars.
+//! What lies beyond all bodies: stars, the Milky Way, zodiacal light.
 
+pub mod background;
+pub mod frames;
 mod star_colour;
 pub mod stars;
+pub mod zodiacal;
