@@ -6,6 +6,7 @@
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::image::DEFAULT_MAX_MEGAPIXELS;
 use crate::scene::request::Quality;
+use crate::scene::sky::frames::SkyFrame;
 use crate::session::{RendererPreference, SessionError, Sources};
 use crate::wording::{echo_within, escape_controls};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -122,6 +123,13 @@ pub struct Common {
     /// JSON of the JPL's Small-Body Database, or MPCORB.DAT
     #[arg(long, global = true, value_name = "FILE")]
     pub minor_planets: Option<PathBuf>,
+    /// Panorama in place of the Milky Way: PNG, JPEG or EXR (cd/m2), equirectangular with longitude 0 in the middle, growing to the left; or a folder with the faces
+    /// px, nx, py, ny, pz, nz of a cube, or a name with * for them
+    #[arg(long, global = true, value_name = "FILE")]
+    pub sky: Option<PathBuf>,
+    /// Axes of --sky: galactic, equatorial (ICRF) or ecliptic (J2000)
+    #[arg(long, global = true, value_name = "FRAME", default_value = "galactic", value_parser = SkyFrame::by_name)]
+    pub sky_frame: SkyFrame,
     /// Radii of the Sun and the Moon in eclipses: IAU 2015, or those of printed almanacs
     #[arg(long, global = true, value_enum, default_value = "iau")]
     pub radii: EclipseRadii,
@@ -163,6 +171,8 @@ impl Common {
             kernel: self.kernel.clone(),
             stars: self.stars.clone(),
             minor_planets: self.minor_planets.clone(),
+            sky: self.sky.clone(),
+            sky_frame: self.sky_frame,
             shaders: self.shaders.clone(),
             cache: self.cache.clone(),
             threads: self.threads,

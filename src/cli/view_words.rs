@@ -60,9 +60,13 @@ pub struct ViewWords {
     /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,
-    /// Layers: +orbits, +labels (names and markers), +outline (of the target), +bloom, -stars (on where the exposure shows them), +minor-planets (with marks where they are too faint to be seen)
+    /// Layers: +orbits, +labels (names and markers), +outline (of the target), +bloom, +minor-planets (with marks where they are too faint to be seen);
+    /// -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
+    /// Stops by which stars, Milky Way and zodiacal light are brighter than they are, to show them beside a lit planet
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, help_heading = "Image")]
+    pub stars_boost: f64,
     /// What the pixels show: final, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the
     /// file's metadata explain the colours
     #[arg(long, value_name = "WHAT", default_value = "final", help_heading = "Image")]
@@ -149,6 +153,7 @@ impl ViewWords {
         if let Some(layers) = &self.layers {
             request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
         }
+        request.stars_boost = self.stars_boost;
         let tones = || wrong("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(tones)?;
         request.pixel_view = pixel_view(&self.pixels)?;

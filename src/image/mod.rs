@@ -12,8 +12,10 @@ mod compare;
 mod glyph_atlas;
 mod maps;
 mod mips;
+mod panorama;
 mod poles;
 mod sealed;
+pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 mod write;
 
@@ -62,7 +64,7 @@ pub type SharedTexture = Arc<Texture>;
 pub enum ImageError {
     #[error("no map named {name}: neither embedded{searched}; put it into a folder and name that with --textures")]
     Missing { name: String, searched: String },
-    #[error("{name}: not a picture that can be read (JPEG or PNG): {reason}")]
+    #[error("{name}: not a picture that can be read: {reason}")]
     Unreadable { name: String, reason: String },
     #[error("{name}: {width} x {height} pixels are {} megapixels, more than {max_megapixels}; --max-megapixels {} allows them", megapixels(*width, *height), megapixels(*width, *height))]
     TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
@@ -83,9 +85,16 @@ fn megapixels(width: u32, height: u32) -> u64 {
 
 /// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for a picture of more pixels than allowed.
 fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<RgbaImage, ImageError> {
+    Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels)?.into_rgba8())
+}
+
+/// The same of any of these formats, with the file's own depth.
+fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixels: u32) -> Result<DynamicImage, ImageError> {
     let unreadable = |reason: String| ImageError::Unreadable { name: name.to_owned(), reason };
-    let format = image::guess_format(encoded).ok().filter(|f| matches!(f, ImageFormat::Png | ImageFormat::Jpeg));
-    let format = format.ok_or_else(|| unreadable("it is neither".into()))?;
+    let format = image::guess_format(encoded).ok().filter(|f| formats.contains(f));
+    let format = format.ok_or_else(|| {
+        unreadable(format!("it is none of {}", formats.iter().map(|f| f.extensions_str()[0].to_uppercase()).collect::<Vec<_>>().join(", ")))
+    })?;
     let mut reader = ImageReader::with_format(Cursor::new(encoded), format);
     let mut limits = Limits::default();
     limits.max_alloc = Some(u64::from(max_megapixels) * 1_000_000 * DECODER_BYTES_PER_PIXEL);
@@ -97,7 +106,7 @@ fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<RgbaI
         return Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels });
     }
     let decoded = caught(|| DynamicImage::from_decoder(decoder)).ok_or_else(|| unreadable("it is damaged".into()))?;
-    Ok(decoded.map_err(|e| unreadable(e.to_string()))?.into_rgba8())
+    decoded.map_err(|e| unreadable(e.to_string()))
 }
 
 impl Texture {

@@ -28,7 +28,7 @@ use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
-use crate::scene::sky::{minor_planets, stars};
+use crate::scene::sky::{background, minor_planets, stars};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec3};
@@ -158,7 +158,16 @@ impl<'a> SceneBuilder<'a> {
             }
             wanted.maps.extend(features::maps_wanted(&frame, p));
         }
+        wanted.sky_map = self.background(&frame, false).0.and_then(|b| b.map_file);
         wanted
+    }
+
+    /// Diffuse light of the sky, and what was decided about it.
+    fn background(&self, frame: &Frame<'_>, has_corona: bool) -> (Option<background::SkyBackground>, Vec<Decision>) {
+        let resources = frame.context.resources;
+        let map = resources.sky_map();
+        let is_unreadable = resources.is_unreadable(&map.file);
+        background::background(self.request, &self.viewer.camera, &self.placed, frame.bound, &map, is_unreadable, has_corona)
     }
 
     /// Decides on every feature of every body, and makes the scene of what is at hand.
@@ -194,13 +203,16 @@ impl<'a> SceneBuilder<'a> {
         hidden::take(placed, camera, &mut draws, &mut points, &mut bodies);
         let white = self.exposure.white();
         points.iter_mut().for_each(|p| point::spread_glare(p, white));
-        let (stars, sky) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
         let bodies_of = || {
             let made = || Arc::new(minor_planets::MinorPlanetColumns::of(&self.catalog.small_bodies().minor_planets));
             Arc::clone(self.caches.minor_planets.get_or_init(made))
         };
         let sun_km = self.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None).ok().map(|s| s.state.pos_km);
         let (minor_planets, about_minor_planets) = minor_planets::minor_planets(request, bodies_of, &self.viewer, sun_km, white);
+        let (stars, of_stars) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
+        let (background, mut sky) = self.background(&frame, corona.is_some());
+        sky.splice(0..0, of_stars);
+        sky.extend(about_minor_planets);
         let draws = order::far_to_near(placed, draws);
         let corona = corona.map(|c| corona::Corona { draws_behind: order::draws_behind(placed, &draws, NaifId::SUN), ..c });
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
@@ -215,9 +227,10 @@ impl<'a> SceneBuilder<'a> {
             pixel_view: request.pixel_view,
             tone_map: request.tone_map,
             bodies,
+            background,
             stars,
             minor_planets,
-            sky: sky.into_iter().chain(about_minor_planets).collect(),
+            sky,
             draws,
             points,
             lines,

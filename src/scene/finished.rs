@@ -14,6 +14,7 @@ use crate::scene::light::{corona, glow};
 use crate::scene::purpose::Purpose;
 use crate::scene::request::view_request::ToneMap;
 use crate::scene::sky::minor_planets::MinorPlanets;
+use crate::scene::sky::background::SkyBackground;
 use crate::time::Instant;
 
 /// One frame, ready to be planned.
@@ -31,7 +32,9 @@ pub struct Scene {
     pub tone_map: ToneMap,
     /// Every body of the catalog, in its order.
     pub bodies: Vec<BodyInView>,
-    /// Behind everything.
+    /// Diffuse light behind everything.
+    pub background: Option<SkyBackground>,
+    /// Behind all bodies.
     pub stars: Vec<StarSprite>,
     /// Too small to be bodies of the catalog; hidden by what is nearer.
     pub minor_planets: Option<MinorPlanets>,

@@ -13,6 +13,7 @@ use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;
 use crate::scene::sky::minor_planets::MinorPlanetColumns;
+use crate::scene::sky::background::SkyMap;
 use glam::{DVec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
@@ -33,6 +34,8 @@ pub struct Requirements {
     pub scattering_tables: Vec<NaifId>,
     /// The maps of each body that is drawn, and what carries them.
     pub maps: Vec<(MapFiles, Shape)>,
+    /// The panorama of the sky.
+    pub sky_map: Option<String>,
 }
 
 /// What is at hand.
@@ -46,12 +49,19 @@ pub struct Resources {
     /// For the light meter alone.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
+    /// The user's panorama of the sky; `None`: the Milky Way that ships.
+    pub sky_map: Option<SkyMap>,
 }
 
 impl Resources {
     /// Whether a map or mesh file is known to be unreadable.
     pub fn is_unreadable(&self, file: &str) -> bool {
         self.unreadable.contains(file)
+    }
+
+    /// The panorama of the sky.
+    pub fn sky_map(&self) -> SkyMap {
+        self.sky_map.clone().unwrap_or_else(SkyMap::milky_way)
     }
 }
 

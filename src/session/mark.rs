@@ -8,7 +8,9 @@ use super::Session;
 use super::pictures::{PROVENANCE_CHUNK, is_exr};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
+use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
+use crate::scene::sky::background::{MILKY_WAY_FILE, SkyMap};
 use crate::shader::generator;
 use crate::wording::echo_within;
 use sha2::{Digest, Sha256};
@@ -74,6 +76,7 @@ pub(super) fn of_sources(
         let clouds = b.clouds.iter().map(|c| c.map.file.as_str());
         maps.chain(clouds).chain(b.overlays.iter().map(|o| o.file.as_str())).chain(b.mesh.iter().map(|m| m.file.as_str()))
     });
+    let files = files.chain([MILKY_WAY_FILE]);
     let found = files.flat_map(|name| folders.iter().map(move |f| (name, f.join(name)))).filter(|(_, path)| path.is_file());
     let own: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images = if own.is_empty() { "embedded".into() } else { hex_digest(own.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
@@ -112,6 +115,7 @@ impl Provenance {
             tone_map,
             effects,
             layers,
+            stars_boost,
             selected,
             quality,
             pixel_view,
@@ -161,6 +165,7 @@ impl Provenance {
             of("tone-map", tone_map.name().into()),
             of("effects", effects.to_text()),
             of("layers", layers.to_text()),
+            of("stars-boost", format!("{stars_boost} stops")),
             of("selected", selected.map_or("the target".into(), name)),
             of("quality", format!("{quality:?}").to_lowercase()),
             of("pixels", pixel_view.name().into()),
@@ -244,10 +249,20 @@ impl Provenance {
 }
 
 impl Session {
+    /// Of a panorama's texels, with what they mean.
+    fn sky_digest(&self, map: &SkyMap) -> String {
+        let texels = self.maps.get_decoded(&map.file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes.clone());
+        hex_digest([texels, format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()])
+    }
+
     /// What decides the picture of a request that this session draws.
     pub fn provenance(&self, request: &ViewRequest) -> Provenance {
         let (kernel, stars, minor_planets) = (self.kernel.as_deref(), self.stars.as_deref(), self.minor_planets.as_deref());
-        let sources = self.mark_sources.get_or_init(|| of_sources(&self.catalog, kernel, stars, minor_planets, &self.folders));
+        let sources = self.mark_sources.get_or_init(|| {
+            let mut sources = of_sources(&self.catalog, kernel, stars, minor_planets, &self.folders);
+            sources.insert("sky".into(), self.sky_map.as_ref().map_or("embedded".into(), |map| self.sky_digest(map)));
+            sources
+        });
         let mut sources = sources.clone();
         // A window changes both while it runs.
         sources.insert("shaders".into(), self.library.generator().to_string());

@@ -20,6 +20,7 @@ mod requirements;
 mod sample;
 mod screen;
 mod shaders;
+mod sky_map;
 mod software;
 mod stages;
 mod standard_scenes;
@@ -55,6 +56,8 @@ use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::marks;
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
+use crate::scene::sky::background::SkyMap;
+use crate::scene::sky::frames::SkyFrame;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
@@ -83,6 +86,10 @@ pub struct Sources {
     pub stars: Option<PathBuf>,
     /// Minor planets and comets in place of those built in: a table with named columns, JSON of the JPL's database, or MPCORB.DAT.
     pub minor_planets: Option<PathBuf>,
+    /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
+    pub sky: Option<PathBuf>,
+    /// Its axes.
+    pub sky_frame: SkyFrame,
     /// Shader fragments that lie over those built in.
     pub shaders: Option<PathBuf>,
     /// Where the shader library lives; `None`: the user's cache folder.
@@ -144,6 +151,7 @@ pub struct Session {
     stars: Option<PathBuf>,
     /// The user's minor planets and comets, for the same.
     minor_planets: Option<PathBuf>,
+    sky_map: Option<SkyMap>,
     folders: Vec<PathBuf>,
     mark_sources: OnceLock<BTreeMap<String, String>>,
 }
@@ -266,6 +274,9 @@ impl Session {
         let small_bodies = stages.measure(Stage::Catalog, || read_small_bodies(sources.minor_planets.as_deref()))?;
         let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies);
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
+        let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
+        let sky_map =
+            stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
         let cache = cache_folder(sources.cache.as_deref()).map_err(|why| say(&why)).ok();
         let library = open_library(cache.as_deref(), software::lowering(), say.clone());
         let air_tables = air_tables::AirTables::open(cache);
@@ -276,7 +287,7 @@ impl Session {
         Ok(Self {
             catalog,
             ephemeris,
-            maps: MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)),
+            maps,
             library,
             air_tables,
             meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
@@ -291,6 +302,7 @@ impl Session {
             kernel: sources.kernel.clone(),
             stars: sources.stars.clone(),
             minor_planets: sources.minor_planets.clone(),
+            sky_map,
             folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
             mark_sources: OnceLock::new(),
         })

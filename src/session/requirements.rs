@@ -9,13 +9,14 @@ use crate::render::plan;
 use crate::scene::draw::{MapRole, Shape};
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
+use crate::scene::sky::background::MILKY_WAY_FILE;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder, SceneError};
 use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
 /// Texels around the equator of the city lights that the light meter reads: 20 km on the Earth.
-const LAMPS_WIDTH: u32 = 2048;
+const NIGHT_LIGHTS_WIDTH: u32 = 2048;
 
 impl Session {
     /// The scene of a view. Shape models, city lights and tables are read or computed; maps are not: those already found unreadable are left out.
@@ -50,7 +51,7 @@ impl Session {
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
         let mut builder = self.measured(Stage::Scene, begin)?;
-        let mut known = Resources { unreadable: self.unreadable(), ..Resources::default() };
+        let mut known = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
         for body in builder.night_lights_wanted(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.measured(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
@@ -77,13 +78,14 @@ impl Session {
     /// The same of a map.
     pub(super) fn note_bad_map(&self, file: &str, why: &dyn Display) -> bool {
         let overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
-        let instead = if overlay { "without it" } else { "in its mean colour" };
+        let sky = file == MILKY_WAY_FILE;
+        let instead = if overlay || sky { "without it" } else { "in its mean colour" };
         self.note_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
     /// Reads and computes what a view needs. A shape model that cannot be read is said once.
     fn resources(&self, wanted: &Requirements) -> Resources {
-        let mut resources = Resources::default();
+        let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
         for mesh in &wanted.meshes {
             let Some((body, named)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
             match self.measured(Stage::Maps, || self.meshes.model(body)) {
@@ -114,7 +116,9 @@ impl Session {
             .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, *shape)))
             .filter(|(_, file, _)| !self.missing.lock().contains(*file))
             .partition(|(role, ..)| matches!(role, MapRole::Overlay(_)));
-        let maps: Vec<(&str, MapDecoding)> = maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
+        let mut maps: Vec<(&str, MapDecoding)> =
+            maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
+        maps.extend(wanted.sky_map.as_deref().map(|file| (file, plan::SKY_DECODING)));
         self.maps.prefetch(&maps);
         for (file, reading) in maps {
             if let Err(why) = self.maps.get_decoded(file, reading) {
@@ -132,7 +136,7 @@ impl Session {
     fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;
-        let level = map.levels.iter().find(|l| l.width <= LAMPS_WIDTH)?;
+        let level = map.levels.iter().find(|l| l.width <= NIGHT_LIGHTS_WIDTH)?;
         let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
         let texels = level.bytes.chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
         NightLights::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)

@@ -35,6 +35,7 @@ fragments![
     "entry/refracted_limb.wesl",
     "entry/shrink.wesl",
     "entry/side_by_side.wesl",
+    "entry/sky_background.wesl",
     "entry/tone_map.wesl",
     "entry/tone_map_bloom.wesl",
     "entry/warp.wesl",

@@ -44,7 +44,7 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 19] = [
+pub const SIMPLE_MODULES: [&str; 20] = [
     "anaglyph",
     "blur",
     "corona",
@@ -61,6 +61,7 @@ pub const SIMPLE_MODULES: [&str; 19] = [
     "refracted_limb",
     "shrink",
     "side_by_side",
+    "sky_background",
     "tone_map",
     "tone_map_bloom",
     "warp",

@@ -10,6 +10,7 @@ mod magnitudes;
 mod meshes;
 mod metering;
 mod minor_planets;
+mod milky_way;
 mod overlays;
 mod real_sky;
 mod relief;

@@ -149,7 +149,12 @@ fn light_around(drawn: &DrawnFrame, middle: DVec2, reach_px: f64) -> (DVec3, DVe
 
 /// Linear light of small sprites alone: white is far over every star.
 fn linear(request: ViewRequest) -> ViewRequest {
-    ViewRequest { purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(0.0), ..request }
+    ViewRequest {
+        purpose: Purpose::LINEAR,
+        exposure: ExposureRequest::Stops(0.0),
+        layers: Layers { stars: request.layers.stars, ..Layers::NONE },
+        ..request
+    }
 }
 
 /// The pictures of the reference's views: each star that stands alone has its centroid where the reference has the star.
@@ -194,7 +199,9 @@ fn a_star_keeps_its_place_and_light_at_every_field_of_view() {
         let aside = part * (fov_deg.to_radians() / 2.0).tan();
         let look = regulus.direction - regulus.direction.any_orthonormal_vector() * aside;
         for stops in [0.0, 19.0] {
-            let request = ViewRequest { purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(stops), ..towards(look, fov_deg, time) };
+            let layers = Layers { stars: true, ..Layers::NONE };
+            let request =
+                ViewRequest { purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(stops), layers, ..towards(look, fov_deg, time) };
             let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
             let expected = pixel(session.catalog(), &viewer, &request, &regulus).expect("in front");
             let drawn = draw(&session, &request);
@@ -225,7 +232,9 @@ fn flux_is_kept_over_twenty_magnitudes_and_pixel_phase() {
         let look = DVec3::new(ra.cos(), ra.sin(), 0.0017 * f64::from(phase) / 57.3);
         for samples in [1, 4] {
             let base = towards(look, 10.0, time);
-            let request = ViewRequest { width: 800, height: 800, purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(19.0), ..base };
+            let layers = Layers { stars: true, ..Layers::NONE };
+            let request =
+                ViewRequest { width: 800, height: 800, purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(19.0), layers, ..base };
             let drawn = session.draw(&request, SamplingQuality { samples, anisotropy: 1 }, true).expect("drawn");
             let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
             assert_eq!(drawn.scene.stars.len(), 21);

@@ -2,7 +2,7 @@
 
 use orrery::catalog::NaifId;
 use orrery::mesh::warp::WarpMesh;
-use orrery::scene::request::{Composition, Position, Projection, Stereo, StereoLayout, Up, ViewRequest};
+use orrery::scene::request::{Axes, Composition, Look, Position, Projection, Stereo, StereoLayout, Up, ViewRequest};
 use orrery::session::standard_scenes;
 use orrery::time::Instant;
 use std::sync::Arc;
@@ -57,6 +57,18 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         let base = ViewRequest::of(NaifId(v.target), Instant::parse(v.time).expect("a time"));
         (v.name, ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..base })
     };
+    // The Milky Way from Antares to Altair, lifted beside nothing brighter than stars.
+    let milky_way = ViewRequest {
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction: glam::DVec3::new(0.0, -0.94, -0.34), axes: Axes::Icrf },
+        up: Up::Celestial,
+        target: None,
+        fov_deg: Some(70.0),
+        width: SIDE,
+        height: SIDE,
+        stars_boost: 3.0,
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-07T00:00:00Z").expect("a time"))
+    };
     // The camera hangs close over ground: the other form of the intersection.
     // And the stars.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky"].contains(&s.name));
@@ -96,4 +108,5 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
         ),
         ("earth-warped", of(399, ECLIPSE_DAY, Composition { warp: Some(Arc::new(mesh)), ..Composition::default() })),
     ]
+    VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request))).collect()
 }

@@ -10,6 +10,7 @@ use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances,
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::shared;
+use super::sky;
 use crate::scene::Scene;
 use crate::scene::draw::uniforms::UniformValue;
 use crate::scene::draw::{Draw, DrawFeatures, DrawUniforms, Part, PixelView, Shape};
@@ -68,7 +69,7 @@ fn kind(draw: &Draw) -> &'static str {
     if draw.part == Part::Globe { "opaque bodies" } else { "rings and shells" }
 }
 
-/// The steps of one frame. The stars come first, for everything else stands before them. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
+/// The steps of one frame. The sky and its stars come first, for everything else stands before them. Opaque bodies, and rings and shells, go far to near in turns: a soft limb is blended over what lies behind it, be that a ring, so that
 /// neither can wait until all of the other are drawn; the corona has its place among them. A refracted limb comes with its body: what it takes away before, what it
 /// adds after. Then lines, points and the glow, then the tone map; over the finished picture the outline and the names. What a scene does not want makes no pass.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<Step>, PlanError> {
@@ -107,7 +108,8 @@ pub(super) fn light_steps(
     };
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let background = Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] };
-    let mut steps = vec![background, over_light("stars", shared::stars(scene, provider)?)];
+    let sky = over_light("sky", sky::background(scene, provider)?);
+    let mut steps = vec![background, sky, over_light("stars", shared::stars(scene, provider)?)];
     steps.extend(over_stars.map(|draw| over_light("faces", vec![draw])));
     let of_body = |body| move |d: &Draw| d.body == body;
     let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {

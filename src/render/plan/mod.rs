@@ -10,6 +10,7 @@ mod passes;
 mod provider;
 mod scissor;
 mod shared;
+mod sky;
 pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
@@ -20,3 +21,4 @@ pub use passes::{
     SamplerBinding, SamplerState, SimpleDraw, TextureBinding, TextureSource, Vertices,
 };
 pub use provider::ResourceProvider;
+pub use sky::SKY_DECODING;

@@ -52,6 +52,7 @@ const NAME_SHADOW: f32 = 0.7;
 /// The shared modules that a scene's plan runs.
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
+        (scene.background.is_some(), super::sky::MODULE),
         (!scene.points.is_empty() || !scene.stars.is_empty(), "point"),
         (!scene.lines.is_empty(), "line"),
         (scene.minor_planets.is_some(), "minor_planets"),
@@ -69,7 +70,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
 }
 
 /// A draw of a shared module over the scene's picture.
-fn of_module(
+pub(super) fn of_module(
     module: &'static str,
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -217,6 +218,8 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.f32("flattening", corona.flattening)?;
         w.vec3("terms", corona.terms)?;
         w.vec3("colour", corona.colour)?;
+        w.f32("outer_cosine", corona.outer_cosine)?;
+        w.f32("per_cosine", corona.per_cosine)?;
         w.f32("least", corona.least)
     })?;
     let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);

@@ -34,7 +34,7 @@ pub struct Viewer {
 }
 
 /// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
-const OBLIQUITY_J2000: f64 = 84_381.406 * crate::units::RAD_PER_ARCSEC;
+pub(crate) const OBLIQUITY_J2000: f64 = 84_381.406 * crate::units::RAD_PER_ARCSEC;
 
 /// The rotation that takes unit `from` to unit `to` by the shortest way.
 pub fn rotation_between(from: DVec3, to: DVec3) -> DMat3 {

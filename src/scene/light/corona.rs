@@ -4,7 +4,8 @@
 //! exposure and tests the law alone. It lies around the Sun: what is nearer hides it, the air before it dims it, and there is none on the Sun's disc. K and F
 //! corona together, by Baumbach's law in every direction's mean; isophotes are flattened by Ludendorff's index, which swings with the cycle of sunspots. Left out:
 //! streamers and the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere, and what a camera within
-//! the corona sees: the law is that of an observer far outside. From a quarter of the sky on, where the law has become the zodiacal light, nothing bounds its error.
+//! the corona sees: the law is that of an observer far outside. From 15 to 25 degrees from the Sun the zodiacal light
+//! takes over (scene::sky::zodiacal).
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
@@ -14,6 +15,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
+use crate::scene::sky::zodiacal;
 use crate::scene::thresholds::VISIBLE_CHANGE;
 use crate::time::Instant;
 use crate::units::KM_PER_AU;
@@ -54,6 +56,8 @@ pub struct Corona {
     pub half_px: f32,
     pub flattening: f32,
     pub terms: Vec3,
+    pub outer_cosine: f32,
+    pub per_cosine: f32,
     pub colour: Vec3,
     /// Radiance that is taken away everywhere, so that nothing is left at the rectangle's edge; 0 for linear light.
     pub least: f32,
@@ -127,7 +131,16 @@ pub(crate) fn corona(
     let limb = radiance(1.0);
     // Its contours run from a half to twice the mean.
     let least = bound.least_shown(MIN_SHOWN);
-    let rect = rect(camera, towards, reach(0.5 * least) * sine);
+    let mut reach = reach(0.5 * least) * sine;
+    // From so near that no zodiacal light is drawn it goes on.
+    let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
+        [-2.0, -3.0]
+    } else {
+        let (inner, outer) = zodiacal::HANDOVER_DEG;
+        reach = reach.min(outer.to_radians().sin());
+        [inner, outer].map(|deg| deg.to_radians().cos())
+    };
+    let rect = rect(camera, towards, reach);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
@@ -157,6 +170,8 @@ pub(crate) fn corona(
         // Seen from over a pole an equatorial belt is a ring.
         flattening: narrow_scalar(flattening(request.time) * (1.0 - tilt * tilt)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),
+        outer_cosine: narrow_scalar(outer_cosine),
+        per_cosine: narrow_scalar(1.0 / (inner_cosine - outer_cosine)),
         colour: sun.body.colour * narrow(tint(sun.placement.centre_km)),
         least: narrow_scalar(least),
     };

@@ -6,12 +6,14 @@
 pub mod camera_file;
 pub mod composition;
 pub mod effects;
+mod layers;
 pub mod view_request;
 
 pub use super::purpose::Purpose;
 pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
 pub use composition::{Composition, Projection, Stereo, StereoLayout};
+pub use layers::Layers;
 pub use view_request::{
-    Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Layers, Look, Position, Quality,
-    SETTLED_STOPS, ToneMap, Up, ViewRequest,
+    Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Quality, SETTLED_STOPS,
+    ToneMap, Up, ViewRequest,
 };

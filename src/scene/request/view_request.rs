@@ -6,8 +6,8 @@ use crate::scene::error::SceneError;
 use crate::scene::purpose::Purpose;
 use crate::scene::request::composition::{Composition, Projection};
 use crate::scene::request::effects::EffectOverrides;
+use crate::scene::request::layers::Layers;
 use crate::time::Instant;
-use crate::wording::{echo, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -166,71 +166,6 @@ impl ToneMap {
     }
 }
 
-/// What is drawn over the bodies to explain them, or as a lens would.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layers {
-    /// The lines on which bodies move about their parents.
-    pub orbits: bool,
-    /// Names and markers of bodies.
-    pub labels: bool,
-    /// A line of light around the selected body.
-    pub outline: bool,
-    /// Light beyond white spreads, as in a lens.
-    pub bloom: bool,
-    /// As far as the exposure shows them.
-    pub stars: bool,
-    /// Points of light, and marks where they are too faint.
-    pub minor_planets: bool,
-}
-
-impl Default for Layers {
-    fn default() -> Self {
-        Self { orbits: false, labels: false, outline: false, bloom: false, stars: true, minor_planets: false }
-    }
-}
-
-impl Layers {
-    /// Every layer's name.
-    pub const NAMES: [&str; 6] = ["orbits", "labels", "outline", "bloom", "stars", "minor-planets"];
-
-    fn by_name(&mut self, name: &str) -> Option<&mut bool> {
-        match name {
-            "orbits" => Some(&mut self.orbits),
-            "labels" => Some(&mut self.labels),
-            "outline" => Some(&mut self.outline),
-            "bloom" => Some(&mut self.bloom),
-            "stars" => Some(&mut self.stars),
-            "minor-planets" => Some(&mut self.minor_planets),
-            _ => None,
-        }
-    }
-
-    /// Those that are not as usual: `+orbits,-stars`.
-    pub fn to_text(mut self) -> String {
-        let mut usual = Self::default();
-        let switched = Self::NAMES.into_iter().filter_map(|name| {
-            let on = *self.by_name(name)?;
-            (on != *usual.by_name(name)?).then(|| format!("{}{name}", if on { '+' } else { '-' }))
-        });
-        switched.collect::<Vec<_>>().join(",")
-    }
-
-    /// Reads `+orbits,-labels`.
-    pub fn parse(text: &str) -> Result<Self, SceneError> {
-        let mut layers = Self::default();
-        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let wrong = |why: String| SceneError::Request(format!("layer `{}`: {why}", echo(part)));
-            let (on, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
-                (Some(name), _) => (true, name),
-                (_, Some(name)) => (false, name),
-                (None, None) => return Err(wrong("write + or - before its name".into())),
-            };
-            *layers.by_name(name).ok_or_else(|| wrong(suggestion_or_list(name, &Self::NAMES)))? = on;
-        }
-        Ok(layers)
-    }
-}
-
 /// Trade of speed for accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
@@ -289,8 +224,10 @@ pub struct ViewRequest {
     pub tone_map: ToneMap,
     /// Effects that are on or off whatever their bounds say.
     pub effects: EffectOverrides,
-    /// What is drawn over the bodies.
+    /// What is drawn beyond and over the bodies.
     pub layers: Layers,
+    /// Stops by which stars, Milky Way and zodiacal light are brighter than they are.
+    pub stars_boost: f64,
     /// What the viewer has picked out; `None`: the target.
     pub selected: Option<NaifId>,
     /// Speed against accuracy.
@@ -325,6 +262,7 @@ impl ViewRequest {
             tone_map: ToneMap::Filmic,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
+            stars_boost: 0.0,
             selected: None,
             quality: Quality::default(),
             pixel_view: PixelView::Final,
@@ -379,6 +317,9 @@ impl ViewRequest {
             return bad(format!("exposure {ev:?}: must be -60 to 60 stops"));
         }
         self.composition.check()?;
+        if !(-30.0..=30.0).contains(&self.stars_boost) {
+            return bad(format!("stars boost {:?}: must be -30 to 30 stops", self.stars_boost));
+        }
         if !self.time.tdb_seconds_past_j2000().is_finite() {
             return bad("the time is not a finite number".into());
         }

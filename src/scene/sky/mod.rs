@@ -1,5 +1,8 @@
-//! What lies beyond all bodies, the stars, and what is too small to be a body of the catalog: minor planets and comets.
+//! What lies beyond all bodies: stars, the Milky Way, zodiacal light; and what is too small to be a body of the catalog: minor planets and comets.
 
+pub mod background;
+pub mod frames;
 pub mod minor_planets;
 mod star_colour;
 pub mod stars;
+pub mod zodiacal;

@@ -33,6 +33,12 @@ pub struct StarPlace {
     pub brightening: f64,
 }
 
+impl StarPlace {
+    fn boosted(self, factor: f64) -> Self {
+        Self { brightening: self.brightening * factor, ..self }
+    }
+}
+
 /// What places the stars of one frame.
 pub struct StarPlacer {
     years: f64,
@@ -121,9 +127,15 @@ pub(crate) fn stars(
         return (Vec::new(), decided(false, "set by you".into()));
     }
     let camera = &viewer.camera;
-    let limit = limiting_magnitude(camera, bound);
-    let shows =
-        if limit.is_finite() { format!("the exposure shows stars to magnitude {limit:.1}") } else { "linear light shows any star".into() };
+    // A stop is so many magnitudes.
+    let boost = request.stars_boost.exp2();
+    let limit = limiting_magnitude(camera, bound) + 2.5 * boost.log10();
+    let lifted = if boost == 1.0 { String::new() } else { format!(", {:+.1} stops brighter than they are", request.stars_boost) };
+    let shows = if limit.is_finite() {
+        format!("the exposure shows stars to magnitude {limit:.1}{lifted}")
+    } else {
+        "linear light shows any star".into()
+    };
     // Within the solar system no star is brighter by its parallax; farther out the cells know.
     let near = viewer.camera.position_km.length() < NEAR_KM;
     if near && f64::from(catalog.brightest_magnitude()) > limit {
@@ -138,7 +150,7 @@ pub(crate) fn stars(
     for cell in all.cells().iter().filter(|cell| in_view.may_hold(cell, placer.shift(cell))) {
         let faintest = in_view.faintest(placer.shift(cell));
         let bright = all.stars()[cell.stars.clone()].iter().take_while(|star| f64::from(star.v_magnitude) <= faintest);
-        sprites.extend(bright.filter_map(|star| sprite(camera, star, &placer.place(star), tint.as_ref(), white)));
+        sprites.extend(bright.filter_map(|star| sprite(camera, star, &placer.place(star).boosted(boost), tint.as_ref(), white)));
     }
     let reason = format!("{} in the frame; {shows}", sprites.len());
     let on = !sprites.is_empty();

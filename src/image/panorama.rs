@@ -1,0 +1,222 @@
+//! Panoramas of the whole sky: one equirectangular picture, or the six faces of a cube, as one texture.
+//!
+//! In: a PNG, JPEG or EXR, or a folder or a name with `*` for six of them. Out: an equirectangular texture, longitude 0 in the middle and growing to the left, north up, and what its
+//! value 1 stands for. Always: 8-bit sRGB, which every device can filter; light of an EXR beyond its brightest ten-thousandth is clipped. Cube faces are named `px`,
+//! `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 in its middle, `px` lies to its right, `py` holds the north pole.
+
+use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
+use crate::files::read_bytes;
+use crate::units::linear_to_srgb;
+use glam::{DVec2, DVec3, Vec3};
+use image::{DynamicImage, ImageFormat};
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
+
+/// Formats that a panorama or a face may have.
+const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::OpenExr];
+/// Their usual endings.
+const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
+const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
+/// Texels around the equator at most.
+const WIDEST: usize = 8192;
+/// Part of an EXR's pixels that may be brighter than the texture's 1.
+const CLIPPED: f64 = 1e-4;
+
+/// A panorama.
+#[derive(Clone, Debug)]
+pub struct Panorama {
+    pub texture: Texture,
+    /// Candelas a square metre where the texture is 1, of a file of linear light; `None`: the file has no unit.
+    pub unit_cd_m2: Option<f64>,
+}
+
+fn unreadable(path: &Path, reason: impl Into<String>) -> ImageError {
+    ImageError::Unreadable { name: path.display().to_string(), reason: reason.into() }
+}
+
+/// Reads a panorama.
+///
+/// # Errors
+/// The file that cannot be read, and why, in one line.
+pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panorama, ImageError> {
+    let read = |path: &Path| {
+        let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e.to_string()))?;
+        decode_any(&path.display().to_string(), &bytes, &FORMATS, max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS))
+    };
+    let pattern = path.file_name().is_some_and(|name| name.to_string_lossy().contains('*'));
+    if !pattern && !path.is_dir() {
+        let picture = read(path)?;
+        let (width, height) = (picture.width(), picture.height());
+        if width.abs_diff(2 * height) > 1 {
+            return Err(unreadable(
+                path,
+                format!("{width}x{height} pixels are no whole sky: an equirectangular panorama is twice as wide as high"),
+            ));
+        }
+        return texture(path, Linear::of(&picture));
+    }
+    let faces = FACES.map(|face| face_path(path, face));
+    let mut decoded = Vec::new();
+    for face in faces {
+        let face = face?;
+        let picture = read(&face)?;
+        let first = decoded.first().map_or(picture.width(), |f: &DynamicImage| f.width());
+        if picture.width() != picture.height() || picture.width() != first {
+            let size = format!("{}x{} pixels: the six faces must be squares of one size", picture.width(), picture.height());
+            return Err(unreadable(&face, size));
+        }
+        decoded.push(picture);
+    }
+    let faces: Vec<Linear> = decoded.iter().map(Linear::of).collect();
+    texture(path, Linear::of_cube(&faces))
+}
+
+/// Where a face of the cube lies.
+fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
+    if let Some(name) = path.file_name().map(|n| n.to_string_lossy()).filter(|n| n.contains('*')) {
+        return Ok(path.with_file_name(name.replacen('*', face, 1)));
+    }
+    let known = ENDINGS.iter().map(|ending| path.join(format!("{face}.{ending}"))).find(|p| p.is_file());
+    known.ok_or_else(|| unreadable(path, format!("no {face}.png, .jpg or .exr in it; a cube map has the faces {}", FACES.join(", "))))
+}
+
+/// A picture in linear light.
+struct Linear {
+    width: usize,
+    height: usize,
+    texels: Vec<Vec3>,
+    /// The file holds linear light.
+    was_linear: bool,
+}
+
+impl Linear {
+    fn of(picture: &DynamicImage) -> Self {
+        let (width, height) = (picture.width() as usize, picture.height() as usize);
+        let was_linear = matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+        let texels = if was_linear {
+            let clean = |v: f32| if v.is_finite() { v.max(0.0) } else { 0.0 };
+            picture.to_rgb32f().pixels().map(|p| Vec3::from_array(p.0.map(clean))).collect()
+        } else {
+            let table: Vec<f32> = (0..=255).map(|i| crate::units::srgb_to_linear(f64::from(i) / 255.0) as f32).collect();
+            picture.to_rgb8().pixels().map(|p| Vec3::from_array(p.0.map(|b| table[usize::from(b)]))).collect()
+        };
+        Self { width, height, texels, was_linear }
+    }
+
+    /// Between the texels' middles; no further than the edges.
+    fn at(&self, place: DVec2) -> Vec3 {
+        let p = (place - 0.5).clamp(DVec2::ZERO, DVec2::new((self.width - 1) as f64, (self.height - 1) as f64));
+        let (x, y) = (p.x as usize, p.y as usize);
+        let (x1, y1) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
+        let row = |y: usize| self.texels[y * self.width + x].lerp(self.texels[y * self.width + x1], p.x.fract() as f32);
+        row(y).lerp(row(y1), p.y.fract() as f32)
+    }
+
+    /// The equirectangular picture of six faces.
+    fn of_cube(faces: &[Self]) -> Self {
+        let side = faces[0].width;
+        let width = (4 * side).min(WIDEST);
+        let height = width / 2;
+        let texel = |k: usize| {
+            let longitude = TAU * (0.5 - ((k % width) as f64 + 0.5) / width as f64);
+            let latitude = PI * (0.5 - ((k / width) as f64 + 0.5) / height as f64);
+            let (forward, left, up) = (latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+            let (face, place) = on_cube(DVec3::new(-left, up, forward));
+            faces[face].at((place * 0.5 + 0.5) * side as f64)
+        };
+        let texels = (0..width * height).into_par_iter().map(texel).collect();
+        Self { width, height, texels, was_linear: faces.iter().all(|f| f.was_linear) }
+    }
+}
+
+/// The face that a direction (right, up, forward) meets, by its place in [`FACES`], and where: -1 to 1, to the right and down as seen from inside.
+fn on_cube(d: DVec3) -> (usize, DVec2) {
+    let size = d.abs();
+    if size.x >= size.y && size.x >= size.z {
+        let s = d.x.signum();
+        (usize::from(s < 0.0), DVec2::new(-d.z * s, -d.y) / size.x)
+    } else if size.y >= size.z {
+        let s = d.y.signum();
+        (2 + usize::from(s < 0.0), DVec2::new(d.x, d.z * s) / size.y)
+    } else {
+        let s = d.z.signum();
+        (4 + usize::from(s < 0.0), DVec2::new(d.x * s, -d.y) / size.z)
+    }
+}
+
+fn texture(path: &Path, picture: Linear) -> Result<Panorama, ImageError> {
+    let unit = if picture.was_linear {
+        let mut brightest: Vec<f32> = picture.texels.iter().map(|t| t.max_element()).collect();
+        let place = ((brightest.len() as f64 * (1.0 - CLIPPED)) as usize).min(brightest.len() - 1);
+        let (_, unit, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
+        if *unit > 0.0 { *unit } else { 1.0 }
+    } else {
+        1.0
+    };
+    let encode = |v: f32| (linear_to_srgb(f64::from((v / unit).clamp(0.0, 1.0))) * 255.0).round() as u8;
+    let bytes: Vec<u8> = picture.texels.par_iter().flat_map_iter(|t| [encode(t.x), encode(t.y), encode(t.z), 255]).collect();
+    let decoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let texture =
+        Texture::around_poles(width, height, bytes, decoding.format, decoding.poles).map_err(|e| unreadable(path, e.to_string()))?;
+    Ok(Panorama { texture, unit_cd_m2: picture.was_linear.then_some(f64::from(unit)) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Neighbouring faces meet: a direction on an edge of the cube has the same place on both sides as the cube map's layout says.
+    #[test]
+    fn faces_are_where_a_cube_map_has_them() {
+        for (d, face, place) in [
+            ((0.0, 0.0, 1.0), 4, (0.0, 0.0)),
+            ((1.0, 0.0, 0.0), 0, (0.0, 0.0)),
+            // To the right of the middle of pz lies px, whose left edge is towards pz.
+            ((0.5, 0.0, 1.0), 4, (0.5, 0.0)),
+            ((1.0, 0.0, 0.5), 0, (-0.5, 0.0)),
+            ((-1.0, 0.0, 0.5), 1, (0.5, 0.0)),
+            ((0.0, 1.0, 0.5), 2, (0.0, 0.5)),
+            ((0.0, -1.0, 0.5), 3, (0.0, -0.5)),
+            ((0.5, 0.0, -1.0), 5, (-0.5, 0.0)),
+            ((0.0, 0.5, 1.0), 4, (0.0, -0.5)),
+        ] {
+            assert_eq!(on_cube(d.into()), (face, place.into()), "{d:?}");
+        }
+    }
+
+    /// A cube painted by direction becomes the panorama painted by direction: north up, longitude growing to the left.
+    #[test]
+    fn a_cube_becomes_its_panorama() {
+        let side = 64_usize;
+        let paint = |d: DVec3| (d.normalize() * 0.5 + 0.5).as_vec3();
+        let axes = [
+            |s: f64, t: f64| DVec3::new(1.0, -t, -s),
+            |s: f64, t: f64| DVec3::new(-1.0, -t, s),
+            |s: f64, t: f64| DVec3::new(s, 1.0, t),
+            |s: f64, t: f64| DVec3::new(s, -1.0, -t),
+            |s: f64, t: f64| DVec3::new(s, -t, 1.0),
+            |s: f64, t: f64| DVec3::new(-s, -t, -1.0),
+        ];
+        let middle = |k: usize| (k as f64 + 0.5) / side as f64 * 2.0 - 1.0;
+        let face = |axis: fn(f64, f64) -> DVec3| {
+            let texels = (0..side * side).map(|k| paint(axis(middle(k % side), middle(k / side)))).collect();
+            Linear { width: side, height: side, texels, was_linear: false }
+        };
+        let faces: Vec<Linear> = axes.map(face).into();
+        let sky = Linear::of_cube(&faces);
+        assert_eq!((sky.width, sky.height), (256, 128));
+        for (x, y, d) in [
+            (128, 64, DVec3::Z),
+            (64, 64, DVec3::NEG_X),
+            (192, 64, DVec3::X),
+            (0, 64, DVec3::NEG_Z),
+            (9, 0, DVec3::Y),
+            (77, 127, DVec3::NEG_Y),
+        ] {
+            let off = (sky.texels[y * 256 + x] - paint(d)).abs().max_element();
+            assert!(off < 0.02, "{x}, {y}: {off}");
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! The draw of diffuse light from beyond all bodies: one triangle over the whole picture.
+
+use super::error::PlanError;
+use super::passes::{AddressMode, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
+use super::provider::ResourceProvider;
+use super::shared::of_module;
+use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
+use crate::scene::Scene;
+use glam::Vec3;
+use std::sync::{Arc, LazyLock};
+
+/// Its module: shaders/entry/sky_background.wesl.
+pub(super) const MODULE: &str = "sky_background";
+const MAP_BINDING: u32 = 1;
+const SAMPLER_BINDING: u32 = 2;
+
+/// How a panorama of the sky is read.
+pub const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
+
+/// Stands where there is no panorama.
+static BLACK: LazyLock<SharedTexture> = LazyLock::new(|| {
+    Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level { width: 1, height: 1, bytes: vec![0, 0, 0, 255] }] })
+});
+
+pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let Some(sky) = &scene.background else { return Ok(Vec::new()) };
+    let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK.clone()), |file| provider.map(file, SKY_DECODING))?;
+    let draw = of_module(MODULE, scene, provider, |w| {
+        w.vec3("middle", sky.middle)?;
+        w.vec3("across", sky.across)?;
+        w.vec3("up", sky.up)?;
+        w.vec3("map_radiance", Vec3::splat(sky.map_radiance))?;
+        w.f32("map_level", sky.map_level)?;
+        w.vec3("zodiacal_radiance", Vec3::splat(sky.zodiacal_radiance))?;
+        w.vec3("to_sun", sky.to_sun)?;
+        w.vec3("ecliptic_pole", sky.ecliptic_pole)?;
+        w.vec4_array("zodiacal_law", &sky.zodiacal_law)?;
+        w.f32("near", sky.near)?;
+        w.f32("inner_cosine", sky.inner_cosine)?;
+        w.f32("outer_cosine", sky.outer_cosine)?;
+        w.f32("corona", sky.corona)
+    })?;
+    let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
+}

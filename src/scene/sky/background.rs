@@ -1,0 +1,169 @@
+//! Diffuse light from beyond all bodies: the Milky Way, or a panorama of the user's, and zodiacal light.
+//!
+//! In: the camera, the Sun as seen, what is white, the panorama's frame and scale. Out: [`SkyBackground`], the uniforms of shaders/entry/sky_background.wesl, and the
+//! reasons. Always: it lies behind everything; air in front dims it when it is drawn; what no level of the display can show is left out, both parts apart, and
+//! then costs nothing. Rotations are f64; only axes of the view are narrowed. Left out: aberration of diffuse light (0.3 arcmin), the colour that air gives it,
+//! and the parallax of the Milky Way.
+
+use crate::catalog::NaifId;
+use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow4};
+use crate::scene::decision::Decision;
+use crate::scene::draw::PixelView;
+use crate::scene::light::glow::MIN_SHOWN;
+use crate::scene::light::photometry::irradiance_of_magnitude;
+use crate::scene::placed::PlacedBody;
+use crate::scene::purpose::Bound;
+use crate::scene::request::view_request::ViewRequest;
+use crate::scene::sky::frames::{SkyFrame, ecliptic_pole};
+use crate::scene::sky::zodiacal;
+use crate::units::KM_PER_AU;
+use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
+use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
+
+/// Square degrees in a steradian.
+const SQUARE_DEGREES: f64 = (180.0 / PI) * (180.0 / PI);
+
+/// Radiance of one star of tenth magnitude in a square degree.
+pub static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES * PI);
+
+/// A panorama of the whole sky, equirectangular, longitude 0 in the middle and growing to the left, and what its texels mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyMap {
+    /// As whoever holds it knows it.
+    pub file: String,
+    pub frame: SkyFrame,
+    /// Texels around the equator.
+    pub width: u32,
+    /// Radiance where a linear value is 1.
+    pub unit_radiance: f64,
+    /// Greatest linear value of a region of some texels.
+    pub brightest: f64,
+    /// How the feature is described.
+    pub is_milky_way: bool,
+}
+
+/// File of the panorama that ships.
+pub const MILKY_WAY_FILE: &str = "milky_way.jpg";
+
+/// Surface brightness of the Large Sagittarius Star Cloud, the mean over 3 degrees at l 2, b -4: 20.5 V magnitudes in a square second, an estimate to 0.5 magnitudes
+/// (published surface photometry of the brightest Milky Way lies between 20 and 21). In stars of tenth magnitude in a square degree.
+const CLOUD_S10: f64 = 820.0;
+/// What the panorama's linear luminance is there.
+const CLOUD_VALUE: f64 = 0.3385;
+
+impl SkyMap {
+    /// The Milky Way that ships. Stars are filtered out of it: the catalogue's come apart. With the cloud above at its brightness its mean over the sky is 71 stars of tenth
+    /// magnitude in a square degree, and the stars to V 7 add 26: together the 100 or so of integrated starlight (Roach & Megill 1961, ApJ 133, 228).
+    pub fn milky_way() -> Self {
+        let unit_radiance = CLOUD_S10 / CLOUD_VALUE * *S10;
+        Self {
+            file: MILKY_WAY_FILE.into(),
+            frame: SkyFrame::Galactic,
+            width: 2048,
+            unit_radiance,
+            brightest: CLOUD_VALUE,
+            is_milky_way: true,
+        }
+    }
+}
+
+/// Uniforms of the background.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyBackground {
+    /// `None`: no panorama.
+    pub map_file: Option<String>,
+    pub middle: Vec3,
+    pub across: Vec3,
+    pub up: Vec3,
+    pub map_radiance: f32,
+    pub map_level: f32,
+    pub zodiacal_radiance: f32,
+    pub to_sun: Vec3,
+    pub ecliptic_pole: Vec3,
+    pub zodiacal_law: [Vec4; 5],
+    /// See the shader: [`zodiacal::NEAR`], and cosines of [`zodiacal::HANDOVER_DEG`].
+    pub near: f32,
+    pub inner_cosine: f32,
+    pub outer_cosine: f32,
+    pub corona: f32,
+}
+
+/// Rays on a side of the grid on which the frame's brightest zodiacal light is looked for.
+const PROBES: u32 = 17;
+
+/// The brightest zodiacal light in the frame, radiance.
+fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit: f64) -> f64 {
+    let inner = zodiacal::HANDOVER_DEG.0.to_radians().cos();
+    let place = |k: u32| 2.0 * f64::from(k) / f64::from(PROBES - 1) - 1.0;
+    let at = |k: u32| {
+        let ray = camera.ray(DVec2::new(place(k % PROBES), place(k / PROBES))).normalize();
+        zodiacal::law(ray.dot(to_sun).min(inner), ray.dot(ecliptic_pole()))
+    };
+    (0..PROBES * PROBES).map(at).fold(0.0, f64::max) * unit
+}
+
+/// The background of a frame with the decisions about its parts; nothing where the picture shows a number.
+pub(crate) fn background(
+    request: &ViewRequest,
+    camera: &Camera,
+    placed: &[PlacedBody<'_>],
+    bound: Bound,
+    map: &SkyMap,
+    is_unreadable: bool,
+    has_corona: bool,
+) -> (Option<SkyBackground>, Vec<Decision>) {
+    if request.pixel_view != PixelView::Final {
+        return (None, Vec::new());
+    }
+    let boost = request.stars_boost.exp2();
+    let decided = |feature, on: bool, reason: String| Decision { feature, on, reason, tier: None };
+    // As stars do, it shows from half a level of the display on, on black.
+    let shows = |radiance: f64| radiance > bound.least_shown(MIN_SHOWN);
+    let against = |radiance: f64| match bound.is_linear() {
+        true => bound.description(radiance),
+        false => format!("{:.1e} of white against {MIN_SHOWN:.1e}", bound.of_white(radiance)),
+    };
+    let brightest = map.brightest * map.unit_radiance * boost;
+    let milky_way = match () {
+        () if !request.layers.milky_way => decided("milky-way", false, "set by you".into()),
+        () if is_unreadable => decided("milky-way", false, format!("{} cannot be read", map.file)),
+        () => {
+            let what = if map.is_milky_way { "its brightest clouds are" } else { "the panorama of --sky is at most" };
+            decided("milky-way", shows(brightest), format!("{what} {}", against(brightest)))
+        }
+    };
+    let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
+    let (to_sun, sun_au) = sun.map_or((DVec3::X, 0.0), |s| (s.placement.centre_km / s.distance_km, s.distance_km / KM_PER_AU));
+    let unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
+    let light = brightest_zodiacal(camera, to_sun, unit);
+    let zodiacal_light = match () {
+        () if !request.layers.zodiacal_light => decided("zodiacal-light", false, "set by you".into()),
+        () if sun_au < zodiacal::NEAREST_AU => {
+            decided("zodiacal-light", false, format!("the Sun is nearer than {} au: the corona goes on for it", zodiacal::NEAREST_AU))
+        }
+        () => decided("zodiacal-light", shows(light), format!("in the frame at most {}", against(light))),
+    };
+    let (draws_map, draws_dust) = (milky_way.on, zodiacal_light.on);
+    let map_from_icrf = map.frame.icrf_from_frame().transpose();
+    let texel_rad = TAU / f64::from(map.width);
+    let axis = |v: DVec3| narrow(map_from_icrf * v);
+    let background = SkyBackground {
+        map_file: draws_map.then(|| map.file.clone()),
+        middle: axis(camera.forward),
+        across: axis(camera.right * camera.tan_half_fov.x),
+        up: axis(camera.up * camera.tan_half_fov.y),
+        map_radiance: narrow_scalar(if draws_map { map.unit_radiance * boost } else { 0.0 }),
+        map_level: narrow_scalar((camera.pixel_tangent() / texel_rad).log2().max(0.0)),
+        zodiacal_radiance: narrow_scalar(if draws_dust { unit } else { 0.0 }),
+        to_sun: axis(to_sun),
+        ecliptic_pole: axis(ecliptic_pole()),
+        zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
+        near: narrow_scalar(zodiacal::NEAR),
+        inner_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.0.to_radians().cos()),
+        outer_cosine: narrow_scalar(zodiacal::HANDOVER_DEG.1.to_radians().cos()),
+        // What is lifted over the corona would end beside it.
+        corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
+    };
+    ((draws_map || draws_dust).then_some(background), vec![milky_way, zodiacal_light])
+}

@@ -1,0 +1,96 @@
+//! The frames in which the sky is charted: equator, ecliptic and Galaxy, each as a rotation from ICRF.
+//!
+//! All are of J2000: precession since then is no part of them.
+
+use crate::scene::viewpoint::OBLIQUITY_J2000;
+use crate::wording::suggestion_or_list;
+use glam::{DMat3, DVec3};
+
+/// A frame of directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SkyFrame {
+    /// Longitude 0 at the Galaxy's centre.
+    #[default]
+    Galactic,
+    /// ICRF, which is the mean equator of J2000 within 0.02 arcsec.
+    Equatorial,
+    /// Mean ecliptic and equinox of J2000.
+    Ecliptic,
+}
+
+/// Unit vector of right ascension and declination, or any longitude and latitude, degrees.
+pub fn direction(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
+    let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude_deg.to_radians().sin_cos(), latitude_deg.to_radians().sin_cos());
+    DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
+}
+
+/// The ecliptic's north pole of J2000, ICRF.
+pub fn ecliptic_pole() -> DVec3 {
+    DVec3::new(0.0, -OBLIQUITY_J2000.sin(), OBLIQUITY_J2000.cos())
+}
+
+impl SkyFrame {
+    pub const ALL: [Self; 3] = [Self::Galactic, Self::Equatorial, Self::Ecliptic];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Galactic => "galactic",
+            Self::Equatorial => "equatorial",
+            Self::Ecliptic => "ecliptic",
+        }
+    }
+
+    /// # Errors
+    /// The names that there are.
+    pub fn by_name(name: &str) -> Result<Self, String> {
+        let known = Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name));
+        known.ok_or_else(|| suggestion_or_list(name, &Self::ALL.map(Self::name)))
+    }
+
+    /// Columns are the frame's axes: x to longitude 0, z to its north pole.
+    pub fn icrf_from_frame(self) -> DMat3 {
+        match self {
+            // Pole and longitude of the ascending node: ESA 1997, The Hipparcos and Tycho Catalogues, vol. 1, eq. 1.5.11.
+            Self::Galactic => {
+                let pole = direction(192.859_48, 27.128_25);
+                let node = DVec3::Z.cross(pole).normalize();
+                let (sin, cos) = 32.931_92_f64.to_radians().sin_cos();
+                let centre = node * cos - pole.cross(node) * sin;
+                DMat3::from_cols(centre, pole.cross(centre), pole)
+            }
+            Self::Equatorial => DMat3::IDENTITY,
+            Self::Ecliptic => {
+                let pole = ecliptic_pole();
+                DMat3::from_cols(DVec3::X, pole.cross(DVec3::X), pole)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Known directions: the Galactic centre and pole (Blaauw et al. 1960, in J2000), the celestial pole in Galactic axes, the summer solstice, the ecliptic pole.
+    #[test]
+    fn frames_are_where_they_are_defined() {
+        let off_arcsec = |frame: SkyFrame, (lon, lat): (f64, f64), (ra, dec): (f64, f64)| {
+            (frame.icrf_from_frame() * direction(lon, lat)).angle_between(direction(ra, dec)).to_degrees() * 3600.0
+        };
+        for (frame, place, icrf) in [
+            (SkyFrame::Galactic, (0.0, 0.0), (266.405_10, -28.936_18)),
+            (SkyFrame::Galactic, (0.0, 90.0), (192.859_48, 27.128_25)),
+            // The celestial pole has the longitude 122.93192 and the latitude of the Galactic pole's declination.
+            (SkyFrame::Galactic, (122.931_92, 27.128_25), (0.0, 90.0)),
+            (SkyFrame::Ecliptic, (90.0, 0.0), (90.0, 23.439_279)),
+            (SkyFrame::Ecliptic, (0.0, 90.0), (270.0, 66.560_721)),
+            (SkyFrame::Equatorial, (101.0, -16.0), (101.0, -16.0)),
+        ] {
+            assert!(off_arcsec(frame, place, icrf) < 0.1, "{frame:?} {place:?}: {}", off_arcsec(frame, place, icrf));
+            let m = frame.icrf_from_frame();
+            assert!((m.determinant() - 1.0).abs() < 1e-12 && (m * m.transpose() - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-12));
+            assert_eq!(SkyFrame::by_name(&frame.name().to_uppercase()), Ok(frame));
+        }
+        assert!(SkyFrame::by_name("galactc").is_err_and(|e| e.contains("galactic")));
+    }
+}

@@ -1,0 +1,110 @@
+//! Zodiacal light: how bright sunlit dust between the planets is, in any direction from any distance from the Sun.
+//!
+//! In: the elongation from the Sun and the ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm; [`law`] is a fit that meets
+//! each of its entries from 15 degrees of elongation on within 13 % (the table itself is good to 10 %). Nearer to the Sun the corona goes on: its F part is the same
+//! dust, and its law grows with the same power of the distance, so that both meet wherever the observer is. Seen from r au the light goes with r^-2.3 (Helios 1 and 2
+//! between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177), which is an extrapolation beyond. Left out: the cloud's tilt of 1.5 degrees, the seasons that
+//! follow from it, observers far off the ecliptic, and the dust's reddening.
+
+use glam::DVec4;
+
+/// S10 unit (one star of tenth magnitude of the Sun's colour in a square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
+const TABLE_PER_S10: f64 = 1.28;
+/// Power of the distance from the Sun.
+const FALL: f64 = -2.3;
+/// Within this distance, au, the corona's law is all there is.
+pub const NEAREST_AU: f64 = 0.1;
+/// Elongations, degrees, between which the corona hands over to the zodiacal light.
+pub const HANDOVER_DEG: (f64, f64) = (15.0, 25.0);
+
+/// Keeps the logarithm's argument above 0 towards the Sun.
+pub const NEAR: f64 = 1.02;
+/// Binary logarithm of the table's values: rows by powers of log2(NEAR - cosine of the elongation), columns by powers of the sine of the latitude.
+pub const LAW: [[f64; 4]; 5] = [
+    [7.8937, 0.0533, -5.4046, 3.8745],
+    [-0.8988, 2.1406, -4.6106, 2.7313],
+    [0.4626, -1.6305, 3.2623, -1.2307],
+    [0.2008, -1.2444, 3.586, -1.698],
+    [0.0279, -0.1863, 0.4585, 0.1464],
+];
+
+/// Brightness at 1 au in the table's unit. Without the handover to the corona.
+pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
+    let g = (NEAR - cos_elongation).log2();
+    let s = sin_latitude.abs();
+    let by_latitude = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * g + DVec4::from_array(row));
+    by_latitude.dot(DVec4::new(1.0, s, s * s, s * s * s)).exp2()
+}
+
+/// Radiance where the law is 1, as seen from a distance from the Sun.
+pub fn unit_radiance(sun_distance_au: f64) -> f64 {
+    *super::background::S10 / TABLE_PER_S10 * sun_distance_au.powf(FALL)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Leinert et al. 1998, table 17: differences of longitude from the Sun (rows), latitudes (columns); 0 where the table is empty.
+    const LATITUDES: [f64; 11] = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 45.0, 60.0, 75.0, 90.0];
+    const TABLE: [(f64, [f64; 11]); 19] = [
+        (0.0, [0.0, 0.0, 0.0, 3140.0, 1610.0, 985.0, 640.0, 275.0, 150.0, 100.0, 77.0]),
+        (5.0, [0.0, 0.0, 0.0, 2940.0, 1540.0, 945.0, 625.0, 271.0, 150.0, 100.0, 77.0]),
+        (10.0, [0.0, 0.0, 4740.0, 2470.0, 1370.0, 865.0, 590.0, 264.0, 148.0, 100.0, 77.0]),
+        (15.0, [11500.0, 6780.0, 3440.0, 1860.0, 1110.0, 755.0, 525.0, 251.0, 146.0, 100.0, 77.0]),
+        (20.0, [6400.0, 4480.0, 2410.0, 1410.0, 910.0, 635.0, 454.0, 237.0, 141.0, 99.0, 77.0]),
+        (25.0, [3840.0, 2830.0, 1730.0, 1100.0, 749.0, 545.0, 410.0, 223.0, 136.0, 97.0, 77.0]),
+        (30.0, [2480.0, 1870.0, 1220.0, 845.0, 615.0, 467.0, 365.0, 207.0, 131.0, 95.0, 77.0]),
+        (35.0, [1650.0, 1270.0, 910.0, 680.0, 510.0, 397.0, 320.0, 193.0, 125.0, 93.0, 77.0]),
+        (40.0, [1180.0, 940.0, 700.0, 530.0, 416.0, 338.0, 282.0, 179.0, 120.0, 92.0, 77.0]),
+        (45.0, [910.0, 730.0, 555.0, 442.0, 356.0, 292.0, 250.0, 166.0, 116.0, 90.0, 77.0]),
+        (60.0, [505.0, 442.0, 352.0, 292.0, 243.0, 209.0, 183.0, 134.0, 104.0, 86.0, 77.0]),
+        (75.0, [338.0, 317.0, 269.0, 227.0, 196.0, 172.0, 151.0, 116.0, 93.0, 82.0, 77.0]),
+        (90.0, [259.0, 251.0, 225.0, 193.0, 166.0, 147.0, 132.0, 104.0, 86.0, 79.0, 77.0]),
+        (105.0, [212.0, 210.0, 197.0, 170.0, 150.0, 133.0, 119.0, 96.0, 82.0, 77.0, 77.0]),
+        (120.0, [188.0, 186.0, 177.0, 154.0, 138.0, 125.0, 113.0, 90.0, 77.0, 74.0, 77.0]),
+        (135.0, [179.0, 178.0, 166.0, 147.0, 134.0, 122.0, 110.0, 90.0, 77.0, 73.0, 77.0]),
+        (150.0, [179.0, 178.0, 165.0, 148.0, 137.0, 127.0, 116.0, 96.0, 79.0, 72.0, 77.0]),
+        (165.0, [196.0, 192.0, 179.0, 165.0, 151.0, 141.0, 131.0, 104.0, 82.0, 72.0, 77.0]),
+        (180.0, [230.0, 212.0, 195.0, 178.0, 163.0, 148.0, 134.0, 105.0, 83.0, 72.0, 77.0]),
+    ];
+
+    #[test]
+    fn the_law_is_the_published_table() {
+        let (mut worst, mut compared): (f64, u32) = (0.0, 0);
+        for (longitude, row) in TABLE {
+            for (latitude, published) in LATITUDES.into_iter().zip(row).filter(|(_, v)| *v > 0.0) {
+                let (lon, lat) = (f64::to_radians(longitude), f64::to_radians(latitude));
+                let cos_elongation = lat.cos() * lon.cos();
+                if cos_elongation > 14.9_f64.to_radians().cos() {
+                    continue;
+                }
+                let off = law(cos_elongation, lat.sin()) / published - 1.0;
+                worst = worst.max(off.abs());
+                compared += 1;
+                assert!(off.abs() < 0.13, "{longitude}, {latitude}: {off:.3}");
+                assert_eq!(law(cos_elongation, lat.sin()), law(cos_elongation, -lat.sin()));
+            }
+        }
+        println!("{compared} entries, worst {worst:.3}");
+        assert!(compared > 190, "{compared}");
+        // The comparison must be able to fail: at 60 degrees the light of the ecliptic is not that of the poles.
+        assert!(law(0.5, 0.0) / law(0.5, 0.866) > 2.0);
+    }
+
+    /// At the handover the corona's law and the zodiacal light's, each as the mean around the Sun, agree within a factor of 1.6: both are published and neither is fitted to the other.
+    #[test]
+    fn corona_and_zodiacal_light_meet() {
+        use crate::scene::light::corona;
+        use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
+        for au in [0.3, 1.0, 5.2] {
+            for degrees in [HANDOVER_DEG.0, 20.0, HANDOVER_DEG.1] {
+                let (sin, cos) = f64::to_radians(degrees).sin_cos();
+                let around = (0..360).map(|a| law(cos, sin * f64::from(a).to_radians().sin())).sum::<f64>() / 360.0;
+                let ratio = around * unit_radiance(au) / corona::radiance(sin * au * KM_PER_AU / SUN_RADIUS_KM);
+                println!("{au} au, {degrees} degrees: {ratio:.2}");
+                assert!((0.6..1.6).contains(&ratio), "{au} au, {degrees} degrees: {ratio}");
+            }
+        }
+    }
+}

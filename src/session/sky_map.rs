@@ -1,0 +1,42 @@
+//! The user's panorama of the sky: read when the session is opened, and scaled to radiance.
+
+use super::SessionError;
+use crate::image::{MapStore, read_panorama};
+use crate::render::plan::SKY_DECODING;
+use crate::scene::CANDELAS_PER_RADIANCE;
+use crate::scene::sky::background::SkyMap;
+use crate::scene::sky::frames::SkyFrame;
+use crate::units::luminance;
+use crate::wording::echo;
+use std::path::Path;
+
+/// Mean radiance over the sky of a panorama that has no unit: that of the Milky Way that ships, [`SkyMap::milky_way`], whose mean linear value is 0.0293.
+fn usual_mean() -> f64 {
+    SkyMap::milky_way().unit_radiance * 0.0293
+}
+
+/// Reads the panorama that is named, and hands its texels to the store of maps.
+///
+/// # Errors
+/// The file that cannot be read, and why.
+pub(super) fn read_sky(
+    path: Option<&Path>,
+    frame: SkyFrame,
+    maps: &MapStore,
+    max_megapixels: Option<u32>,
+) -> Result<Option<SkyMap>, SessionError> {
+    let Some(path) = path else { return Ok(None) };
+    let name = path.display().to_string();
+    let failed = |e: crate::image::ImageError| SessionError::File { path: echo(&name), why: format!("--sky: {e}") };
+    let panorama = read_panorama(path, max_megapixels).map_err(failed)?;
+    let mean = luminance(panorama.texture.mean_over_sphere());
+    let unit_radiance = match panorama.unit_cd_m2 {
+        Some(candelas) => candelas / CANDELAS_PER_RADIANCE,
+        None => usual_mean() / mean.max(1e-6),
+    };
+    // No file of the textures folder has such a name.
+    let file = format!("--sky {name}");
+    let width = panorama.texture.levels[0].width;
+    maps.keep(&file, SKY_DECODING, panorama.texture);
+    Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest: 1.0, is_milky_way: false }))
+}

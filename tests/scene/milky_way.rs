@@ -1,0 +1,228 @@
+//! The Milky Way and zodiacal light: where they are, how bright they are, and what shows of them; panoramas of the user's.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3};
+use orrery::catalog::NaifId;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::photometry::{irradiance_of_magnitude, magnitude};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purpose, Up, ViewRequest};
+use orrery::scene::sky::frames::{SkyFrame, direction, ecliptic_pole};
+use orrery::scene::sky::zodiacal;
+use orrery::session::{DrawnFrame, Session, Sources};
+use orrery::time::Instant;
+use std::f64::consts::PI;
+
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
+const TIME: &str = "2024-06-07T00:00:00Z";
+
+/// Linear light of layers alone, from the Earth's centre.
+fn towards(look: DVec3, fov_deg: f64, layers: Layers) -> ViewRequest {
+    ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction: look, axes: Axes::Icrf },
+        up: Up::Celestial,
+        fov_deg: Some(fov_deg),
+        width: 64,
+        height: 64,
+        purpose: Purpose::LINEAR,
+        exposure: ExposureRequest::Stops(0.0),
+        layers,
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse(TIME).expect("a time"))
+    }
+}
+
+const MILKY_WAY: Layers = Layers { milky_way: true, ..Layers::NONE };
+const DUST: Layers = Layers { zodiacal_light: true, ..Layers::NONE };
+
+fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
+    session.draw(request, SAMPLING, true).expect("drawn")
+}
+
+/// Mean luminance of a picture.
+fn mean(drawn: &DrawnFrame) -> f64 {
+    let sum: f64 = drawn.frame.hdr.iter().map(|p| orrery::units::luminance([p[0], p[1], p[2]].map(f64::from))).sum();
+    sum / drawn.frame.hdr.len() as f64
+}
+
+/// V magnitudes in a square second of a radiance.
+fn surface_magnitude(radiance: f64) -> f64 {
+    let square_second_sr = (PI / 180.0 / 3600.0).powi(2);
+    magnitude(radiance / PI * square_second_sr)
+}
+
+/// Mean over some degrees around a place of Galactic coordinates.
+fn around(longitude: f64, latitude: f64, degrees: f64) -> f64 {
+    mean(&draw(&SESSION, &towards(SkyFrame::Galactic.icrf_from_frame() * direction(longitude, latitude), degrees, MILKY_WAY)))
+}
+
+/// Galaxies beside ours and dark clouds in it are where charts have them, and not where a mirrored or a turned map would.
+#[test]
+fn the_milky_way_is_where_it_is() {
+    // NASA/IPAC Extragalactic Database: LMC 280.47 -32.89, SMC 302.80 -44.30; Coalsack 303 -1, between bright parts of Crux and Centaurus.
+    for (name, l, b) in [("LMC", 280.47, -32.89), ("SMC", 302.80, -44.30)] {
+        let (there, mirrored, north) = (around(l, b, 3.0), around(-l, b, 3.0), around(l, -b, 3.0));
+        assert!(there > 1.5 * mirrored && there > 1.5 * north, "{name}: {there:e}, mirrored {mirrored:e}, north {north:e}");
+    }
+    let (sack, beside) = (around(302.5, -0.5, 3.0), around(310.0, 0.0, 3.0).min(around(295.0, -0.5, 3.0)));
+    assert!(sack < 0.8 * beside, "Coalsack {sack:e}, beside {beside:e}");
+    // Brighter towards the centre than away from it, brightest in the plane.
+    assert!(around(2.0, -4.0, 3.0) > 3.0 * around(180.0, 0.0, 8.0));
+}
+
+/// Published figures: 20 to 21 magnitudes in a square second in the brightest clouds, no more than 100 stars of tenth magnitude in a square degree (22.8) at the Galactic
+/// poles, all starlight and diffuse light counted there 20 to 60 (Leinert et al. 1998, A&AS 127, 1, section 10).
+#[test]
+fn it_is_as_bright_as_published() {
+    let cloud = surface_magnitude(around(2.0, -4.0, 3.0));
+    assert!((20.0..21.0).contains(&cloud), "{cloud}");
+    for pole in [90.0, -90.0] {
+        let dim = surface_magnitude(around(0.0, pole, 20.0));
+        println!("pole {pole}: {dim:.2}");
+        assert!((22.8..25.2).contains(&dim), "{pole}: {dim}");
+    }
+    // The scale itself: a square second of a star of its magnitude.
+    let one = irradiance_of_magnitude(21.0) * PI / (PI / 180.0 / 3600.0_f64).powi(2);
+    assert!((surface_magnitude(one) - 21.0).abs() < 1e-9);
+}
+
+/// At a field of view of a second of arc the light is that of the place to a thousandth, and panning does not make it jump.
+#[test]
+fn it_is_steady_at_a_second_of_arc() {
+    let place = SkyFrame::Galactic.icrf_from_frame() * direction(1.0, -3.0);
+    let aside = place.any_orthonormal_vector();
+    let at = |seconds: f64| draw(&SESSION, &towards(place + aside * (seconds / 206_264.8), 1.0 / 3600.0, MILKY_WAY));
+    let first = at(0.0);
+    let level = mean(&first);
+    for seconds in [0.0, 0.1, 0.2, 0.3, 0.5, 1.0] {
+        let drawn = at(seconds);
+        let off = drawn.frame.hdr.iter().map(|p| (f64::from(p[1]) / f64::from(first.frame.hdr[0][1]) - 1.0).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-3 && level > 0.0, "{seconds}: {off:e}");
+    }
+}
+
+/// The picture's zodiacal light is the law of the ray through each pixel, in f64, from the ecliptic to its pole and round to the gegenschein.
+#[test]
+fn zodiacal_light_follows_its_law() {
+    let probe = draw(&SESSION, &towards(DVec3::X, 60.0, DUST));
+    let sun = probe.scene.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
+    let (to_sun, au) = (sun.normalize(), sun.length() / 149_597_870.7);
+    for look in [to_sun, -to_sun, ecliptic_pole(), to_sun.cross(ecliptic_pole()), DVec3::new(0.2, 0.9, -0.5)] {
+        let drawn = draw(&SESSION, &towards(look, 100.0, DUST));
+        let camera = &drawn.scene.camera;
+        let has_corona = drawn.scene.corona.is_some();
+        let mut compared = 0;
+        for y in (2..64).step_by(6) {
+            for x in (2..64).step_by(6) {
+                let ray = camera.ray(camera.clip_from_pixel(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).normalize();
+                let elongation = ray.dot(to_sun).acos().to_degrees();
+                if elongation < 27.0 {
+                    continue;
+                }
+                let expected = zodiacal::law(ray.dot(to_sun), ray.dot(ecliptic_pole())) * zodiacal::unit_radiance(au);
+                let got = f64::from(drawn.frame.hdr[(y * 64 + x) as usize][1]);
+                compared += 1;
+                assert!((got / expected - 1.0).abs() < 1e-3, "{look}, {x} {y}: {got:e} for {expected:e}, corona {has_corona}");
+            }
+        }
+        assert!(compared > 80, "{compared}");
+    }
+    // Farther out it is fainter, by the power of the distance.
+    assert!((zodiacal::unit_radiance(5.2) / zodiacal::unit_radiance(1.0) - 5.2_f64.powf(-2.3)).abs() < 1e-12);
+}
+
+/// Beside a lit planet neither shows, costs a draw, or is asked for; a boost lifts both and the stars; a switch leaves them out; each says why.
+#[test]
+fn the_exposure_decides_what_shows() {
+    let saturn = |stars_boost: f64, layers: Layers| {
+        let base = ViewRequest::of(NaifId(699), Instant::parse(TIME).expect("a time"));
+        let position = Position::Over { towards: None, distance_radii: Some(6.0) };
+        SESSION.draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, true).expect("drawn")
+    };
+    let of = |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.clone()));
+    let run = |drawn: &DrawnFrame| drawn.simple_draws.iter().filter(|d| d.module == "sky_background").count();
+    let plain = saturn(0.0, Layers::default());
+    assert!(plain.scene.background.is_none() && run(&plain) == 0);
+    for feature in ["milky-way", "zodiacal-light"] {
+        assert!(of(&plain, feature).is_some_and(|(on, why)| !on && why.contains("of white against")), "{:?}", plain.scene.sky);
+    }
+    let lifted = saturn(16.0, Layers::default());
+    assert!(
+        run(&lifted) == 1 && lifted.scene.stars.len() > 20 && of(&lifted, "milky-way").is_some_and(|(on, _)| on),
+        "{:?}",
+        lifted.scene.sky
+    );
+    // The planet keeps its light and hides what is behind it.
+    let dark = saturn(16.0, Layers { stars: false, ..Layers::default() });
+    let centre = 32 * 64 + 32;
+    assert_eq!(dark.frame.hdr[centre], saturn(0.0, Layers::NONE).frame.hdr[centre]);
+    assert!(dark.frame.hdr[0][1] > 0.0);
+    let off = saturn(16.0, Layers::NONE);
+    assert!(run(&off) == 0 && of(&off, "milky-way") == Some((false, "set by you".into())) && off.frame.hdr[0][1] == 0.0);
+    // Light is lifted by the factor that the stops say.
+    let base = towards(direction(266.0, -29.0), 20.0, Layers { milky_way: true, zodiacal_light: true, ..Layers::NONE });
+    let ratio = mean(&draw(&SESSION, &ViewRequest { stars_boost: 3.0, ..base.clone() })) / mean(&draw(&SESSION, &base));
+    assert!((ratio - 8.0).abs() < 1e-3, "{ratio}");
+}
+
+/// A panorama with one red spot: it stands where its frame says, from a picture and from the faces of a cube.
+#[test]
+fn a_panorama_of_ones_own_stands_in_its_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let spot = |width: u32, height: u32, at: [u32; 2]| {
+        let inside = |x: u32, y: u32| x.abs_diff(at[0]) < 6 && y.abs_diff(at[1]) < 6;
+        image::RgbImage::from_fn(width, height, |x, y| image::Rgb(if inside(x, y) { [255, 0, 0] } else { [20, 20, 20] }))
+    };
+    // Longitude 90, latitude 30: a quarter to the left of the middle, two thirds up.
+    let flat = folder.path().join("flat.png");
+    spot(360, 180, [90, 60]).save(&flat).expect("written");
+    // The face to the left of the middle is that of longitude 90.
+    let cube = folder.path().join("cube");
+    std::fs::create_dir(&cube).expect("a folder");
+    for face in ["px", "nx", "py", "ny", "pz", "nz"] {
+        // The tangent of 30 degrees above the middle of a face.
+        let at = if face == "nx" { [64, 27] } else { [500, 500] };
+        spot(128, 128, at).save(cube.join(format!("{face}.png"))).expect("written");
+    }
+    for (sky, frame) in [
+        (flat.clone(), SkyFrame::Galactic),
+        (flat, SkyFrame::Equatorial),
+        (cube.clone(), SkyFrame::Ecliptic),
+        (cube.join("*.png"), SkyFrame::Galactic),
+    ] {
+        let sources = Sources { sky: Some(sky.clone()), sky_frame: frame, cache: Some(folder.path().join("cache")), ..Sources::default() };
+        let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
+        let red = |longitude: f64, latitude: f64| {
+            let drawn = draw(&session, &towards(frame.icrf_from_frame() * direction(longitude, latitude), 1.0, MILKY_WAY));
+            let p = drawn.frame.hdr[32 * 64 + 32];
+            f64::from(p[0]) / f64::from(p[1])
+        };
+        assert!(red(90.0, 30.0) > 20.0, "{} {frame:?}: {}", sky.display(), red(90.0, 30.0));
+        for (longitude, latitude) in [(270.0, 30.0), (90.0, -30.0), (0.0, 30.0), (90.0, 60.0)] {
+            assert!(red(longitude, latitude) < 1.1, "{} {frame:?}: {longitude} {latitude}", sky.display());
+        }
+    }
+}
+
+/// Files that are no sky get one line that names file and cause.
+#[test]
+fn a_bad_panorama_is_one_clear_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("text.png"), "no picture").expect("written");
+    image::RgbImage::new(100, 80).save(path("square.png")).expect("written");
+    std::fs::create_dir(path("cube")).expect("a folder");
+    image::RgbImage::new(8, 8).save(path("cube/px.png")).expect("written");
+    image::RgbImage::new(8, 9).save(path("f_px.png")).expect("written");
+    for (name, why) in [
+        ("text.png", "PNG, JPG, EXR"),
+        ("square.png", "twice as wide as high"),
+        ("missing.png", "missing.png"),
+        ("cube", "no nx.png"),
+        ("f_*.png", "squares of one size"),
+    ] {
+        let sources = Sources { sky: Some(path(name)), cache: Some(path("cache")), ..Sources::default() };
+        let error = Session::open(&sources, |_| ()).err().expect(name).to_string();
+        assert!(error.contains(why) && error.contains("--sky") && !error.contains('\n'), "{name}: {error}");
+    }
+}
