@@ -72,6 +72,8 @@ pub mod render;
 pub mod scene;
 pub mod session;
 pub mod shader;
+#[doc(hidden)]
+pub mod stability;
 pub mod time;
 pub mod units;
 mod unwinding;

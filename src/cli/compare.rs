@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Differences are in levels of 0 to 255, over red, green and blue (and alpha, if present).\n\n\
-Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png",
+Example:\n  orrery compare before.png after.png --tolerance 3 -o difference.png\n\
+  orrery compare earth.png reference.png --error bound.png",
     next_help_heading = "Comparison"
 )]
 pub struct CompareArgs {
@@ -29,6 +30,9 @@ pub struct CompareArgs {
     /// Largest allowed difference; the exit status is 1 above it
     #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// Bound of each pixel in 255ths, as `render --error` writes it: print in which part of the pixels it holds
+    #[arg(long, value_name = "FILE")]
+    error: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -75,11 +79,22 @@ pub fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
         write_once(path, &bytes, args.overwrite)?;
     }
+    let held = match &args.error {
+        Some(path) => Some(a.part_within(&b, &read(path, common.max_megapixels)?).map_err(both)?),
+        None => None,
+    };
     let psnr = d.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     if args.json {
-        put(&format!("{}\n", serde_json::json!(d)))?;
+        let mut report = serde_json::json!(d);
+        if let Some(part) = held {
+            report["bound_held"] = part.into();
+        }
+        put(&format!("{report}\n"))?;
     } else {
         put(&format!("mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n", d.mean, d.p999, d.max, d.pixels))?;
+        if let Some(part) = held {
+            put(&format!("the bound holds in {:.4} % of the pixels\n", 100.0 * part))?;
+        }
     }
     match args.tolerance {
         Some(t) if f64::from(d.max) > t => {

@@ -23,9 +23,8 @@ Each line is an option of a choice: its error against the best that the program 
 its processor time as a ratio to that of the choice's most accurate option (median and
 quartiles of rounds in which all options take turns), and the qualities that take it.
 An option is dominated if another is better in both. A quality takes the cheapest
-option within its bound: draft 1 arcsec, 10 % of light, 1 pixel of limb, 64 levels of
-255 in 99.9 % of the pixels; standard 0.1 arcsec, 0.5 %, 0.25 pixels, 24 levels;
-reference the most accurate one. With --body, the qualities in one view, and the first
+option within its bound: draft 1 arcsec, 15.9 % of light (a quarter of a stop), 32
+levels of 255 in 99.9 % of the pixels; standard 0.1 arcsec, 0.5 %, 3 levels; reference the most accurate one. With --body, the qualities in one view, and the first
 that keeps 99.9 % of the pixels within 1 level of the reference.";
 
 #[derive(clap::Args, Debug, Default)]
@@ -189,7 +188,7 @@ fn table(choices: &[ChoiceMeasure]) -> String {
             text += &format!("{}\n", line.trim_end());
         }
         for (quality, option) in choice.broken_defaults() {
-            text += &format!("  by rule {} should take {option}\n", quality.name());
+            text += &format!("  by rule {} would take {option}\n", quality.name());
         }
     }
     text

@@ -32,6 +32,7 @@ mod output;
 mod probe;
 mod render;
 mod shader;
+mod stability;
 mod values;
 mod view;
 mod view_words;
@@ -78,6 +79,8 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
+    /// Sweep the extremes: f32 against f64, and whole pictures
+    Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),
     /// Check graphics adapters, data files and caches
@@ -265,6 +268,7 @@ pub fn run() -> ExitCode {
         Some(Verb::Probe(a)) => probe::run(common, a),
         Some(Verb::Compare(a)) => compare::run(common, a),
         Some(Verb::Measure(a)) => measure::run(common, a),
+        Some(Verb::Stability(a)) => stability::run(common, a),
         Some(Verb::Bench(a)) => bench::run(common, a),
         Some(Verb::Doctor(a)) => doctor::run(common, a),
         Some(Verb::Completions(a)) => documents::completions(a),

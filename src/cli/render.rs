@@ -5,11 +5,14 @@ use super::output::{put, say, to_stdout, write_error};
 use super::view_words::ViewWords;
 use super::{CliError, Common};
 use crate::image;
+use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
+use crate::wording::echo;
 use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
 use std::time::{Duration, Instant as Moment};
 
 const EXAMPLES: &str = "Examples:
@@ -23,6 +26,7 @@ const EXAMPLES: &str = "Examples:
     --size 4096x4096 -o dome.png
   orrery render --target mars --from earth --projection equirectangular --up celestial \
     --size 4096x2048 -o sky.png
+  orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png --error bound.png
 
 A sequence resumes where it stopped: each file records its request. Files of the same
 request are kept; a file of another request stops the command before it draws
@@ -61,6 +65,9 @@ pub struct RenderArgs {
     /// Replace files of other requests; files of the same request are kept
     #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
+    /// Write the bound of each pixel's error against the reference quality: .png in 255ths, .exr linear; repeat for both
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    error: Vec<PathBuf>,
     /// Frames per second of a y4m stream
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     rate: u32,
@@ -101,6 +108,8 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     if !kept.is_empty() {
         say(&format!("kept {} of {} frames of an earlier run", kept.len(), numbers().count()));
     }
+    let bounded = frame(0);
+    check_error_files(args, &session, &bounded, clock)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
     let mut stream = std::io::stdout();
@@ -144,6 +153,13 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         bar.inc(1);
     }
     bar.finish_and_clear();
+    if !args.error.is_empty() {
+        let bounds = error_bounds(&session, &bounded)?;
+        for path in &args.error {
+            let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, session.provenance(&bounded).to_text())];
+            write_picture(path, &bounds, &text).map_err(CliError::Failed)?;
+        }
+    }
     if args.time_report {
         let mut report = report(&session, &written, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept.len().into();
@@ -155,6 +171,20 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
     }
     Ok(())
+}
+
+/// Refuses what no bound is written for: sequences, other endings, files of other requests.
+fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, clock: bool) -> Result<(), CliError> {
+    if !args.error.is_empty() && args.frames > 1 {
+        return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
+    }
+    for path in &args.error {
+        if !is_exr(path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            return Err(CliError::Failed(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
+        }
+    }
+    let wanted = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
+    kept(wanted, (request.width, request.height), args.overwrite, clock).map(drop)
 }
 
 /// A bar on a terminal, nothing in a pipe or for one frame.

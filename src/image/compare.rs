@@ -76,6 +76,18 @@ impl DisplayImage {
         })
     }
 
+    /// The part of the pixels whose red, green and blue differ by no more than those of `bound`, in levels.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn part_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
+        self.matches(other)?;
+        self.matches(bound)?;
+        let is_within = |((p, q), b): &((&[u8; 4], &[u8; 4]), &[u8; 4])| (0..3).all(|c| p[c].abs_diff(q[c]) <= b[c]);
+        let within = self.rgba.iter().zip(&other.rgba).zip(&bound.rgba).filter(is_within).count();
+        Ok(within as f64 / self.rgba.len() as f64)
+    }
+
     /// The absolute differences of red, green and blue, stretched so that the largest is white; opaque, and black where nothing differs.
     ///
     /// # Errors
@@ -128,6 +140,15 @@ mod tests {
         assert!(same.mean == 0.0 && same.max == 0 && same.psnr_db.is_none());
         assert_eq!(a.difference(&b).expect("one size"), b.difference(&a).expect("one size"));
         assert_eq!(picture(2, 2, |_| 0).difference(&picture(2, 2, |_| 255)).expect("one size").psnr_db, Some(0.0));
+    }
+
+    #[test]
+    fn a_bound_holds_where_no_channel_exceeds_it() {
+        let (a, b) = (picture(10, 10, |_| 10), picture(10, 10, |i| if i < 3 { 14 } else { 11 }));
+        assert_eq!(a.part_within(&b, &picture(10, 10, |_| 1)).expect("one size"), 0.97);
+        assert_eq!(a.part_within(&b, &picture(10, 10, |_| 4)).expect("one size"), 1.0);
+        assert_eq!(a.part_within(&b, &picture(10, 10, |_| 0)).expect("one size"), 0.0);
+        assert!(a.part_within(&b, &picture(5, 20, |_| 4)).is_err());
     }
 
     #[test]

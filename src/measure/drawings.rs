@@ -9,9 +9,9 @@ use super::{Candidate, ChoiceMeasure, Effort, weighed};
 use crate::catalog::NaifId;
 use crate::render::plan::{self, SamplingQuality};
 use crate::render::software::Precision;
-use crate::scene::draw::{AtmosphereModel, BodyShadow, Draw, EclipseModel, PixelView, RingShadow};
+use crate::scene::draw::{AtmosphereModel, BodyShadow, Draw, EclipseModel, PixelView, RingShadow, Shape};
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{Layers, Position, Quality, ViewRequest};
+use crate::scene::request::{Axes, Layers, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Session, SessionError, standard_scenes};
 use crate::time::Instant;
 
@@ -68,6 +68,14 @@ fn percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
     let most = truth.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
     let apart = picture.light.iter().zip(&truth.light).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f32::max);
     100.0 * f64::from(apart) / f64::from(most.max(f32::MIN_POSITIVE))
+}
+
+/// Light that is not where the truth has it, percent of all light.
+fn mean_percent_of_light(picture: &LightPicture, truth: &LightPicture) -> f64 {
+    let sum =
+        |of: &dyn Fn(usize, usize) -> f32| (0..truth.light.len()).map(|k| (0..3).map(|c| f64::from(of(k, c))).sum::<f64>()).sum::<f64>();
+    let apart = sum(&|k, c| (picture.light[k][c] - truth.light[k][c]).abs());
+    100.0 * apart / sum(&|k, c| truth.light[k][c]).max(f64::MIN_POSITIVE)
 }
 
 /// An option that draws one planned view.
@@ -153,80 +161,102 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     weighed("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from aside", Unit::Levels, effort.rounds(), candidates)
 }
 
+/// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky over the ground.
+fn views_of_air(studio: &Studio<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
+    let globe = over(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
+    let from = |latitude_deg: f64, height_km: f64, dip: f64| ViewRequest {
+        position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg: -60.0, height_km },
+        look: Look::Along { direction: glam::DVec3::new(-0.5, 0.87, dip), axes: Axes::BodyFixed },
+        up: Up::Zenith,
+        target: None,
+        fov_deg: Some(40.0),
+        ..globe.clone()
+    };
+    let (limb, sky) = (from(20.0, 400.0, -0.3), from(5.0, 0.1, 0.1));
+    Ok([studio.exposed(globe.clone())?, studio.exposed(limb)?, studio.exposed(sky)?])
+}
+
 /// How finely the light of the air is summed.
 pub(super) fn air_tier(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
-    let request = studio.exposed(over(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort))?;
-    let asked = |tier: AtmosphereModel| with_effects(&request, &format!("+atmosphere={}", tier.name()));
-    let truth = studio.light(&studio.planned(&asked(AtmosphereModel::Table)?, PLAIN)?, Precision::F64)?;
+    let views = views_of_air(&studio, effort)?;
+    let asked = |request: &ViewRequest, tier: AtmosphereModel| {
+        studio.planned(&with_effects(request, &format!("-clouds,+atmosphere={}", tier.name()))?, PLAIN)
+    };
+    let mut truths = Vec::new();
+    for request in &views {
+        truths.push(studio.light(&asked(request, AtmosphereModel::Table)?, Precision::F64)?);
+    }
     let mut candidates = Vec::new();
     for tier in AtmosphereModel::CHOICES {
-        let default_of = qualities(&studio, &request, |d| d.features.air.tier == tier)?;
-        let view = studio.planned(&asked(tier)?, PLAIN)?;
-        candidates.push(drawing(&studio, tier.name(), view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
+        let default_of = qualities(&studio, &views[0], |d| d.features.air.tier == tier)?;
+        let mut worst = 0.0_f64;
+        let mut planned = Vec::new();
+        for (request, truth) in views.iter().zip(&truths) {
+            let view = asked(request, tier)?;
+            worst = worst.max(mean_percent_of_light(&studio.light(&view, Precision::F32)?, truth));
+            planned.push(view);
+        }
+        let studio = &studio;
+        let work = Box::new(move || planned.iter().try_for_each(|view| studio.draw(view, Precision::F32)));
+        candidates.push(Candidate { name: tier.name().to_owned(), error: worst, default_of, work });
     }
-    let about = "the Earth from 3 radii, day and night; against the table, for the others leave out light that is scattered more than once";
-    weighed("air", about, Unit::Levels, effort.rounds(), candidates)
+    let about = "the Earth from 3 radii, its limb from 400 km, its sky, the worst of them; against the table: the others leave out light scattered twice";
+    weighed("air", about, Unit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// A sphere or the oblate figure.
+/// Normals of a sphere or of the oblate figure; the outline is the ellipsoid's in both.
 pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
-    let request = over(SATURN, RINGS_OPEN_JD_TDB, NaifId::SUN, 4.0, effort);
-    let request = with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?;
-    // Of one colour, so that a pixel's light is the part of it that the disc covers.
-    let outline = ViewRequest { pixel_view: PixelView::Albedo, ..with_effects(&request, "-albedo")? };
-    let asked = |on: bool| with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" });
-    let outline_of = |on: bool, precision| {
-        let of = with_effects(&outline, if on { "+ellipsoid" } else { "-ellipsoid" })?;
-        studio.light(&studio.planned(&of, PLAIN)?, precision)
-    };
-    let truth = outline_of(true, Precision::F64)?;
-    let full = truth.light.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max);
-    let covered = |p: &LightPicture| p.light.iter().map(|p| f64::from(p[1]) / full).sum::<f64>();
-    // As long as that of a disc of the same area.
-    let limb_px = (4.0 * std::f64::consts::PI * covered(&truth)).sqrt();
+    let request = over(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
+    let request = studio.exposed(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
+    let asked = |on: bool| studio.planned_alone(&with_effects(&request, if on { "+ellipsoid" } else { "-ellipsoid" })?, PLAIN);
+    let truth = studio.light(&asked(true)?, Precision::F64)?;
     let mut candidates = Vec::new();
-    for (on, name) in [(false, "sphere"), (true, "ellipsoid")] {
-        let apart = outline_of(on, Precision::F32)?;
-        let area: f64 = apart.light.iter().zip(&truth.light).map(|(p, q)| f64::from((p[1] - q[1]).abs()) / full).sum();
-        let default_of = qualities(&studio, &request, |d| {
-            let is_sphere = d.features.shape == crate::scene::draw::Shape::Sphere;
-            d.body == SATURN && is_sphere != on
-        })?;
-        candidates.push(drawing(&studio, name, studio.planned(&asked(on)?, PLAIN)?, Precision::F32, default_of, |_| area / limb_px)?);
+    for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
+        let default_of = qualities(&studio, &request, |d| d.body == SATURN && d.features.shape == shape)?;
+        let view = asked(shape == Shape::Ellipsoid)?;
+        candidates.push(drawing(&studio, name, view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    weighed("shape", "Saturn's globe, as wide as 0.8 of the picture", Unit::PixelsOfLimb, effort.rounds(), candidates)
+    weighed("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
 }
 
 /// Taps along the footprint of a pixel on a map.
 pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(standard("moon-limb", effort)?)?;
-    let truth = studio.best(&request)?;
+    let finest = SamplingQuality::of(Quality::Reference);
+    let truth = studio.light(&studio.planned_alone(&request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for anisotropy in [1, 2, 4, 8, 16] {
         let sampling = SamplingQuality { samples: 4, anisotropy };
         let default_of = Quality::ALL.into_iter().filter(|q| SamplingQuality::of(*q).anisotropy == anisotropy).collect();
-        let view = studio.planned(&request, sampling)?;
+        let view = studio.planned_alone(&request, sampling)?;
         candidates.push(drawing(&studio, &anisotropy.to_string(), view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    weighed("map-taps", "the Moon's ground and horizon from 400 km; against 64 samples a pixel", Unit::Levels, effort.rounds(), candidates)
+    weighed("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
 }
 
 /// Samples of a pixel.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(standard("saturn", effort)?)?;
-    let truth = studio.best(&request)?;
+    let finest = SamplingQuality { samples: 4, ..PLAIN };
+    let truth = studio.light(&studio.planned_alone(&request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for samples in [1, 4] {
         let sampling = SamplingQuality { samples, anisotropy: 8 };
         let default_of = Quality::ALL.into_iter().filter(|q| SamplingQuality::of(*q).samples == samples).collect();
-        let view = studio.planned(&request, sampling)?;
+        let view = studio.planned_alone(&request, sampling)?;
         candidates.push(drawing(&studio, &samples.to_string(), view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
     }
-    weighed("samples", "Saturn with its rings; against 64 samples a pixel", Unit::Levels, effort.rounds(), candidates)
+    weighed(
+        "samples",
+        "Saturn with its rings; against 4 samples in f64: limbs and rings have soft edges of their own",
+        Unit::Levels,
+        effort.rounds(),
+        candidates,
+    )
 }
 
 /// Whole pixels, or fewer that are stretched over the window while things move.
@@ -235,7 +265,7 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let request = studio.exposed(standard("saturn", effort)?)?;
     let side = |by: u32| request.width.div_ceil(by);
     let coarse = |by: u32| {
-        studio.planned(&ViewRequest { width: side(by), height: side(by), ..request.clone() }, SamplingQuality::of(Quality::Standard))
+        studio.planned_alone(&ViewRequest { width: side(by), height: side(by), ..request.clone() }, SamplingQuality::of(Quality::Standard))
     };
     let whole = studio.light(&coarse(1)?, Precision::F32)?;
     let mut candidates = Vec::new();

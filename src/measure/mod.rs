@@ -1,11 +1,12 @@
 //! Speed against accuracy: what each choice costs, and how far off it is.
 //!
 //! In: a session, and how long it may take. Out: [`ChoiceMeasure`]s: for each option of each choice its error in a unit that a person feels and its time as a
-//! ratio to that of the choice's most accurate option. Always: times are ratios of runs in turns ([`timing`]), errors are taken against the best that the program
-//! can do (f64, 64 samples a pixel, 16 taps on a footprint, the dearest model); which option each quality takes is read from the program, which one it should
+//! ratio to that of the choice's most accurate option. Always: times are ratios of runs in turns ([`timing`]), errors are taken against the dearest option in
+//! f64, those of whole qualities against 64 samples a pixel; which option each quality takes is read from the program, which ones it may
 //! take is computed by [`rule`]. Not done: tessellation, for ellipsoids are intersected and not tessellated.
 
 mod drawings;
+mod error_bound;
 mod pictures;
 pub mod plot;
 mod positions;
@@ -14,7 +15,10 @@ pub mod timing;
 mod view;
 mod whole;
 
+pub use error_bound::error_bounds;
 pub use pictures::{LightPicture, levels_apart, p999};
+pub(crate) use pictures::{PlannedView, Studio};
+pub(crate) use timing::quantile;
 pub use view::{ENOUGH_LEVELS, ViewMeasure, measure_view};
 pub use whole::renderer;
 
@@ -44,8 +48,8 @@ impl Effort {
     /// Rounds in which all options take turns.
     pub fn rounds(self) -> usize {
         match self {
-            Self::Short => 9,
-            Self::Full => 21,
+            Self::Short => 15,
+            Self::Full => 25,
         }
     }
 }
@@ -61,8 +65,8 @@ pub struct OptionMeasure {
     pub is_dominated: bool,
     /// The qualities that take it, by the program as it is.
     pub default_of: Vec<Quality>,
-    /// The qualities that should take it, by [`rule::option_of`].
-    pub default_by_rule: Vec<Quality>,
+    /// The qualities that may take it, by [`rule::admissible`].
+    pub admissible_for: Vec<Quality>,
 }
 
 /// A choice and its options, in the order of the program.
@@ -74,16 +78,18 @@ pub struct ChoiceMeasure {
     pub about: &'static str,
     /// Of the errors.
     pub unit: Unit,
+    /// The scene decides by what the view shows, at every quality alike: the rule of the qualities says nothing.
+    pub is_by_view: bool,
     /// What was measured of each.
     pub options: Vec<OptionMeasure>,
 }
 
 impl ChoiceMeasure {
-    /// Qualities whose default is not what the rule says, with the option that it names.
+    /// Qualities whose default is none that the rule allows, with one that it does; nothing where the view decides and not the quality.
     pub fn broken_defaults(&self) -> Vec<(Quality, &str)> {
-        let by_rule = |o: &OptionMeasure, q: Quality| o.default_by_rule.contains(&q) && !o.default_of.contains(&q);
-        let of = |q: Quality| self.options.iter().find(|o| by_rule(o, q)).map(|o| (q, o.name.as_str()));
-        Quality::ALL.into_iter().filter(|q| self.options.iter().any(|o| o.default_of.contains(q))).filter_map(of).collect()
+        let broken = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
+        let allowed = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
+        Quality::ALL.into_iter().filter(|q| !self.is_by_view && broken(q)).filter_map(allowed).collect()
     }
 }
 
@@ -120,7 +126,7 @@ pub(crate) fn weighed(
         .map(|(k, c)| Weight { error: c.error, time: Spread::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
         .collect();
     let dominated = rule::dominated(&weights);
-    let by_rule = Quality::ALL.map(|q| (q, rule::option_of(q, unit, &weights)));
+    let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &weights)));
     let options = candidates
         .into_iter()
         .enumerate()
@@ -129,11 +135,14 @@ pub(crate) fn weighed(
             weight: weights[k],
             is_dominated: dominated[k],
             default_of: c.default_of,
-            default_by_rule: by_rule.iter().filter(|(_, option)| *option == Some(k)).map(|(q, _)| *q).collect(),
+            admissible_for: allowed.iter().filter(|(_, may)| may[k]).map(|(q, _)| *q).collect(),
         })
         .collect();
-    Ok(ChoiceMeasure { name, about, unit, options })
+    Ok(ChoiceMeasure { name, about, unit, is_by_view: BY_VIEW.contains(&name), options })
 }
+
+/// Choices that the scene makes for each view.
+const BY_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
 
 /// Measures one choice.
 pub type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;

@@ -5,7 +5,7 @@
 //! four times the pixels on each side, four samples in each, and averaged as linear light.
 
 use super::timing::quantile;
-use crate::render::plan::{Plan, SamplingQuality};
+use crate::render::plan::{self, Plan, SamplingQuality};
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::scene::Scene;
 use crate::scene::request::{ExposureRequest, Quality, ViewRequest};
@@ -124,11 +124,19 @@ impl<'a> Studio<'a> {
         Ok(())
     }
 
-    /// The best picture of a view, at its own exposure.
+    /// The same with the draws of the target alone (of every body where there is none): smaller bodies turn from points to discs as the picture grows.
+    pub fn planned_alone(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+        let mut scene = self.planned(request, sampling)?.scene;
+        scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
+        let plan = plan::plan(&scene, self.session, sampling)?;
+        Ok(PlannedView { scene, plan })
+    }
+
+    /// The best picture of a view's target, at the view's own exposure.
     pub fn best(&self, request: &ViewRequest) -> Result<LightPicture, SessionError> {
         let (width, height) = (request.width * FINER, request.height * FINER);
         let finer = ViewRequest { width, height, quality: Quality::Reference, ..request.clone() };
-        Ok(self.light(&self.planned(&finer, FINEST)?, Precision::F64)?.reduced(FINER))
+        Ok(self.light(&self.planned_alone(&finer, FINEST)?, Precision::F64)?.reduced(FINER))
     }
 
     /// The same view with the exposure that it meters, so that options are compared at one exposure.

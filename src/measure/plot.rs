@@ -1,13 +1,13 @@
 //! The trade as a picture: for each choice its options by time and error.
 //!
 //! In: measured choices. Out: the same plot as SVG text or as pixels. Always: one panel a choice, both axes logarithmic, time as a ratio to the most accurate option,
-//! error in the unit that the panel names; what no logarithm shows, an error of 0, lies on the panel's floor and says so. Options on the frontier are joined;
-//! dominated ones are hollow.
+//! error in the unit that the panel names; what no logarithm shows, an error of 0, lies on the panel's floor and says so. Each option's name has its time ratio
+//! beside it; those on the frontier are joined, dominated ones are hollow.
 
 use super::{ChoiceMeasure, OptionMeasure};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::{FontStyle, FontTransform, register_font};
+use plotters::style::{FontStyle, register_font};
 use std::error::Error;
 use std::sync::OnceLock;
 
@@ -52,7 +52,7 @@ pub fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotError> {
 /// The fonts of bitmaps: the machine may have none.
 fn provide_font() -> Result<(), PlotError> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
-    let given = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT).is_ok());
+    let given = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::HACK_REGULAR).is_ok());
     if *given { Ok(()) } else { Err(PlotError("the built-in font cannot be read".into())) }
 }
 
@@ -84,7 +84,7 @@ where
     let options = &choice.options;
     let positive = options.iter().map(|o| o.weight.error).filter(|e| *e > 0.0);
     // Errors of 0 lie on the floor.
-    let errors = span(positive, 0.2, 6.0);
+    let errors = span(positive, 0.1, 8.0);
     let floor = errors.start;
     let height = |o: &OptionMeasure| if o.weight.error > 0.0 { o.weight.error } else { floor };
     let times = span(options.iter().map(|o| o.weight.time.median), 0.5, 3.0);
@@ -119,17 +119,47 @@ where
         let ends = [(option.weight.time.low, y), (option.weight.time.high, y)];
         chart.draw_series([PathElement::new(ends.to_vec(), colour.stroke_width(2))]).map_err(failed)?;
         chart.draw_series([Circle::new((x, y), 5, style)]).map_err(failed)?;
-        let zero = if option.weight.error > 0.0 { "" } else { " (0)" };
-        // On the right half of a panel the name stands before its point.
-        let is_right = (x / times.start).ln() > 0.55 * (times.end / times.start).ln();
-        let is_tilted = option.name.len() > 40;
-        let text = format!("{}{zero}", if is_tilted { &option.name[..40] } else { &option.name });
-        let width = i32::try_from(8 * text.len()).unwrap_or(200);
-        let offset = if is_right { (-width - 4, -22) } else { (7, -20) };
-        let font = (FONT, 17).into_font().transform(FontTransform::None).color(&colour);
-        chart.draw_series([EmptyElement::at((x, y)) + Text::new(text, offset, font)]).map_err(failed)?;
+    }
+    let ends = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
+    let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.weight.time.median, height(o)))).collect();
+    let texts: Vec<String> = options
+        .iter()
+        .map(|o| {
+            let zero = if o.weight.error > 0.0 { "" } else { ", 0" };
+            format!("{} ({:.2}{zero})", o.name.chars().take(26).collect::<String>(), o.weight.time.median)
+        })
+        .collect();
+    for (k, offset) in label_offsets(&points, &texts, ends).into_iter().enumerate() {
+        let colour = if options[k].is_dominated { DOMINATED } else { FRONTIER };
+        let font = (FONT, LABEL_PX).into_font().color(&colour);
+        let place = (options[k].weight.time.median, height(&options[k]));
+        chart.draw_series([EmptyElement::at(place) + Text::new(texts[k].clone(), offset, font)]).map_err(failed)?;
     }
     Ok(())
+}
+
+/// Height of the options' names, pixels.
+const LABEL_PX: i32 = 15;
+
+/// Where each name stands beside its point: the first place within the panel that meets no other name and no point. `ends`: two opposite corners of the panel.
+fn label_offsets(points: &[(i32, i32)], texts: &[String], ends: ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
+    type Rect = (i32, i32, i32, i32);
+    let meet = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
+    let mut taken: Vec<Rect> = points.iter().map(|(x, y)| (x - 5, y - 5, x + 5, y + 5)).collect();
+    let mut offsets = Vec::new();
+    for (&(x, y), text) in points.iter().zip(texts) {
+        // The built-in font is as wide as 0.61 of its height.
+        let width = i32::try_from(text.chars().count()).unwrap_or(0) * LABEL_PX * 61 / 100;
+        let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
+        let places = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
+        let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
+        let inside = |r: &Rect| r.0 >= ends.0.0 && r.2 <= ends.1.0.max(ends.0.0) + 8 && r.1 >= ends.1.1 && r.3 <= ends.0.1;
+        let free = places.clone().find(|place| inside(&rect(*place)) && !taken.iter().any(|t| meet(t, &rect(*place))));
+        let offset = free.unwrap_or((7, -LABEL_PX - 5));
+        taken.push(rect(offset));
+        offsets.push(offset);
+    }
+    offsets
 }
 
 /// A number of an axis: powers of ten far from 1, plain digits near it.

@@ -1,6 +1,6 @@
 //! Which options are worth having, and which of them a quality takes: by rule.
 //!
-//! In: time and error of the options of one choice. Out: those that are dominated, and the option of each quality. Always: an option is dominated only by one
+//! In: time and error of the options of one choice. Out: those that are dominated, and those that a quality may take. Always: an option is dominated only by one
 //! that is clearly cheaper at no greater error, or clearly more accurate at no greater time; what differs by less than the spread of the measurement decides
 //! nothing. A quality takes the cheapest option within its bound; `reference` has no bound and takes the most accurate one.
 
@@ -14,8 +14,6 @@ pub enum Unit {
     Arcseconds,
     /// Percent of the light that is there.
     PercentOfLight,
-    /// Mean distance between two outlines, pixels.
-    PixelsOfLimb,
     /// 255ths of a displayed channel that 99.9 % of all pixels keep within.
     Levels,
 }
@@ -26,23 +24,20 @@ impl Unit {
         match self {
             Self::Arcseconds => "arcsec",
             Self::PercentOfLight => "% of light",
-            Self::PixelsOfLimb => "px of limb",
             Self::Levels => "255ths",
         }
     }
 
     /// The greatest error that a quality may have; `None`: the least there is.
     ///
-    /// `draft` is for looking around: an arcsecond is a quarter of what a good eye resolves in a telescope of 30x; 10 % of light is the least step that
-    /// the eye tells between two pictures; a pixel of the outline; 64 levels in one pixel of a thousand is a jagged edge. `standard` is what the program
-    /// shows and writes: a tenth of an arcsecond is 0.2 s of a contact with the Moon, half a percent is a level at mid grey, a quarter of a pixel is the
-    /// project's bound for silhouettes.
+    /// `draft` is for looking around: an arcsecond is a quarter of what a good eye resolves in a telescope of 15x; 15.9 % of light is a quarter of a stop; 32
+    /// levels in one pixel of a thousand is an edge that jumps by an eighth of white. `standard` is what the program shows and writes: a tenth of an arcsecond
+    /// is 0.2 s of a contact with the Moon, half a percent of light is a level at mid grey, and three levels is 1 % of the display's range.
     pub fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],
-            Self::PercentOfLight => [10.0, 0.5],
-            Self::PixelsOfLimb => [1.0, 0.25],
-            Self::Levels => [64.0, 24.0],
+            Self::PercentOfLight => [15.9, 0.5],
+            Self::Levels => [32.0, 3.0],
         };
         match quality {
             Quality::Draft => Some(draft),
@@ -62,13 +57,14 @@ pub struct Weight {
 }
 
 impl Weight {
+    /// Beyond the quartiles, and by more than 3 %.
     fn is_clearly_cheaper(&self, than: &Self) -> bool {
-        self.time.high < than.time.low
+        self.time.high < than.time.low && self.time.median < 0.97 * than.time.median
     }
 
-    /// By more than a thousandth of the error.
+    /// By more than 1 % of the error.
     fn is_more_accurate(&self, than: &Self) -> bool {
-        self.error < than.error * (1.0 - 1e-3)
+        self.error < 0.99 * than.error
     }
 
     /// Whether nobody would take the other one.
@@ -83,24 +79,15 @@ pub fn dominated(options: &[Weight]) -> Vec<bool> {
     options.iter().map(|a| options.iter().any(|b| b.dominates(a))).collect()
 }
 
-/// The option of a quality: the cheapest within the bound, of those that are equally cheap the most accurate; where none is within, and for
-/// `reference`, the most accurate one, of equally accurate ones the cheapest. `None` without options.
-pub fn option_of(quality: Quality, unit: Unit, options: &[Weight]) -> Option<usize> {
-    let most_accurate = || {
-        (0..options.len()).reduce(|best, k| {
-            let (a, b) = (&options[best], &options[k]);
-            let better = b.is_more_accurate(a) || !a.is_more_accurate(b) && b.is_clearly_cheaper(a);
-            if better { k } else { best }
-        })
+/// For each option whether a quality may take it: it is within the bound and no other within it is clearly cheaper. Where none is within, and for `reference`:
+/// no other is more accurate, and none as accurate is clearly cheaper.
+pub fn admissible(quality: Quality, unit: Unit, options: &[Weight]) -> Vec<bool> {
+    let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
+    let is_good = |o: &Weight| match bound {
+        Some(bound) => o.error <= bound,
+        None => !options.iter().any(|other| other.is_more_accurate(o)),
     };
-    let Some(bound) = unit.bound(quality) else { return most_accurate() };
-    let within = (0..options.len()).filter(|k| options[*k].error <= bound);
-    let cheapest = within.reduce(|best, k| {
-        let (a, b) = (&options[best], &options[k]);
-        let better = b.is_clearly_cheaper(a) || !a.is_clearly_cheaper(b) && b.error < a.error;
-        if better { k } else { best }
-    });
-    cheapest.or_else(most_accurate)
+    options.iter().map(|o| is_good(o) && !options.iter().any(|other| is_good(other) && other.is_clearly_cheaper(o))).collect()
 }
 
 #[cfg(test)]
@@ -118,6 +105,7 @@ mod tests {
         // Within the spread nothing is decided: equally good ones stay, and the better one drops the other.
         assert_eq!(dominated(&[option(1.0, 1.0), option(1.0, 1.03)]), [false, false]);
         assert_eq!(dominated(&[option(1.0, 1.03), option(0.5, 1.0)]), [true, false]);
+        assert_eq!(dominated(&[option(1.0, 1.03), option(0.999, 1.0)]), [false, false]);
     }
 
     #[test]
@@ -125,15 +113,19 @@ mod tests {
         let unit = Unit::Levels;
         let [draft, standard] = [Quality::Draft, Quality::Standard].map(|q| unit.bound(q).expect("a bound"));
         let options = [option(2.0 * draft, 0.1), option(0.9 * draft, 0.2), option(0.9 * standard, 0.5), option(0.5, 1.0)];
-        let chosen = |options: &[Weight]| Quality::ALL.map(|q| option_of(q, unit, options));
-        assert_eq!(chosen(&options), [Some(1), Some(2), Some(3)]);
+        let allowed = |options: &[Weight]| {
+            Quality::ALL
+                .map(|q| admissible(q, unit, options).iter().enumerate().filter_map(|(k, may)| may.then_some(k)).collect::<Vec<_>>())
+        };
+        assert_eq!(allowed(&options), [[1], [2], [3]]);
         // The rule says when a default no longer holds: an option gets worse, or another gets cheaper.
         let mut changed = options;
         changed[2].error = 1.1 * standard;
-        assert_eq!(chosen(&changed), [Some(1), Some(3), Some(3)]);
+        assert_eq!(allowed(&changed), [[1], [3], [3]]);
         changed[3].time = option(0.0, 0.15).time;
-        assert_eq!(chosen(&changed), [Some(3), Some(3), Some(3)]);
-        assert_eq!(chosen(&[option(1e9, 1.0)]), [Some(0); 3]);
-        assert_eq!(chosen(&[]), [None; 3]);
+        assert_eq!(allowed(&changed), [[3], [3], [3]]);
+        // What the measurement cannot tell apart may both be taken.
+        assert_eq!(allowed(&[option(0.5, 1.0), option(0.5, 1.02)]), [[0, 1], [0, 1], [0, 1]]);
+        assert_eq!(allowed(&[option(1e9, 1.0)]), [[0], [0], [0]]);
     }
 }

@@ -41,6 +41,11 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
     (
+        "stability",
+        &["units", "time", "catalog", "ephemeris", "events", "scene", "shader", "render", "session", "probe", "measure", "stability"],
+        &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
+    ),
+    (
         "view",
         &[
             "units",

@@ -1,0 +1,92 @@
+//! `orrery stability`: sweeps over the extremes, with the bound of each.
+
+use super::output::{put, say};
+use super::{CliError, Common};
+use crate::measure::Effort;
+use crate::session::Session;
+use crate::stability::{Faults, SWEEPS, Sweep, SweepBench, SweepReport, run as run_sweep};
+use crate::wording::{echo, suggestion_or_list};
+use serde_json::{Value, json};
+use std::io::IsTerminal;
+
+const EXAMPLE: &str = "Examples:
+  orrery stability --short
+  orrery stability --sweep distance --sweep shadows
+  orrery stability --sweep needs-display --seed 7 --json
+
+Each sweep draws, probes or places bodies where arithmetic and decisions are most likely
+to break, and compares f32 with f64, pictures with pictures, or positions with another
+computation. It prints its number of cases, the worst figure beside its bound, the case
+that gave it, and what is off first there: a named value of the module, a decision, a
+pixel. The exit status is 1 if a bound is broken. --short takes fewer cases: within two
+minutes on two cores.";
+
+#[derive(clap::Args, Debug, Default)]
+#[command(after_help = EXAMPLE, next_help_heading = "Sweeps")]
+pub struct StabilityArgs {
+    /// Sweep to run; repeat or separate by commas [default: all]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    sweep: Vec<String>,
+    /// Fewer cases: within two minutes on two cores
+    #[arg(long)]
+    short: bool,
+    /// Seed of the random cases
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
+    let names: Vec<&str> = SWEEPS.iter().map(|s| s.name).collect();
+    if let Some(unknown) = args.sweep.iter().find(|wanted| !names.contains(&wanted.as_str())) {
+        return Err(CliError::Failed(format!("--sweep {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
+    }
+    let wanted: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
+    let session = Session::open(&common.sources(), say)?;
+    let effort = if args.short { Effort::Short } else { Effort::Full };
+    let bench = SweepBench::new(&session, effort, args.seed, Faults::default())?;
+    let bar = progress(wanted.len() as u64);
+    let mut reports = Vec::new();
+    for sweep in wanted {
+        let report = run_sweep(sweep, &bench)?;
+        if !args.json {
+            bar.suspend(|| put(&lines(&report)))?;
+        }
+        bar.inc(1);
+        reports.push(report);
+    }
+    bar.finish_and_clear();
+    let failed = reports.iter().filter(|r| r.has_failed()).count();
+    if args.json {
+        put(&format!("{}\n", json!({ "sweeps": reports.iter().map(row).collect::<Vec<_>>(), "failed": failed })))?;
+    } else {
+        put(&format!("{} of {} sweeps kept their bounds; seed {}\n", reports.len() - failed, reports.len(), args.seed))?;
+    }
+    match failed {
+        0 => Ok(()),
+        n => Err(CliError::Failed(format!("{n} of {} sweeps broke their bound", reports.len()))),
+    }
+}
+
+/// A bar on a terminal, nothing in a pipe.
+fn progress(steps: u64) -> indicatif::ProgressBar {
+    if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(steps) } else { indicatif::ProgressBar::hidden() }
+}
+
+/// JSON has no infinity: what is no number is null.
+fn row(report: &SweepReport) -> Value {
+    json!({
+        "name": report.name, "cases": report.found.cases, "worst": report.found.worst, "bound": report.bound, "unit": report.unit,
+        "where": report.found.location, "cause": report.found.cause,
+    })
+}
+
+fn lines(report: &SweepReport) -> String {
+    let verdict = if report.has_failed() { "BROKEN" } else { "kept" };
+    format!(
+        "{:<15} {verdict:<6} {:>6} cases, worst {:.3e} of {:.3e} {}\n    at {}\n    {}\n",
+        report.name, report.found.cases, report.found.worst, report.bound, report.unit, report.found.location, report.found.cause,
+    )
+}

@@ -1,0 +1,163 @@
+//! How far each pixel of a picture may be from the reference quality's: a bound made without drawing the reference.
+//!
+//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is a sum of what its models state ([`tiers`](crate::scene::tiers)), of
+//! rounding (twice the difference of f32 and f64), of sampling (a part of the light's range among the neighbours), and of features left out. It is a statement
+//! about this program's models: what all of them leave out, docs/accuracy.md says.
+
+use super::pictures::{PlannedView, Studio};
+use super::whole::precision_of;
+use crate::render::frame::Frame;
+use crate::render::plan::SamplingQuality;
+use crate::render::software::Precision;
+use crate::scene::draw::{AtmosphereModel, EclipseModel, PixelView};
+use crate::scene::effects::{Effect, VISIBLE_CHANGE};
+use crate::scene::request::{ExposureRequest, Quality, ViewRequest};
+use crate::scene::tiers::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
+use crate::session::{Session, SessionError};
+use crate::units::linear_to_srgb;
+
+/// Part of the range of light among a pixel and its eight neighbours by which fewer samples and taps may be off: measured over the standard scenes
+/// (tests/cli/measure.rs). An edge inside a pixel of one sample may fall to either side.
+fn sampling_part(quality: Quality) -> f64 {
+    match quality {
+        Quality::Draft => 1.0,
+        Quality::Standard => 0.25,
+        Quality::Reference => 0.0,
+    }
+}
+
+/// Light that is scattered more than once, over light scattered once, at most: what the tiers without a table leave out (Earth's blue, Sun low).
+const SCATTERED_AGAIN: f64 = 1.5;
+
+/// What pictures of a view need to be bounded by.
+struct Layers {
+    /// The picture, in the quality's precision, f32, and f64.
+    shown: Vec<[f32; 4]>,
+    rounding: Vec<[f32; 4]>,
+    /// Without eclipses, where the view has any; with the largest error of its models, a part of that light.
+    uneclipsed: Option<(Vec<[f32; 4]>, f64)>,
+    /// Without air, and optical depth along each pixel's ray; with the largest error of its tiers, a part of the air's light.
+    airless: Option<(Vec<[f32; 4]>, Vec<[f32; 4]>, f64)>,
+}
+
+/// The bounds of a view's picture at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.
+///
+/// # Errors
+/// Why the view cannot be drawn.
+pub fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, SessionError> {
+    let studio = Studio::new(session)?;
+    let sampling = SamplingQuality::of(request.quality);
+    let view = studio.planned(request, sampling)?;
+    let layers = layers_of(&studio, request, &view)?;
+    let factor = view.scene.exposure.factor();
+    let left_out = if view.scene.purpose == crate::scene::request::Purpose::Display { VISIBLE_CHANGE / factor } else { 0.0 };
+    let (width, height) = (request.width, request.height);
+    let (mut hdr, mut display) = (Vec::new(), Vec::new());
+    for (k, pixel) in layers.shown.iter().enumerate() {
+        let range = range_around(&layers.shown, width, k);
+        let bound: [f64; 3] = std::array::from_fn(|c| {
+            let light = f64::from(pixel[c]);
+            let rounding = 2.0 * f64::from((pixel[c] - layers.rounding[k][c]).abs()) + 1e-6 * light.abs();
+            let eclipse = layers.uneclipsed.as_ref().map_or(0.0, |(bright, part)| {
+                let bright = f64::from(bright[k][c]);
+                if (bright - light).abs() > 1e-6 * bright { part * bright } else { 0.0 }
+            });
+            let air = layers.airless.as_ref().map_or(0.0, |(bare, depth, part)| {
+                let behind = f64::from(bare[k][c]) * (-f64::from(depth[k][c])).exp();
+                part * (light - behind).max(0.0) + AIR_TRANSMITTANCE * f64::from(bare[k][c])
+            });
+            rounding + eclipse + air + sampling_part(request.quality) * range[c] + left_out
+        });
+        hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
+        // A tone map that keeps hues lets each channel follow the worst one.
+        let worst = bound.iter().copied().fold(0.0, f64::max);
+        let levels = [0, 1, 2].map(|c| levels_around(f64::from(pixel[c]) * factor, worst * factor));
+        display.push([levels[0], levels[1], levels[2], u8::MAX]);
+    }
+    Ok(Frame { width, height, hdr, display })
+}
+
+/// 255ths by which the display may be off where exposed light is off by a bound, with a level for rounding to bytes.
+fn levels_around(light: f64, bound: f64) -> u8 {
+    let level = |light: f64| 255.0 * linear_to_srgb(light.max(0.0));
+    let apart = (level(light + bound) - level(light)).max(level(light) - level(light - bound));
+    (apart.ceil() + 1.0).min(255.0) as u8
+}
+
+/// Greatest difference of a pixel's light to its neighbours', per channel.
+fn range_around(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
+    let (w, h) = (width as i64, (light.len() / width as usize) as i64);
+    let (x, y) = (k as i64 % w, k as i64 / w);
+    let mut range = [0.0_f64; 3];
+    for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
+        let (nx, ny) = ((x + dx).clamp(0, w - 1), (y + dy).clamp(0, h - 1));
+        let near = light[(ny * w + nx) as usize];
+        for (c, range) in range.iter_mut().enumerate() {
+            *range = range.max(f64::from((near[c] - light[k][c]).abs()));
+        }
+    }
+    range
+}
+
+fn layers_of(studio: &Studio<'_>, request: &ViewRequest, view: &PlannedView) -> Result<Layers, SessionError> {
+    let sampling = SamplingQuality::of(request.quality);
+    let precision = precision_of(request.quality);
+    let other = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
+    let exposed = ViewRequest { exposure: ExposureRequest::Stops(view.scene.exposure.stops), ..request.clone() };
+    let drawn = |request: &ViewRequest| Ok::<_, SessionError>(studio.light(&studio.planned(request, sampling)?, Precision::F32)?.light);
+    let without = |effect: Effect| {
+        let mut request = exposed.clone();
+        request.effects.set(effect, false);
+        request
+    };
+    let features = || view.scene.draws.iter().map(|d| d.features);
+    let eclipse_part = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.at_most).fold(0.0, f64::max);
+    let uneclipsed = if features().any(|f| f.eclipse.model != EclipseModel::None) {
+        Some((drawn(&without(Effect::Eclipse))?, eclipse_part))
+    } else {
+        None
+    };
+    let air_part = |tier: AtmosphereModel| {
+        let again = if tier == AtmosphereModel::Table { 0.0 } else { SCATTERED_AGAIN };
+        of_atmosphere(tier).map(|t| t.at_most + again)
+    };
+    let airless = if let Some(part) = features().filter_map(|f| air_part(f.air.tier)).reduce(f64::max) {
+        let depth = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
+        Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, part))
+    } else {
+        None
+    };
+    let shown = studio.light(view, precision)?.light;
+    let rounding = studio.light(view, other)?.light;
+    Ok(Layers { shown, rounding, uneclipsed, airless })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_in_levels_holds_what_the_light_may_be() {
+        assert_eq!(levels_around(0.5, 0.0), 1);
+        let level = |light: f64| 255.0 * linear_to_srgb(light);
+        for light in [0.0, 1e-4, 0.02, 0.3, 0.9] {
+            for bound in [1e-5, 1e-3, 0.05] {
+                let most = f64::from(levels_around(light, bound));
+                for off in [-bound, -0.5 * bound, bound] {
+                    let change = (level((light + off).max(0.0)).round() - level(light).round()).abs();
+                    assert!(change <= most, "{light} off by {off}: {change} levels, {most} stated");
+                }
+            }
+        }
+        assert_eq!(levels_around(0.0, 1e9), 255);
+    }
+
+    #[test]
+    fn the_range_is_that_of_the_neighbours() {
+        let mut light = vec![[0.5, 0.5, 0.5, 1.0]; 25];
+        light[12] = [0.9, 0.5, 0.1, 1.0];
+        let near = range_around(&light, 5, 6);
+        assert!((near[0] - 0.4).abs() < 1e-6 && near[1] == 0.0 && (near[2] - 0.4).abs() < 1e-6);
+        assert_eq!(range_around(&light, 5, 4), [0.0; 3]);
+    }
+}

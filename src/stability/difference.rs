@@ -1,0 +1,79 @@
+//! One plan in f32 and in f64: how far the pictures are apart, and which value of which module is off first.
+
+use super::{Found, SweepBench};
+use crate::measure::{LightPicture, PlannedView, levels_apart};
+use crate::render::plan::PlanDraw;
+use crate::render::software::{NamedValue, Precision};
+use crate::session::SessionError;
+use serde_json::Value;
+
+/// The greatest value and its place; what is not a number is the greatest.
+pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
+    let number = |v: f64| if v.is_nan() { f64::INFINITY } else { v };
+    values.iter().enumerate().fold((0, 0.0), |(at, worst), (k, v)| if number(*v) > worst { (k, number(*v)) } else { (at, worst) })
+}
+
+/// Draws a view in both precisions and counts it as a case; `location` is completed with the pixel.
+pub(super) fn compare(bench: &SweepBench<'_>, found: &mut Found, view: &PlannedView, location: &Value) -> Result<(), SessionError> {
+    let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
+    let not_finite = |p: &LightPicture| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
+    let (at, worst) = match not_finite(&single).or(not_finite(&double)) {
+        Some(at) => (at, f64::INFINITY),
+        None => worst_of(&levels_apart(&single, &double)),
+    };
+    let pixel = [at as u32 % single.width, at as u32 / single.width];
+    found.add(worst, || {
+        let mut location = location.clone();
+        location["pixel"] = serde_json::json!(pixel);
+        (location, cause(bench, view, [single.width, single.height], pixel))
+    });
+    Ok(())
+}
+
+/// The draw of a pixel that differs most between the precisions, and its first value that is off.
+pub(super) fn cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
+    let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
+    let of = |draw: &PlanDraw| {
+        let values = |precision| {
+            let renderer = bench.studio.renderer(precision);
+            renderer.pixel_values(draw, bench.session().library(), size, pixel).ok().flatten()
+        };
+        let (single, double) = (values(Precision::F32)?, values(Precision::F64)?);
+        let apart = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        Some((apart, format!("{}: {}", draw.label, first_off(&single.values, &double.values))))
+    };
+    let worst = draws.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    worst.map_or_else(|| "no draw has values at this pixel's middle".to_owned(), |(_, cause)| cause)
+}
+
+/// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest.
+fn first_off(single: &[NamedValue], double: &[NamedValue]) -> String {
+    let relative = |a: &NamedValue, b: &NamedValue| {
+        let (sum, apart) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(sum, apart), (x, y)| {
+            (sum.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { apart } else { apart.max((x - y).abs()) })
+        });
+        if sum > 0.0 { apart / sum } else { 0.0 }
+    };
+    let off: Vec<f64> = single.iter().zip(double).map(|(a, b)| relative(a, b)).collect();
+    let (_, greatest) = worst_of(&off);
+    let first = off.iter().position(|v| v.is_nan() || *v > 0.0 && *v >= 0.1 * greatest);
+    first.map_or_else(|| "all named values agree".to_owned(), |k| format!("{} by {:.1e} of itself", single[k].name, off[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_value_that_is_off_is_named() {
+        let named = |name: &str, numbers: &[f64]| NamedValue { name: name.into(), numbers: numbers.to_vec() };
+        let exact = [named("a", &[1.0]), named("b", &[2.0, 3.0]), named("c", &[f64::NAN]), named("d", &[5.0])];
+        let mut rounded = exact.clone();
+        assert_eq!(first_off(&rounded, &exact), "all named values agree");
+        rounded[0].numbers[0] += 1e-7;
+        rounded[1].numbers[1] += 3e-3;
+        rounded[3].numbers[0] += 1e-3;
+        assert_eq!(first_off(&rounded, &exact), "b by 1.0e-3 of itself");
+        assert_eq!(worst_of(&[0.0, f64::NAN, 3.0]), (1, f64::INFINITY));
+    }
+}

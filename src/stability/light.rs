@@ -1,0 +1,171 @@
+//! Sunlight in shadows: umbra, penumbra, annulus and full light, and what exposures make of an umbra.
+
+use super::views::{JUPITER, looking};
+use super::{Found, PLAIN, SweepBench};
+use crate::catalog::{Body, NaifId};
+use crate::ephemeris::angle_rad;
+use crate::probe::Prober;
+use crate::probe::sunlight::EclipsedSky;
+use crate::render::software::Precision;
+use crate::scene::draw::EclipseModel;
+use crate::scene::eclipse::{EclipseModelChoice, Receiver};
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{ExposureRequest, Layers, ViewRequest};
+use crate::session::SessionError;
+use crate::time::Instant;
+use crate::units::{SPEED_OF_LIGHT_KM_S, SUN_RADIUS_KM};
+use glam::DVec3;
+use serde_json::json;
+
+/// Receiver, occluder, instant.
+const SHADOWS: [(&str, &str, &str); 7] = [
+    ("earth", "moon", "2024-04-08T18:17:16Z"),
+    ("earth", "moon", "2023-10-14T17:59:30Z"),
+    ("earth", "moon", "2013-11-03T12:46:30Z"),
+    ("moon", "earth", "2022-11-08T10:59:00Z"),
+    ("jupiter", "io", "2015-01-24T06:30:00Z"),
+    ("jupiter", "callisto", "2015-01-24T06:30:00Z"),
+    ("saturn", "titan", "2024-10-27T12:00:00Z"),
+];
+
+/// How far inside an umbra, or outside a penumbra, a point must be for its light to be known without integrals: parts of the Sun's angular radius.
+const MARGIN: f64 = 5e-3;
+
+/// What a point's light must be by the angles alone, where they say so.
+fn certain_light(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
+    let sun = (SUN_RADIUS_KM / sun_km.length()).asin();
+    let radius = |km: f64| (km / occluder_km.length()).asin();
+    let apart = angle_rad(sun_km, occluder_km);
+    if radius(occluder.radii_km.min_element()) - apart > sun * (1.0 + MARGIN) {
+        Some(0.0)
+    } else if apart > sun * (1.0 + MARGIN) + radius(occluder.radii_km.max_element()) {
+        Some(1.0)
+    } else {
+        None
+    }
+}
+
+/// Points of the ground around the middle of a shadow, body axes, equatorial radii: along eight ways outwards, in steps from a millionth of the radius.
+fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
+    let shape = body.radii_km / body.radii_km.x;
+    let from = occluder_km / body.radii_km.x;
+    // Where the line from the Sun through the occluder meets the sphere, or passes nearest to its centre.
+    let along = -sun;
+    let nearest = from - along * from.dot(along);
+    let middle = (nearest - along * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
+    let (x, y) = middle.any_orthonormal_pair();
+    let mut points = vec![middle * shape];
+    for turn in 0..8 {
+        let (sin, cos) = (f64::from(turn) * 0.785_4 + 0.1).sin_cos();
+        for k in 0..steps {
+            let out = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
+            points.push((middle + (x * cos + y * sin) * out).normalize() * shape);
+        }
+    }
+    points
+}
+
+/// The part of sunlight that is left, f32 against f64, and both against what the angles alone say.
+pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    let session = bench.session();
+    let ephemeris = session.ephemeris();
+    for (receiver_name, occluder_name, time) in SHADOWS {
+        let (Ok(body), Ok(occluder), Ok(time)) =
+            (session.catalog().named(receiver_name), session.catalog().named(occluder_name), Instant::parse(time))
+        else {
+            continue;
+        };
+        let receiver = Receiver::at(ephemeris, body, time)?;
+        let occluder_km =
+            receiver.body_from_icrf * (ephemeris.light_time_position(occluder.id, receiver.position_km, time)?.0 - receiver.position_km);
+        let sun_km = receiver.body_from_icrf * receiver.sun_from_body_km;
+        let points = points_around(body, sun_km.normalize(), occluder_km, bench.pick(40, 400));
+        for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
+            let left = |precision| {
+                let prober = Prober { session, renderer: bench.studio.renderer(precision) };
+                let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Asked(model)).ok()?;
+                let this: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
+                sky.left(&this, &points, None).ok()
+            };
+            let (Some(single), Some(double)) = (left(Precision::F32), left(Precision::F64)) else {
+                found.add(f64::INFINITY, || {
+                    (json!({ "body": receiver_name, "occluder": occluder_name }), "no light could be computed".into())
+                });
+                continue;
+            };
+            for ((point, a), b) in points.iter().zip(&single).zip(&double) {
+                let place_km = *point * body.radii_km.x;
+                let certain = certain_light(sun_km - place_km, occluder_km - place_km, occluder);
+                let apart = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
+                let is_wrong = certain.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
+                found.add(if is_wrong { 1.0 } else { apart }, || {
+                    let location = json!({
+                        "body": receiver_name, "occluder": occluder_name, "time": time.to_utc_iso(), "model": model.name(),
+                        "point_radii": point.to_array(),
+                    });
+                    let cause = match certain {
+                        Some(light) if is_wrong => format!("the light is {light} by the angles; f32 {a:?}, f64 {b:?}"),
+                        _ => format!("eclipse_light: f32 {a:?}, f64 {b:?}"),
+                    };
+                    (location, cause)
+                });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The instant after `from` at which a moon is deepest in its planet's shadow, and how far its centre then is from the shadow's axis, planet's radii.
+fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
+    let ephemeris = bench.session().ephemeris();
+    let mut best = (from, f64::INFINITY);
+    for minute in 0..4000 {
+        let time = from.plus_seconds(60.0 * f64::from(minute));
+        let moon_km = ephemeris.state(moon, planet.id, time, None)?.state.pos_km;
+        let away = -ephemeris.state(NaifId::SUN, planet.id, time, None)?.state.pos_km.normalize();
+        let aside = moon_km.cross(away).length() / planet.radii_km.x;
+        if moon_km.dot(away) > 0.0 && aside < best.1 {
+            best = (time, aside);
+        }
+    }
+    Ok(best)
+}
+
+/// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes are 0, in both precisions.
+pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    let session = bench.session();
+    let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
+    let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
+    for moon in [501, 502, 503].map(NaifId) {
+        let (time, aside) = deepest(bench, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
+        let radius_km = session.catalog().body(moon).map_or(1.0, |b| b.radii_km.x);
+        // The view looks along the shadow, from the Sun's side.
+        let away = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
+        for stops in (-20..=25).step_by(bench.pick(9, 1)) {
+            let seen = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
+            let request = ViewRequest {
+                exposure: ExposureRequest::Stops(f64::from(stops)),
+                layers: Layers { stars: false, ..Layers::default() },
+                effects: effects.clone(),
+                ..looking(moon, seen, -away * 20.0 * radius_km, 4.0, bench.pick(24, 64))
+            };
+            let mut view = bench.planned(&request, PLAIN)?;
+            // Jupiter's own light is not the question.
+            view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
+            for precision in [Precision::F32, Precision::F64] {
+                let (frame, _) = bench.studio.renderer(precision).render(&view.plan, session.library(), true)?;
+                let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
+                // What the display rounds away counts as well: any light is wrong.
+                let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));
+                let figure = if light > 0.0 { f64::from(brightest.max(1)) } else { f64::from(brightest) };
+                found.add(figure, || {
+                    let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": aside });
+                    (location, format!("{precision:?}: radiance {light:e} where none is"))
+                });
+            }
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,166 @@
+//! Sequences: steps of less than a pixel, and exposures through eclipses.
+
+use super::views::{JUPITER, SATURN, instant, looking, sunward};
+use super::{Found, PLAIN, SweepBench};
+use crate::catalog::NaifId;
+use crate::measure::LightPicture;
+use crate::render::software::Precision;
+use crate::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
+use crate::session::SessionError;
+use crate::time::Instant;
+use crate::units::linear_to_srgb;
+use glam::DVec3;
+use serde_json::json;
+
+/// Light averaged over 3 x 3 pixels, luminance: a sharp point that moves within its pixel stays what it is.
+fn blurred(picture: &LightPicture) -> Vec<f64> {
+    let (w, h) = (picture.width as i64, picture.height as i64);
+    let at = |x: i64, y: i64| {
+        let pixel = picture.light[(y.clamp(0, h - 1) * w + x.clamp(0, w - 1)) as usize];
+        crate::units::luminance([pixel[0], pixel[1], pixel[2]].map(f64::from))
+    };
+    let mean =
+        |x: i64, y: i64| (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).map(|(dx, dy)| at(x + dx, y + dy)).sum::<f64>() / 9.0;
+    (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
+}
+
+/// Levels by which the second picture leaves what the neighbours within a pixel show in the first; the pixel too. The frame's edge has no neighbours outside.
+fn out_of_reach(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+    let (a, b) = (blurred(first), blurred(second));
+    let (w, h) = (first.width as i64, first.height as i64);
+    let level = |light: f64| 255.0 * linear_to_srgb((light * first.exposure_factor).clamp(0.0, 1.0));
+    let mut worst = (0.0, [0, 0]);
+    for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
+        let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).map(|(dx, dy)| level(a[((y + dy) * w + x + dx) as usize]));
+        let (low, high) = around.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+        let new = level(b[(y * w + x) as usize]);
+        let out = (low - new).max(new - high);
+        if out > worst.0 {
+            worst = (out, [x, y]);
+        }
+    }
+    worst
+}
+
+/// Cameras that turn by a third of a pixel a step, and moons and shadows that move by less than one.
+pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    let (side, steps) = bench.pick((64, 10), (160, 60));
+    let mut sequence = |name: &str, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
+        let mut before: Option<LightPicture> = None;
+        for k in 0..steps {
+            let view = bench.planned(&frame(f64::from(k)), PLAIN)?;
+            let picture = bench.light(&view, Precision::F32)?;
+            if let Some(before) = &before {
+                let (worst, pixel) = out_of_reach(before, &picture);
+                found.add(worst, || {
+                    (json!({ "sequence": name, "step": k, "pixel": pixel }), "light outside of the reach of a pixel".into())
+                });
+            }
+            before = Some(picture);
+        }
+        Ok(())
+    };
+    let time = instant();
+    for (body, distance_radii, fov_deg) in
+        [(NaifId::EARTH, 3.0, 50.0), (NaifId::EARTH, 1.02, 60.0), (SATURN, 6.0, 50.0), (JUPITER, 40.0, 30.0), (NaifId::MOON, 300.0, 0.5)]
+    {
+        let Some(radius_km) = bench.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
+        let towards = (sunward(bench, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
+        let base = looking(body, time, towards * distance_radii * radius_km, fov_deg, side);
+        let base = bench.studio.exposed(base)?;
+        let aside = towards.cross(DVec3::Z).normalize();
+        let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
+        sequence(&format!("camera before {} at {distance_radii} radii", body.0), &|k| ViewRequest {
+            look: Look::Along { direction: -towards + aside * (k * step_rad).tan(), axes: Axes::Icrf },
+            ..base.clone()
+        })?;
+        // Away from it, by a third of a pixel at the limb.
+        let part = 0.33 * fov_deg.to_radians() / f64::from(side) * distance_radii;
+        sequence(&format!("away from {} at {distance_radii} radii", body.0), &|k| {
+            let offset_km = towards * (distance_radii - 1.0) * (1.0 + part.min(0.05)).powf(k) * radius_km + towards * radius_km;
+            ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
+        })?;
+    }
+    // Io and its shadow come onto Jupiter; the Moon goes into the Earth's shadow.
+    for (name, body, from, step_s, fov) in [
+        ("Io's shadow on Jupiter", JUPITER, "2015-01-24T04:25:00Z", 30.0, None),
+        ("the Moon into the penumbra", NaifId::MOON, "2022-11-08T08:00:00Z", 60.0, None),
+        ("the Moon into the umbra", NaifId::MOON, "2022-11-08T09:05:00Z", 20.0, Some(0.7)),
+    ] {
+        let Ok(from) = Instant::parse(from) else { continue };
+        let base = bench.studio.exposed(ViewRequest {
+            fov_deg: fov,
+            width: side,
+            height: side,
+            position: Position::Centre(NaifId::EARTH),
+            ..ViewRequest::of(body, from)
+        })?;
+        sequence(name, &|k| ViewRequest { time: from.plus_seconds(k * step_s), ..base.clone() })?;
+    }
+    Ok(found)
+}
+
+/// A level that is seen on a black display.
+const SEEN: u8 = 12;
+/// The figure of a picture in which nothing is seen.
+const NOTHING_SEEN: f64 = 99.0;
+
+/// Stops of automatic exposure from step to step through eclipses, and whether each picture shows something.
+pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    let part = bench.pick(4.0, 1.0);
+    let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
+    let from_earth = Position::Centre(NaifId::EARTH);
+    let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
+    let sequences = [
+        ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 60.0, None),
+        ("the Earth in the Moon's shadow", NaifId::EARTH, over, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
+        ("the Sun from Dallas, second contact", NaifId::SUN, dallas, "2024-04-08T18:30:00Z", 20.0 * 60.0, 2.0, Some(3.0)),
+        ("Io into Jupiter's shadow", NaifId(501), from_earth, "2015-01-26T00:00:00Z", 42.0 * 3600.0, 900.0, None),
+    ];
+    for (name, body, position, from, length_s, step_s, fov_deg) in sequences {
+        let Ok(from) = Instant::parse(from) else { continue };
+        let step_s: f64 = step_s * part;
+        let mut before: Option<f64> = None;
+        for k in 0..=(length_s / step_s) as u32 {
+            let time = from.plus_seconds(f64::from(k) * step_s);
+            let request =
+                ViewRequest { position, fov_deg, exposure: ExposureRequest::Auto, width: 24, height: 24, ..ViewRequest::of(body, time) };
+            let view = bench.planned(&request, PLAIN)?;
+            let (frame, _) = bench.studio.renderer(Precision::F32).render(&view.plan, bench.session().library(), false)?;
+            let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
+            let stops = view.scene.exposure.stops;
+            let step = before.map_or(0.0, |before: f64| (stops - before).abs() / part);
+            let figure = if brightest < SEEN { NOTHING_SEEN } else { step };
+            found.add(figure, || {
+                let location = json!({ "sequence": name, "time": time.to_utc_iso(), "step_s": step_s });
+                (location, format!("{stops:.2} stops, brightest level {brightest}: {}", view.scene.exposure.reason))
+            });
+            before = Some(stops);
+        }
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An edge that moves by half a pixel is within reach; one that jumps by three pixels, or light that appears, is not.
+    #[test]
+    fn a_jump_is_told_from_a_step() {
+        let edge = |at: f64| {
+            let light = (0..16 * 16).map(|k| {
+                let v = (at - f64::from(k % 16)).clamp(0.0, 1.0) as f32;
+                [v, v, v, 1.0]
+            });
+            LightPicture { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }
+        };
+        assert!(out_of_reach(&edge(7.0), &edge(7.5)).0 < 0.5);
+        assert!(out_of_reach(&edge(7.0), &edge(10.0)).0 > 50.0);
+        let mut popped = edge(7.0);
+        popped.light[8 * 16 + 12] = [1.0, 1.0, 1.0, 1.0];
+        assert!(out_of_reach(&edge(7.0), &popped).0 > 50.0);
+    }
+}

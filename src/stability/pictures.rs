@@ -1,0 +1,96 @@
+//! Whole pictures at every scale: the order of layers, and pictures of two sizes.
+
+use super::difference::worst_of;
+use super::views::{SATURN, looking, sunward};
+use super::{Found, PLAIN, SweepBench};
+use crate::catalog::NaifId;
+use crate::measure::{LightPicture, levels_apart};
+use crate::render::plan::SamplingQuality;
+use crate::render::software::Precision;
+use crate::scene::effects::EffectOverrides;
+use crate::scene::request::{ExposureRequest, Layers, ViewRequest};
+use crate::session::{SessionError, standard_scenes};
+use crate::time::Instant;
+use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
+use glam::DVec3;
+use serde_json::json;
+
+/// Pixels across the disc.
+const DISC_PX: f64 = 24.0;
+/// From where on a picture must look as from the next distance: perspective changes it by less than a level.
+const FLAT_RADII: f64 = 3e4;
+
+/// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and far away each distance against the one before.
+pub(super) fn depth(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    let session = bench.session();
+    // A day without an eclipse; the light leaves the body at one instant whatever the distance.
+    let left = Instant::from_jd_tdb(2_460_469.762);
+    let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
+    for (body, effects) in bodies {
+        let Some(radius_km) = session.catalog().body(body).map(|b| b.radii_km.x) else { continue };
+        let towards = (sunward(bench, body, left) + DVec3::new(0.1, -0.2, 0.3)).normalize();
+        let far_km = 100.0 * KM_PER_AU;
+        let steps = bench.pick(14, 60);
+        let mut before: Option<LightPicture> = None;
+        for k in 0..steps {
+            let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
+            let side = (1.5 * DISC_PX) as u32;
+            let half = ((radius_km / distance_km).asin().tan() * 1.5).atan();
+            let request = ViewRequest {
+                effects: EffectOverrides::parse(effects)?,
+                exposure: ExposureRequest::Stops(if body == SATURN { 6.0 } else { 0.0 }),
+                layers: Layers { stars: false, ..Layers::default() },
+                ..looking(body, left.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S), towards * distance_km, 2.0 * half.to_degrees(), side)
+            };
+            // The draws of the body alone: others pass behind it.
+            let drawn = |samples: u8, precision| -> Result<LightPicture, SessionError> {
+                let mut view = bench.planned(&request, SamplingQuality { samples, ..PLAIN })?;
+                let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
+                view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
+                bench.light(&view, precision)
+            };
+            let (one, four, exact) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
+            let mut pairs = vec![("f32 against f64", &one, &exact), ("1 sample against 4", &one, &four)];
+            if let Some(before) = before.as_ref().filter(|_| distance_km > FLAT_RADII * radius_km) {
+                pairs.push(("this distance against the one before", &one, before));
+            }
+            for (what, a, b) in pairs {
+                let (at, worst) = worst_of(&levels_apart(a, b));
+                found.add(worst, || {
+                    let pixel = [at as u32 % side, at as u32 / side];
+                    (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
+                });
+            }
+            before = Some(one);
+        }
+    }
+    Ok(found)
+}
+
+/// Standard scenes against themselves with more pixels, reduced; without points, stars and glare, whose size is in pixels.
+pub(super) fn scale(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    let (side, finer) = bench.pick((64, 8), (256, 8));
+    for name in ["earth-3-radii", "saturn", "moon-limb"] {
+        let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
+        let layers = Layers { stars: false, ..Layers::default() };
+        let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
+        let request = bench.studio.exposed(request)?;
+        let fine = ViewRequest { width: side * finer, height: side * finer, ..request.clone() };
+        let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
+        let coarse = bench.light(&bench.studio.planned_alone(&request, sampling)?, Precision::F32)?;
+        let fine = bench.light(&bench.studio.planned_alone(&fine, sampling)?, Precision::F32)?.reduced(finer);
+        let apart = levels_apart(&coarse, &fine);
+        let mean = apart.iter().sum::<f64>() / apart.len() as f64;
+        let (at, worst) = worst_of(&apart);
+        found.add(mean, || {
+            let pixel = [at as u32 % side, at as u32 / side];
+            (
+                json!({ "scene": name, "side_px": side, "finer_side_px": side * finer, "pixel": pixel }),
+                format!("{worst:.1} levels at the worst pixel"),
+            )
+        });
+    }
+    Ok(found)
+}

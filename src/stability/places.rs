@@ -1,0 +1,56 @@
+//! Where the scene draws bodies, against a computation of its own.
+
+use super::{Found, SweepBench};
+use crate::catalog::NaifId;
+use crate::ephemeris::angle_rad;
+use crate::scene::request::{Position, ViewRequest};
+use crate::session::{Session, SessionError};
+use crate::time::Instant;
+use crate::units::{RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
+use glam::DVec3;
+use serde_json::json;
+
+/// As the scene of a view from the Earth's centre has it.
+fn by_scene(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
+    let request = ViewRequest { position: Position::Centre(NaifId::EARTH), width: 16, height: 16, ..ViewRequest::of(body, time) };
+    let (scene, _) = session.plan(&request, super::PLAIN)?;
+    Ok(scene.body(body).map_or(DVec3::ZERO, |b| b.placement.centre_km))
+}
+
+/// The light's way by bisection, then the aberration of special relativity.
+fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
+    let ephemeris = session.ephemeris();
+    let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).map(|s| s.state);
+    let observer = state(NaifId::EARTH, time)?;
+    let (mut near_s, mut far_s) = (0.0, 40_000.0);
+    // To a microsecond: a body moves by less than 0.1 m.
+    while far_s - near_s > 1e-6 {
+        let middle_s = 0.5 * (near_s + far_s);
+        let way_s = (state(body, time.plus_seconds(-middle_s))?.pos_km - observer.pos_km).length() / SPEED_OF_LIGHT_KM_S;
+        if way_s > middle_s { near_s = middle_s } else { far_s = middle_s }
+    }
+    let seen = (state(body, time.plus_seconds(-near_s))?.pos_km - observer.pos_km).normalize();
+    // Lorentz' transformation of the photon's direction.
+    let beta = observer.vel_km_s / SPEED_OF_LIGHT_KM_S;
+    let gamma = 1.0 / (1.0 - beta.length_squared()).sqrt();
+    Ok((seen / gamma + beta * (1.0 + gamma / (1.0 + gamma) * beta.dot(seen))) / (1.0 + beta.dot(seen)))
+}
+
+/// Sun, planets and moons from the Earth's centre, over the years of the kernel.
+pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    let session = bench.session();
+    let place = bench.faults.place.unwrap_or(by_scene);
+    let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);
+    for body in bodies {
+        for k in 0..bench.pick(2, 20) {
+            let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(bench.pick(2, 20)));
+            let (Ok(drawn), Ok(expected)) = (place(session, body.id, time), by_bisection(session, body.id, time)) else { continue };
+            let apart = angle_rad(drawn, expected) / RAD_PER_ARCSEC;
+            found.add(apart, || {
+                (json!({ "body": body.name, "time": time.to_utc_iso() }), format!("placed {apart:.3} arcsec beside its apparent direction"))
+            });
+        }
+    }
+    Ok(found)
+}

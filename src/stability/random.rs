@@ -1,0 +1,39 @@
+//! Numbers for random cases, the same for the same seed.
+
+/// SplitMix64 (Steele, Lea and Flood 2014).
+pub(super) struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// From 0 to 1.
+    pub fn part(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.part()
+    }
+
+    /// One of them; `all` is not empty.
+    pub fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        &all[(self.bits() % all.len() as u64) as usize]
+    }
+
+    /// A direction, evenly over the sphere.
+    pub fn direction(&mut self) -> glam::DVec3 {
+        let (z, turn) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
+        let flat = (1.0 - z * z).sqrt();
+        glam::DVec3::new(flat * turn.cos(), flat * turn.sin(), z)
+    }
+}

@@ -1,0 +1,351 @@
+//! Views at the extremes, f32 against f64.
+//!
+//! In: lists of views. Out: the worst pixel of each list. A view that cannot be (a camera inside its target) is no case.
+
+use super::difference::{compare, worst_of};
+use super::random::Random;
+use super::{Found, PLAIN, SweepBench};
+use crate::catalog::{Body, NaifId};
+use crate::events;
+use crate::render::software::Precision;
+use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
+use crate::session::SessionError;
+use crate::time::Instant;
+use crate::units::{KM_PER_AU, RAD_PER_ARCSEC};
+use glam::DVec3;
+use serde_json::{Value, json};
+
+pub(super) const SATURN: NaifId = NaifId(699);
+pub(super) const JUPITER: NaifId = NaifId(599);
+/// 2024-04-08, the day of a total eclipse of the Sun.
+const ECLIPSE_DAY_JD_TDB: f64 = 2_460_409.262_789_4;
+
+/// A place and the view from there.
+pub(super) struct ExtremeView {
+    pub location: Value,
+    pub request: ViewRequest,
+}
+
+fn compared(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<Found, SessionError> {
+    let mut found = Found::none();
+    for ExtremeView { location, request } in views {
+        // A camera within a body, or before its catalog's years, has no view.
+        if let Ok(view) = bench.planned(&request, PLAIN) {
+            compare(bench, &mut found, &view, &location)?;
+        }
+    }
+    Ok(found)
+}
+
+pub(super) fn instant() -> Instant {
+    Instant::from_jd_tdb(ECLIPSE_DAY_JD_TDB)
+}
+
+fn named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
+    names.iter().filter_map(|n| bench.session().catalog().named(n).ok().cloned()).collect()
+}
+
+/// From the body towards the Sun, ICRF.
+pub(super) fn sunward(bench: &SweepBench<'_>, body: NaifId, time: Instant) -> DVec3 {
+    let state = bench.session().ephemeris().state(NaifId::SUN, body, time, None);
+    state.map_or(DVec3::X, |s| s.state.pos_km.try_normalize().unwrap_or(DVec3::X))
+}
+
+/// Towards the target from an offset, at the given field of view.
+pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f64, side: u32) -> ViewRequest {
+    ViewRequest {
+        position: Position::Offset { body, offset_km, axes: Axes::Icrf },
+        fov_deg: Some(fov_deg),
+        width: side,
+        height: side,
+        ..ViewRequest::of(body, time)
+    }
+}
+
+/// From a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
+pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let bodies = bench.pick(named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
+    let (steps, side) = bench.pick((10, 16), (27, 32));
+    let fovs = [1.0 * RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
+    let time = instant();
+    let views = bodies.iter().flat_map(|body| {
+        let radius_km = body.radii_km.max_element();
+        let towards = (sunward(bench, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
+        (0..steps).flat_map(move |k| {
+            // Heights in even steps of their logarithm.
+            let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
+            fovs.into_iter().map(move |fov_deg| ExtremeView {
+                location: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
+                request: looking(body.id, time, towards * (radius_km + height_km), fov_deg, side),
+            })
+        })
+    });
+    compared(bench, views.collect::<Vec<_>>())
+}
+
+/// Each body from each other body's centre, fitted into the frame; a random part of the pairs where time is short.
+pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let bodies = bench.session().catalog().bodies();
+    let mut random = Random::new(bench.seed);
+    let part = bench.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
+    let mut views = Vec::new();
+    for from in bodies {
+        for target in bodies.iter().filter(|t| t.id != from.id) {
+            if random.part() < part {
+                let request =
+                    ViewRequest { position: Position::Centre(from.id), width: 16, height: 16, ..ViewRequest::of(target.id, instant()) };
+                views.push(ExtremeView { location: json!({ "from": from.name, "body": target.name }), request });
+            }
+        }
+    }
+    compared(bench, views)
+}
+
+fn ground(body: &Body, [latitude_deg, longitude_deg, height_km]: [f64; 3], direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
+    ViewRequest {
+        position: Position::Ground { body: body.id, latitude_deg, longitude_deg, height_km },
+        look: Look::Along { direction, axes: Axes::BodyFixed },
+        up: Up::Zenith,
+        target: None,
+        fov_deg: Some(fov_deg),
+        width: 16,
+        height: 16,
+        ..ViewRequest::of(body.id, time)
+    }
+}
+
+/// Unit vectors at a place of a sphere: east, north, up, body axes.
+fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
+    let ((slat, clat), (slon, clon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
+    [DVec3::new(-slon, clon, 0.0), DVec3::new(-slat * clon, -slat * slon, clat), DVec3::new(clat * clon, clat * slon, slat)]
+}
+
+/// Along the horizon, from two metres to ten radii above the ground.
+pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let names: &[&str] =
+        bench.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
+    let azimuths = bench.pick(2, 12);
+    let mut views = Vec::new();
+    for body in named(bench, names) {
+        let radius_km = body.radii_km.x;
+        for height_km in [2e-3, 0.1, 10.0, 400.0, radius_km, 10.0 * radius_km] {
+            let dip = (radius_km / (radius_km + height_km)).acos();
+            for k in 0..azimuths {
+                let [east, north, up] = local_axes(23.0, 77.0);
+                let (sin, cos) = (0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuths)).sin_cos();
+                let direction = (east * sin + north * cos) * dip.cos() - up * dip.sin();
+                for fov_deg in [0.003, 0.3, 30.0, 120.0] {
+                    let location = json!({ "body": body.name, "height_km": height_km, "azimuth": k, "fov_deg": fov_deg });
+                    views.push(ExtremeView { location, request: ground(&body, [23.0, 77.0, height_km], direction, fov_deg, instant()) });
+                }
+            }
+        }
+    }
+    compared(bench, views)
+}
+
+/// Down and along the horizon at the poles, on the date line, under the Sun, opposite of it, and where it sets.
+pub(super) fn places(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let names: &[&str] = bench
+        .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
+    let mut views = Vec::new();
+    for body in named(bench, names) {
+        let Ok(turned) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
+        let sun = turned * sunward(bench, body.id, instant());
+        let (latitude, longitude) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
+        let spots = [
+            ("north pole", 90.0, 0.0),
+            ("south pole", -90.0, 10.0),
+            ("beside the pole", 89.999, 45.0),
+            ("date line", 10.0, 180.0),
+            ("map's seam", 0.0, -179.999_99),
+            ("sub-solar point", latitude, longitude),
+            ("antisolar point", -latitude, longitude + 180.0),
+            ("Sun on the horizon", 0.0, longitude + 90.0),
+            ("Sun just set", 0.0, longitude + 90.5),
+        ];
+        for (place, latitude_deg, longitude_deg) in spots {
+            let longitude_deg = (longitude_deg + 180.0_f64).rem_euclid(360.0) - 180.0;
+            let [east, _, up] = local_axes(latitude_deg, longitude_deg);
+            for (look, direction) in [("down", east * 1e-3 - up), ("horizon", east - 0.05 * up), ("Sun", sun)] {
+                for height_km in [2e-3, 1000.0] {
+                    let location = json!({ "body": body.name, "place": place, "look": look, "height_km": height_km });
+                    views.push(ExtremeView {
+                        location,
+                        request: ground(&body, [latitude_deg, longitude_deg, height_km], direction, 50.0, instant()),
+                    });
+                }
+            }
+        }
+    }
+    compared(bench, views)
+}
+
+/// The camera within and beside the plane of Saturn's rings, and the days on which the Earth and the Sun cross it.
+pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let mut views = Vec::new();
+    let catalog = bench.session().catalog();
+    let ringed = catalog.bodies().iter().filter(|b| !b.rings.is_empty());
+    for body in ringed {
+        let Ok(turned) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
+        for height in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
+            for distance_radii in [1.5, 4.0, 30.0, 1e5] {
+                let offset = turned.transpose() * DVec3::new(0.6, -0.8, height) * distance_radii * body.radii_km.x;
+                let fov_deg = (2.0 * (2.5_f64 / distance_radii).atan().to_degrees()).min(120.0);
+                let location = json!({ "body": body.name, "distance_radii": distance_radii, "height": height });
+                views.push(ExtremeView { location, request: looking(body.id, instant(), offset, fov_deg, bench.pick(24, 64)) });
+            }
+        }
+    }
+    // 2025-03-23 16 UTC: the Earth; 2025-05-06: the Sun.
+    for jd_tdb in [2_460_758.17, 2_460_801.5] {
+        for hours in [-600.0, -24.0, -1.0, -0.01, 0.0, 0.3, 20.0, 500.0] {
+            let time = Instant::from_jd_tdb(jd_tdb + hours / 24.0);
+            let side = bench.pick(24, 96);
+            let request = ViewRequest { width: side, height: side, ..ViewRequest::of(SATURN, time) };
+            views.push(ExtremeView { location: json!({ "body": "Saturn", "time": time.to_utc_iso() }), request });
+        }
+    }
+    compared(bench, views)
+}
+
+/// Pictures at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
+pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
+    // Partial, annular, total and hybrid ones.
+    let years = bench.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
+    let (from, to) = (Instant::from_jd_tdb(years.0), Instant::from_jd_tdb(years.1));
+    let mut views = Vec::new();
+    let side = 24;
+    for eclipse in events::solar_eclipses(catalog, ephemeris, from, to)? {
+        for contact in &eclipse.contacts {
+            for seconds in [-0.5, 0.0, 0.5] {
+                let (name, at) = *contact;
+                let time = at.plus_seconds(seconds);
+                let location = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "contact": name, "seconds": seconds, "seen": "space" });
+                views.push(ExtremeView {
+                    location,
+                    request: ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::EARTH, time) },
+                });
+            }
+        }
+        let half_s = eclipse.duration_s.unwrap_or(600.0) / 2.0;
+        for seconds in [-half_s, -half_s + 0.5, 0.0, half_s - 0.5, half_s, 3000.0] {
+            let time = eclipse.greatest.plus_seconds(seconds);
+            let position = Position::Ground {
+                body: NaifId::EARTH,
+                latitude_deg: eclipse.place.latitude_deg,
+                longitude_deg: eclipse.place.longitude_deg,
+                height_km: 2e-3,
+            };
+            let request = ViewRequest { position, fov_deg: Some(1.5), width: side, height: side, ..ViewRequest::of(NaifId::SUN, time) };
+            let location = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "seconds": seconds, "seen": "ground" });
+            views.push(ExtremeView { location, request });
+        }
+    }
+    for eclipse in events::lunar_eclipses(catalog, ephemeris, from, to)? {
+        for (name, time) in &eclipse.contacts {
+            let request = ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::MOON, *time) };
+            let location = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "contact": name, "seen": "Earth" });
+            views.push(ExtremeView { location, request });
+        }
+    }
+    compared(bench, views)
+}
+
+/// Every body, from the smallest moon to the Sun, filling the frame.
+pub(super) fn radii(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let side = bench.pick(24, 96);
+    let view = |body: &Body| ExtremeView {
+        location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
+        request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, instant()) },
+    };
+    compared(bench, bench.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
+}
+
+/// Years -3000 to 3000.
+pub(super) fn years(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let step = bench.pick(500, 50);
+    let mut views = Vec::new();
+    for year in (-3000..=3000).step_by(step) {
+        let time = Instant::from_jd_tdb(2_451_545.0 + 365.25 * f64::from(year - 2000));
+        for body in named(bench, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
+            let request = ViewRequest { width: 24, height: 24, ..ViewRequest::of(body.id, time) };
+            views.push(ExtremeView { location: json!({ "body": body.name, "year": year }), request });
+        }
+    }
+    compared(bench, views)
+}
+
+/// Discs from a third of a pixel to four times the frame.
+pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let (side, steps) = bench.pick((24, 12), (48, 60));
+    let mut views = Vec::new();
+    for body in named(bench, &["earth", "saturn", "moon", "sun", "jupiter"]) {
+        let distance_km = 60.0 * body.radii_km.x;
+        let towards = (sunward(bench, body.id, instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
+        for k in 0..steps {
+            let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
+            let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
+            let location = json!({ "body": body.name, "diameter_px": diameter_px });
+            views.push(ExtremeView { location, request: looking(body.id, instant(), towards * distance_km, fov_deg.min(170.0), side) });
+        }
+    }
+    compared(bench, views)
+}
+
+/// Lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map: finished bytes in both precisions.
+pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    let side = bench.pick(96, 256);
+    let all = Layers { orbits: true, labels: true, outline: true, bloom: true, stars: true };
+    let of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
+    // In the shadow of the Earth, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
+    let in_shadow = Instant::from_jd_tdb(2_459_891.959);
+    let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
+    let totality = Instant::from_jd_tdb(2_460_409.280_4);
+    let views = [
+        (
+            "labels and orbits",
+            ViewRequest {
+                fov_deg: Some(40.0),
+                position: Position::Over { towards: None, distance_radii: Some(60.0) },
+                ..of(JUPITER, instant())
+            },
+        ),
+        (
+            "whole system",
+            ViewRequest {
+                fov_deg: Some(60.0),
+                position: Position::Over { towards: None, distance_radii: Some(12_000.0) },
+                ..of(NaifId::SUN, instant())
+            },
+        ),
+        ("corona", ViewRequest { position: dallas, fov_deg: Some(3.0), ..of(NaifId::SUN, totality) }),
+        ("refracted limb", ViewRequest { position: Position::Centre(NaifId::MOON), fov_deg: Some(2.4), ..of(NaifId::EARTH, in_shadow) }),
+        ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..of(NaifId::SUN, in_shadow) }),
+        ("night sky", ViewRequest { exposure: ExposureRequest::Stops(22.0), fov_deg: Some(45.0), ..of(SATURN, instant()) }),
+    ];
+    let mut found = Found::none();
+    for (name, request) in views {
+        let view = bench.planned(&request, PLAIN)?;
+        let bytes = |precision| {
+            bench.studio.renderer(precision).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
+        };
+        let (single, double) = (bytes(Precision::F32)?, bytes(Precision::F64)?);
+        let apart = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+        let differences: Vec<f64> = single.iter().zip(&double).map(apart).collect();
+        let (at, worst) = worst_of(&differences);
+        let pixel = [at as u32 % side, at as u32 / side];
+        found.add(worst, || {
+            let modules: std::collections::BTreeSet<String> =
+                view.plan.passes.iter().flat_map(|p| &p.draws).map(|d| d.module.to_string()).collect();
+            let cause = format!(
+                "{}; modules: {}",
+                super::difference::cause(bench, &view, [side, side], pixel),
+                modules.into_iter().collect::<Vec<_>>().join(" ")
+            );
+            (json!({ "view": name, "pixel": pixel }), cause)
+        });
+    }
+    Ok(found)
+}
