@@ -14,12 +14,14 @@ macro_rules! fragments {
 
 fragments![
     "entry/blur.wesl",
+    "entry/comet_tail.wesl",
     "entry/corona.wesl",
     "entry/glow.wesl",
     "entry/interface.wesl",
     "entry/label.wesl",
     "entry/line.wesl",
     "entry/minor_planets.wesl",
+    "entry/orbit.wesl",
     "entry/outline.wesl",
     "entry/planet.wesl",
     "entry/point.wesl",

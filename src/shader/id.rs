@@ -44,14 +44,16 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 13] = [
+pub const SIMPLE_MODULES: [&str; 15] = [
     "blur",
+    "comet_tail",
     "corona",
     "glow",
     "interface",
     "label",
     "line",
     "minor_planets",
+    "orbit",
     "outline",
     "point",
     "refracted_limb",

@@ -10,6 +10,7 @@ use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances,
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::shared;
+use super::small_bodies;
 use crate::scene::Scene;
 use crate::scene::draw::uniforms::UniformValue;
 use crate::scene::draw::{Draw, DrawFeatures, DrawUniforms, Part, PixelView, Shape};
@@ -111,8 +112,10 @@ pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Sampling
     steps.push(over_light("corona", shared::corona(scene, provider)?));
     bodies(&mut steps, behind, &scene.draws[behind..])?;
     steps.extend([
+        over_light("orbits", small_bodies::orbits(scene, provider)?),
         over_light("lines", shared::lines(scene, provider)?),
-        over_light("minor planets", shared::minor_planets(scene, provider)?),
+        over_light("minor planets", small_bodies::minor_planets(scene, provider)?),
+        over_light("comets", small_bodies::comets(scene, provider)?),
         over_light("points", shared::points(scene, provider)?),
         over_light("glow", shared::glow(scene, provider)?),
     ]);

@@ -9,6 +9,7 @@ mod passes;
 mod provider;
 mod scissor;
 mod shared;
+mod small_bodies;
 pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
 pub use error::PlanError;
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};

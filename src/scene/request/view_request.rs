@@ -170,6 +170,8 @@ impl ToneMap {
 pub struct Layers {
     /// The lines on which bodies move about their parents.
     pub orbits: bool,
+    /// Where they have been, as seen from the target.
+    pub traces: bool,
     /// Names and markers of bodies.
     pub labels: bool,
     /// A line of light around the selected body.
@@ -180,26 +182,30 @@ pub struct Layers {
     pub stars: bool,
     /// Points of light, and marks where they are too faint.
     pub minor_planets: bool,
+    /// Heads and tails.
+    pub comets: bool,
 }
 
 impl Default for Layers {
     fn default() -> Self {
-        Self { orbits: false, labels: false, outline: false, bloom: false, stars: true, minor_planets: false }
+        Self { orbits: false, traces: false, labels: false, outline: false, bloom: false, stars: true, minor_planets: false, comets: false }
     }
 }
 
 impl Layers {
     /// Every layer's name.
-    pub const NAMES: [&str; 6] = ["orbits", "labels", "outline", "bloom", "stars", "minor-planets"];
+    pub const NAMES: [&str; 8] = ["orbits", "traces", "labels", "outline", "bloom", "stars", "minor-planets", "comets"];
 
     fn by_name(&mut self, name: &str) -> Option<&mut bool> {
         match name {
             "orbits" => Some(&mut self.orbits),
+            "traces" => Some(&mut self.traces),
             "labels" => Some(&mut self.labels),
             "outline" => Some(&mut self.outline),
             "bloom" => Some(&mut self.bloom),
             "stars" => Some(&mut self.stars),
             "minor-planets" => Some(&mut self.minor_planets),
+            "comets" => Some(&mut self.comets),
             _ => None,
         }
     }
