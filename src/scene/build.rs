@@ -5,7 +5,7 @@
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::scene::annotation::{labels, orbits};
+use crate::scene::annotation::{labels, orbits, traces};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
@@ -28,7 +28,7 @@ use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
-use crate::scene::sky::{background, minor_planets, stars};
+use crate::scene::sky::{background, comets, minor_planets, stars};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec3};
@@ -175,15 +175,23 @@ impl<'a> SceneBuilder<'a> {
         let (request, camera, placed) = (self.request, &self.viewer.camera, &self.placed);
         let context = self.context(resources);
         let frame = self.frame(request, resources);
-        let (mut draws, mut points, mut lines) = (Vec::new(), Vec::new(), Vec::new());
-        let draws_lines = request.layers.orbits && request.pixel_view == PixelView::Final;
+        let (mut draws, mut points, mut arcs, mut lines) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let is_final = request.pixel_view == PixelView::Final;
+        let (draws_orbits, draws_traces) = (request.layers.orbits && is_final, request.layers.traces && is_final);
+        let target_distance_km =
+            placed.iter().find(|p| request.target == Some(p.body.id) && !self.is_inside(p.body)).map(|p| p.distance_km);
+        let centre = request.target.unwrap_or(NaifId::SUN);
         let mut seen_bodies = placed.iter().map(|p| {
             let own = self.own_request(p.body);
             let frame = Frame { context: Context { request: own.as_ref().unwrap_or(request), ..context }, ..frame };
             let mut seen = features::decide(&frame, p, self.is_inside(p.body));
             let (parts, point) = (std::mem::take(&mut seen.draws), seen.point.take());
             let mut found = in_view(p, seen, &parts, magnitude::magnitude(context, p, placed));
-            if let Some((pieces, decision)) = orbits::line(camera, self.ephemeris, p).filter(|_| draws_lines) {
+            if let Some((of_body, decision)) = draws_orbits.then(|| orbits::line(camera, self.ephemeris, p, target_distance_km)).flatten() {
+                arcs.extend(of_body);
+                found.decisions.push(decision);
+            }
+            if let Some((pieces, decision)) = draws_traces.then(|| traces::trace(camera, self.ephemeris, p, centre)).flatten() {
                 lines.extend(pieces);
                 found.decisions.push(decision);
             }
@@ -212,7 +220,10 @@ impl<'a> SceneBuilder<'a> {
         let (stars, of_stars) = stars::stars(request, self.catalog, &self.viewer, frame.bound, white, frame.air);
         let (background, mut sky) = self.background(&frame, corona.is_some());
         sky.splice(0..0, of_stars);
-        sky.extend(about_minor_planets);
+        let (mut comets, about_comets) =
+            comets::comets(request, || self.catalog.small_bodies().comets.clone(), &self.viewer, sun_km, white);
+        arcs.append(&mut comets.orbits);
+        sky.extend(about_minor_planets.into_iter().chain(about_comets));
         let draws = order::far_to_near(placed, draws);
         let corona = corona.map(|c| corona::Corona { draws_behind: order::draws_behind(placed, &draws, NaifId::SUN), ..c });
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
@@ -230,9 +241,11 @@ impl<'a> SceneBuilder<'a> {
             background,
             stars,
             minor_planets,
+            comets,
             sky,
             draws,
             points,
+            orbits: arcs,
             lines,
             corona,
             limbs,

@@ -3,7 +3,7 @@
 //! Plain values. `build` makes them; nothing changes them afterwards.
 
 use crate::catalog::NaifId;
-use crate::scene::annotation::{labels, orbits};
+use crate::scene::annotation::{labels, orbits, traces};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
@@ -13,6 +13,7 @@ use crate::scene::light::exposure::Exposure;
 use crate::scene::light::{corona, glow};
 use crate::scene::purpose::Purpose;
 use crate::scene::request::view_request::ToneMap;
+use crate::scene::sky::comets::Comets;
 use crate::scene::sky::minor_planets::MinorPlanets;
 use crate::scene::sky::background::SkyBackground;
 use crate::time::Instant;
@@ -38,6 +39,8 @@ pub struct Scene {
     pub stars: Vec<StarSprite>,
     /// Too small to be bodies of the catalog; hidden by what is nearer.
     pub minor_planets: Option<MinorPlanets>,
+    /// Among them.
+    pub comets: Comets,
     /// What was decided about the sky beyond all bodies.
     pub sky: Vec<Decision>,
     /// Far to near: `order`.
@@ -45,7 +48,9 @@ pub struct Scene {
     /// Bodies too small for a disc.
     pub points: Vec<Point>,
     /// Over the bodies, hidden by what is nearer.
-    pub lines: Vec<orbits::LineSegment>,
+    pub orbits: Vec<orbits::OrbitArc>,
+    /// Like them: where bodies have been.
+    pub lines: Vec<traces::LineSegment>,
     /// Among the draws.
     pub corona: Option<corona::Corona>,
     /// Around bodies that stand before the Sun.

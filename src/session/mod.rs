@@ -24,6 +24,7 @@ mod sky_map;
 mod software;
 mod stages;
 mod standard_scenes;
+mod tables;
 mod tape_cost;
 
 use crate::shader::ModuleId;
@@ -44,7 +45,6 @@ pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
 
 use crate::catalog::small_bodies::SmallBodies;
-use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::files::{read_bytes, read_text, who_else_writes};
@@ -64,7 +64,6 @@ use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::ThreadId;
@@ -193,40 +192,6 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }
 
-/// A table of the user's by its name in messages and its text, where one is named. `takes`: which option takes what.
-fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String)>, SessionError> {
-    /// Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
-    const MAX_BYTES: u64 = 1 << 30;
-    let Some(path) = path else { return Ok(None) };
-    let name = path.display().to_string();
-    let failed = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {takes}") };
-    let file = std::fs::File::open(path).map_err(|e| failed(e.to_string()))?;
-    let mut text = String::new();
-    let read = file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| failed(e.to_string()))?;
-    if read as u64 > MAX_BYTES {
-        return Err(failed("larger than 1 GiB".into()));
-    }
-    Ok(Some((name, text)))
-}
-
-/// The stars of a file, where one is named.
-///
-/// # Errors
-/// A file that cannot be read, or its first wrong line.
-fn read_stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionError> {
-    let table = read_table(path, "--stars takes a table with named columns or hip2.dat")?;
-    Ok(table.map(|(name, text)| StarCatalog::parse(&name, &text)).transpose()?.map(Arc::new))
-}
-
-/// The minor planets and comets of a file, where one is named.
-///
-/// # Errors
-/// A file that cannot be read, or its first wrong line.
-fn read_small_bodies(path: Option<&Path>) -> Result<Option<SmallBodies>, SessionError> {
-    let table = read_table(path, "--minor-planets takes a table with named columns, JSON of the JPL's database, or MPCORB.DAT")?;
-    Ok(table.map(|(name, text)| SmallBodies::parse(&name, &text)).transpose()?)
-}
-
 /// The cache folder that was named, or the user's own.
 ///
 /// # Errors
@@ -270,8 +235,8 @@ impl Session {
         let mut stages = Stages::default();
         let catalog =
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
-        let stars = stages.measure(Stage::Catalog, || read_stars(sources.stars.as_deref()))?;
-        let small_bodies = stages.measure(Stage::Catalog, || read_small_bodies(sources.minor_planets.as_deref()))?;
+        let stars = stages.measure(Stage::Catalog, || tables::stars(sources.stars.as_deref()))?;
+        let small_bodies = stages.measure(Stage::Catalog, || tables::small_bodies(sources.minor_planets.as_deref()))?;
         let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies);
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));

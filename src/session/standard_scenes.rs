@@ -1,7 +1,8 @@
 //! The scenes that benchmarks draw, one list for the command line and criterion.
 
 use crate::catalog::NaifId;
-use crate::scene::request::{Look, Position, ViewRequest};
+use crate::catalog::small_bodies::SmallBodies;
+use crate::scene::request::{Layers, Look, Position, ViewRequest};
 use crate::time::Instant;
 
 /// A named view of a fixed moment.
@@ -11,6 +12,15 @@ pub struct StandardScene {
     pub name: &'static str,
     /// The view.
     pub request: ViewRequest,
+}
+
+impl StandardScene {
+    /// Minor planets that take the place of those that ship while the scene is measured.
+    pub fn bodies(&self) -> Option<SmallBodies> {
+        /// Of `belt`: a hundred thousand.
+        const BELT: usize = 100_000;
+        (self.name == "belt").then(|| SmallBodies::synthetic_belt(BELT))
+    }
 }
 
 /// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
@@ -24,7 +34,7 @@ fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
 }
 
-/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, and the night sky around Orion.
+/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, the night sky around Orion, and the main belt.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
     // Northwards, 38 degrees down: the horizon, 36 degrees down from there, crosses the picture above its middle.
@@ -45,6 +55,17 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         fov_deg: Some(45.0),
         ..ViewRequest::of(NaifId::EARTH, time)
     };
+    // From 6.3 au north of the ecliptic; [`StandardScene::bodies`] makes the belt.
+    let belt = ViewRequest {
+        position: Position::Offset {
+            body: NaifId::SUN,
+            offset_km: glam::DVec3::new(0.0, -3.5e8, 8.8e8),
+            axes: crate::scene::request::Axes::Icrf,
+        },
+        layers: Layers { minor_planets: true, ..Layers::default() },
+        fov_deg: Some(55.0),
+        ..ViewRequest::of(NaifId::SUN, time)
+    };
     let named = [
         ("earth-3-radii", over(399, 3.0, time)),
         ("saturn", over(699, 5.0, time)),
@@ -52,6 +73,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         ("jupiter-four-moons", ViewRequest { fov_deg: Some(45.0), ..over(599, 60.0, time) }),
         ("whole-system", system),
         ("night-sky", night_sky),
+        ("belt", belt),
     ];
     named.into_iter().map(|(name, request)| StandardScene { name, request: ViewRequest { width, height, ..request } }).collect()
 }

@@ -15,6 +15,7 @@ macro_rules! fragments {
 fragments![
     "entry/anaglyph.wesl",
     "entry/blur.wesl",
+    "entry/comet_tail.wesl",
     "entry/corona.wesl",
     "entry/equirectangular.wesl",
     "entry/fisheye.wesl",
@@ -24,6 +25,7 @@ fragments![
     "entry/label.wesl",
     "entry/line.wesl",
     "entry/minor_planets.wesl",
+    "entry/orbit.wesl",
     "entry/outline.wesl",
     "entry/planet.wesl",
     "entry/point.wesl",

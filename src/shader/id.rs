@@ -44,9 +44,10 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 20] = [
+pub const SIMPLE_MODULES: [&str; 22] = [
     "anaglyph",
     "blur",
+    "comet_tail",
     "corona",
     "equirectangular",
     "fisheye",
@@ -56,6 +57,7 @@ pub const SIMPLE_MODULES: [&str; 20] = [
     "label",
     "line",
     "minor_planets",
+    "orbit",
     "outline",
     "point",
     "refracted_limb",

@@ -1,5 +1,6 @@
 //! What one frame needs: which body is drawn how, with how much light, and what each option changes.
 
+mod comets;
 mod depth_order;
 mod exposure;
 mod glint;

@@ -1,8 +1,9 @@
 //! The views that are recorded as images, and compared between the renderers.
 
+use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::mesh::warp::WarpMesh;
-use orrery::scene::request::{Axes, Composition, Look, Position, Projection, Stereo, StereoLayout, Up, ViewRequest};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Stereo, StereoLayout, Up, ViewRequest};
 use orrery::session::standard_scenes;
 use orrery::time::Instant;
 use std::sync::Arc;
@@ -71,8 +72,9 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
     };
     // The camera hangs close over ground: the other form of the intersection.
     // And the stars.
-    let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky"].contains(&s.name));
-    VIEWS.into_iter().map(request).chain(standard.map(|s| (s.name, s.request))).chain(composed_views()).collect()
+    let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
+    let drawn_at_once = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
+    drawn_at_once.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
 }
 
 /// Pictures of several frames.
@@ -108,5 +110,24 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
         ),
         ("earth-warped", of(399, ECLIPSE_DAY, Composition { warp: Some(Arc::new(mesh)), ..Composition::default() })),
     ]
-    VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request))).collect()
+}
+
+/// Halley with its tails on 16 March 1986 as the Earth saw it, and Saturn among the orbits of its moons.
+fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 2] {
+    let halley = ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction: DVec3::new(0.473, -0.797, -0.375), axes: Axes::Icrf },
+        up: Up::Celestial,
+        fov_deg: Some(12.0),
+        exposure: ExposureRequest::Stops(25.5),
+        layers: Layers { comets: true, ..Layers::default() },
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("1986-03-16T00:00:00Z").expect("a time"))
+    };
+    let orbits = ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(30.0) },
+        layers: Layers { orbits: true, traces: true, ..Layers::default() },
+        ..ViewRequest::of(NaifId(699), Instant::parse("2017-05-17T00:00:00Z").expect("a time"))
+    };
+    [("halley", halley), ("saturn-orbits", orbits)].map(|(name, request)| (name, ViewRequest { width: SIDE, height: SIDE, ..request }))
 }

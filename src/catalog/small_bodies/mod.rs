@@ -9,7 +9,8 @@ mod read;
 mod rows;
 
 use crate::catalog::{Catalog, NaifId};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
+use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
 /// Gauss' constant: square root of the Sun's GM in au^1.5 a day (IAU 1976; IAU 2012 Resolution B2 keeps the au within 1e-9 of it).
@@ -112,6 +113,50 @@ impl SmallBodies {
     pub fn parse(file: &str, text: &str) -> Result<Self, SmallBodyFileError> {
         let (comets, minor_planets) = read::read(file, text)?.into_iter().partition(SmallBody::is_comet);
         Ok(Self { minor_planets, comets })
+    }
+
+    /// A main belt of so many bodies, the same at each call: semi-major axes, eccentricities, inclinations and magnitudes are those of the embedded bodies between 2.06 and
+    /// 3.28 au, a little apart from each; the other angles are even. For measurements: no body of it exists.
+    pub fn synthetic_belt(count: usize) -> Self {
+        let axis = |o: &HeliocentricOrbit| o.perihelion_au / (1.0 - o.eccentricity);
+        let shipped = Self::embedded();
+        let models: Vec<&SmallBody> = shipped.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
+        // Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators (OOPSLA): SplitMix64.
+        let mut seed = 0_u64;
+        let mut even = || {
+            seed = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = seed;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let body = |k: usize| {
+            let model = models[((even() * models.len() as f64) as usize).min(models.len() - 1)];
+            let o = &model.orbit;
+            let e = (o.eccentricity + 0.04 * (even() - 0.5)).clamp(0.0, 0.6);
+            let a = axis(o) + 0.04 * (even() - 0.5);
+            // The plane turned about the ecliptic's pole, the perihelion in the plane.
+            let (node, turn) = (TAU * even(), TAU * even());
+            let pole = DVec3::new(0.0, -rows::OBLIQUITY.sin(), rows::OBLIQUITY.cos());
+            let normal = DQuat::from_axis_angle(pole, node) * o.to_perihelion.cross(o.along_perihelion);
+            let first = DQuat::from_axis_angle(normal, turn) * normal.any_orthonormal_vector();
+            let orbit = HeliocentricOrbit {
+                perihelion_au: a * (1.0 - e),
+                eccentricity: e,
+                to_perihelion: first,
+                along_perihelion: normal.cross(first),
+                passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * even(),
+            };
+            // Fainter ones are more: half a decade a magnitude (Ivezic et al. 2001, Astron. J. 122, 2749) up to 17.
+            let h = 17.0 + 2.0 * even().max(1e-6).log10();
+            SmallBody {
+                designation: String::new(),
+                name: format!("synthetic {k}"),
+                orbit,
+                brightness: BrightnessLaw::Asteroid { h, g: 0.15 },
+            }
+        };
+        Self { minor_planets: (0..count).map(body).collect(), comets: Vec::new() }
     }
 
     /// Without those that the catalog has as bodies of their own.

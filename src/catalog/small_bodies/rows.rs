@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// Obliquity of the J2000 ecliptic to which orbits are published (IAU 1976: 84381.448 arcsec), radians.
-const OBLIQUITY: f64 = 84_381.448 * RAD_PER_ARCSEC;
+pub(super) const OBLIQUITY: f64 = 84_381.448 * RAD_PER_ARCSEC;
 /// Modified Julian dates count from here.
 const JD_OF_MJD: f64 = 2_400_000.5;
 /// Slope of the H,G law where the table has none (IAU 1985), and magnitudes a decade where a comet's table has none: brightness by the fourth power.

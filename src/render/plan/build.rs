@@ -11,6 +11,7 @@ use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::shared;
 use super::sky;
+use super::small_bodies;
 use crate::scene::Scene;
 use crate::scene::draw::uniforms::UniformValue;
 use crate::scene::draw::{Draw, DrawFeatures, DrawUniforms, Part, PixelView, Shape};
@@ -136,8 +137,10 @@ pub(super) fn light_steps(
     steps.push(over_light("corona", shared::corona(scene, provider)?));
     bodies(&mut steps, behind, &scene.draws[behind..])?;
     steps.extend([
+        over_light("orbits", small_bodies::orbits(scene, provider)?),
         over_light("lines", shared::lines(scene, provider)?),
-        over_light("minor planets", shared::minor_planets(scene, provider)?),
+        over_light("minor planets", small_bodies::minor_planets(scene, provider)?),
+        over_light("comets", small_bodies::comets(scene, provider)?),
         over_light("points", shared::points(scene, provider)?),
         over_light("glow", shared::glow(scene, provider)?),
     ]);

@@ -11,6 +11,7 @@ mod provider;
 mod scissor;
 mod shared;
 mod sky;
+mod small_bodies;
 pub use build::{SamplingQuality, modules, plan, steps, uniforms_of};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;

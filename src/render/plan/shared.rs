@@ -14,11 +14,11 @@ use crate::scene::draw::{PixelView, Point, StarSprite};
 use crate::scene::marks::{
     FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR,
 };
-use crate::scene::orbits::{self, LineSegment};
+use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
-use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
-use crate::scene::{CORE_SIGMA_PX, GLARE_GROWS, GLARE_PART, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene, point_spread};
+use crate::scene::traces::LineSegment;
+use crate::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, Scene, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -53,9 +53,11 @@ const NAME_SHADOW: f32 = 0.7;
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
         (scene.background.is_some(), super::sky::MODULE),
-        (!scene.points.is_empty() || !scene.stars.is_empty(), "point"),
+        (!scene.points.is_empty() || !scene.stars.is_empty() || !scene.comets.heads.is_empty(), "point"),
         (!scene.lines.is_empty(), "line"),
+        (!scene.orbits.is_empty(), "orbit"),
         (scene.minor_planets.is_some(), "minor_planets"),
+        (!scene.comets.tails.is_empty(), "comet_tail"),
         (scene.corona.is_some(), "corona"),
         (!scene.limbs.is_empty(), "refracted_limb"),
         (scene.glow.is_some(), "glow"),
@@ -106,10 +108,10 @@ pub(super) fn over_all(
 }
 
 /// Numbers an instance, and which.
-type Column<T> = (u32, fn(&T) -> Vec<f32>);
+pub(super) type Column<T> = (u32, fn(&T) -> Vec<f32>);
 
 /// Rectangles, one an instance, with an attribute of each column.
-fn rectangles<T>(all: &[T], attributes: &[Column<T>]) -> (Vertices, Instances) {
+pub(super) fn rectangles<T>(all: &[T], attributes: &[Column<T>]) -> (Vertices, Instances) {
     let attribute =
         |(components, values): &Column<T>| Attribute { components: *components, values: Arc::new(all.iter().flat_map(values).collect()) };
     let count = u32::try_from(all.len()).unwrap_or(u32::MAX);
@@ -117,7 +119,7 @@ fn rectangles<T>(all: &[T], attributes: &[Column<T>]) -> (Vertices, Instances) {
 }
 
 /// Hidden by what is nearer.
-const BEHIND: DepthState = DepthState { test: true, write: false };
+pub(super) const BEHIND: DepthState = DepthState { test: true, write: false };
 
 /// Reach of a sprite in pixels, and the radiances at its centre for a flux of 1.
 fn shape(radius_px: f32) -> Vec<f32> {
@@ -126,7 +128,7 @@ fn shape(radius_px: f32) -> Vec<f32> {
 }
 
 /// Points of light that are added to the frame, in one draw.
-fn sprites<T>(
+pub(super) fn sprites<T>(
     label: &str,
     all: &[T],
     attributes: &[Column<T>],
@@ -145,43 +147,18 @@ fn sprites<T>(
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
 
+/// Columns of sprites that are not of a body of the catalog.
+pub(super) const STAR_SPRITE: [Column<StarSprite>; 3] =
+    [(3, |s| s.centre.to_array().to_vec()), (3, |s| shape(s.radius_px)), (3, |s| s.flux.to_array().to_vec())];
+
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let attributes: [Column<StarSprite>; 3] =
-        [(3, |s| s.centre.to_array().to_vec()), (3, |s| shape(s.radius_px)), (3, |s| s.flux.to_array().to_vec())];
-    sprites("stars", &scene.stars, &attributes, scene, provider)
+    sprites("stars", &scene.stars, &STAR_SPRITE, scene, provider)
 }
 
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let attributes: [Column<Point>; 3] =
         [(3, |p| p.centre.to_array().to_vec()), (3, |p| shape(p.radius_px)), (3, |p| p.flux.to_array().to_vec())];
     sprites("points", &scene.points, &attributes, scene, provider)
-}
-
-pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let Some(all) = &scene.minor_planets else { return Ok(Vec::new()) };
-    let column = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
-    let (orbits, count) = (&all.columns, u32::try_from(all.times.len()).unwrap_or(u32::MAX));
-    let attributes = vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &all.times)];
-    let draw = of_module("minor_planets", scene, provider, |w| {
-        w.vec3("right", all.axes[0])?;
-        w.vec3("up", all.axes[1])?;
-        w.vec3("forward", all.axes[2])?;
-        w.vec3("camera_high", all.camera_parts[0])?;
-        w.vec3("camera_low", all.camera_parts[1])?;
-        w.vec3("velocity", all.velocity)?;
-        w.vec3("colour", all.colour)?;
-        w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
-        w.vec4("point_law", [POINT_RADIUS_PX, GLARE_GROWS, MAX_RADIUS_PX, GLARE_PART].map(|v| v as f32).into())?;
-        w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
-        w.f32("glare_width_px", GLARE_WIDTH_PX as f32)?;
-        w.f32("flux_per_irradiance", all.flux_per_irradiance)?;
-        w.f32("peak_over_white", all.peak_over_white)?;
-        w.f32("mark_flux", all.mark_flux)?;
-        w.f32("light_time", LIGHT_TIME as f32)?;
-        w.f32("near_au", NEAR_AU as f32)
-    })?;
-    let (vertices, instances) = (Vertices::Count(3), Instances { count, attributes });
-    Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw }])
 }
 
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
@@ -204,7 +181,7 @@ pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
     })?;
-    Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
+    Ok(vec![PlanDraw { label: "traces".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
 }
 
 pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {

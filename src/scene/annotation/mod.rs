@@ -4,3 +4,4 @@ pub mod labels;
 pub mod legend;
 pub mod orbits;
 pub mod picking;
+pub mod traces;

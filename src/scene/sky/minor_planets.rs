@@ -21,6 +21,8 @@ use std::sync::Arc;
 
 /// Brightest pixel of a mark, of white.
 pub const MARK_LEVEL: f64 = 0.25;
+/// Bodies from which on marks grow fainter, by the fourth root of their number: a hundred thousand would be one white ring.
+const MANY: f64 = 1000.0;
 /// Colour index of a common minor planet, between those of the C and the S type (0.70 and 0.86; Tedesco, Tholen and Zellner 1982, Astron. J. 87, 1585).
 const B_V: f32 = 0.78;
 
@@ -132,6 +134,7 @@ pub(crate) fn minor_planets(
     }
     let Some(sun_km) = sun_km else { return (None, decided(false, "no source knows where the Sun is at this time".into())) };
     let (camera, columns) = (&viewer.camera, columns());
+    let mark_level = MARK_LEVEL * (MANY / columns.slope.len() as f64).powf(0.25).min(1.0);
     let days = request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
     let colour = star_colour(Some(B_V));
     let all = MinorPlanets {
@@ -142,11 +145,11 @@ pub(crate) fn minor_planets(
         colour: narrow(colour),
         flux_per_irradiance: narrow_scalar(PI / camera.pixel_tangent().powi(2)),
         peak_over_white: narrow_scalar(point_peak() / white),
-        mark_flux: narrow_scalar(MARK_LEVEL * white / point_peak()),
+        mark_flux: narrow_scalar(mark_level * white / point_peak()),
         columns,
     };
     let count = all.times.len();
-    let reason = format!("{count} orbits; brightness by H and G, and marks of {MARK_LEVEL} of white where that is less");
+    let reason = format!("{count} orbits; brightness by H and G, and marks of {mark_level:.2} of white where that is less");
     (Some(all), decided(count > 0, reason))
 }
 

@@ -1,6 +1,7 @@
 //! What lies beyond all bodies: stars, the Milky Way, zodiacal light; and what is too small to be a body of the catalog: minor planets and comets.
 
 pub mod background;
+pub mod comets;
 pub mod frames;
 pub mod minor_planets;
 mod star_colour;

@@ -121,6 +121,13 @@ pub struct ViewState {
     /// Lines of the orbits.
     #[serde(default)]
     pub orbits: bool,
+    /// Where bodies have been, as seen from the target.
+    #[serde(default)]
+    pub traces: bool,
+    #[serde(default)]
+    pub minor_planets: bool,
+    #[serde(default)]
+    pub comets: bool,
     /// Light beyond white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
@@ -157,6 +164,9 @@ impl ViewState {
             tone_map: ToneMap::default(),
             effects: EffectOverrides::default(),
             orbits: false,
+            traces: false,
+            minor_planets: false,
+            comets: false,
             bloom: false,
             pixels: PixelView::default(),
             quality: Quality::default(),
@@ -186,6 +196,9 @@ impl ViewState {
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
         request.layers.orbits = self.orbits;
+        request.layers.traces = self.traces;
+        request.layers.minor_planets = self.minor_planets;
+        request.layers.comets = self.comets;
         request.layers.bloom = self.bloom;
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;

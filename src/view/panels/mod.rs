@@ -263,6 +263,11 @@ impl Interface {
                 ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
                 ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
                 ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
+                let view = &mut self.viewer.view;
+                ui.toggle_value(&mut view.traces, "Traces").on_hover_text("Show where bodies have been, as seen from the target");
+                ui.toggle_value(&mut view.minor_planets, "Minor planets")
+                    .on_hover_text("Show minor planets, marked where they are too faint");
+                ui.toggle_value(&mut view.comets, "Comets").on_hover_text("Show comets and their tails");
                 ui.toggle_value(&mut self.settings.outline, "Outline")
                     .on_hover_text("Outline the selected body, unless it is the target (x)");
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");

@@ -1,0 +1,90 @@
+//! The draws of what moves about the Sun and is no planet's disc: minor planets, comets, and the orbits of bodies.
+//!
+//! In: the scene and the layouts of the shared modules. Out: draws with their uniform bytes filled by field name, and columns of instances. What is drawn, scene decides.
+
+use super::error::PlanError;
+use super::passes::{Attribute, Blend, Instances, PlanDraw, Vertices};
+use super::provider::ResourceProvider;
+use super::shared::{BEHIND, STAR_SPRITE, of_module, rectangles, sprites};
+use crate::scene::camera::NEAR_DEPTH_KM;
+use crate::scene::orbits::{self, OrbitArc};
+use crate::scene::sky::comets::TailPiece;
+use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
+use crate::scene::{CORE_SIGMA_PX, GLARE_GROWS, GLARE_PART, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
+use std::sync::Arc;
+
+pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let Some(all) = &scene.minor_planets else { return Ok(Vec::new()) };
+    let column = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
+    let (orbits, count) = (&all.columns, u32::try_from(all.times.len()).unwrap_or(u32::MAX));
+    let attributes = vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &all.times)];
+    let draw = of_module("minor_planets", scene, provider, |w| {
+        w.vec3("right", all.axes[0])?;
+        w.vec3("up", all.axes[1])?;
+        w.vec3("forward", all.axes[2])?;
+        w.vec3("camera_high", all.camera_parts[0])?;
+        w.vec3("camera_low", all.camera_parts[1])?;
+        w.vec3("velocity", all.velocity)?;
+        w.vec3("colour", all.colour)?;
+        w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        w.vec4("point_law", [POINT_RADIUS_PX, GLARE_GROWS, MAX_RADIUS_PX, GLARE_PART].map(|v| v as f32).into())?;
+        w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
+        w.f32("glare_width_px", GLARE_WIDTH_PX as f32)?;
+        w.f32("flux_per_irradiance", all.flux_per_irradiance)?;
+        w.f32("peak_over_white", all.peak_over_white)?;
+        w.f32("mark_flux", all.mark_flux)?;
+        w.f32("light_time", LIGHT_TIME as f32)?;
+        w.f32("near_au", NEAR_AU as f32)
+    })?;
+    let (vertices, instances) = (Vertices::Count(3), Instances { count, attributes });
+    Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw }])
+}
+
+pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    if scene.orbits.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (_, instances) = rectangles::<OrbitArc>(
+        &scene.orbits,
+        &[
+            (3, |a| a.point.to_array().to_vec()),
+            (3, |a| a.slope.to_array().to_vec()),
+            (3, |a| a.bend.to_array().to_vec()),
+            (3, |a| vec![a.alpha, a.range[0], a.range[1]]),
+            (2, |a| a.strength.to_vec()),
+            (3, |a| a.colour.to_array().to_vec()),
+        ],
+    );
+    let draw = of_module("orbit", scene, provider, |w| {
+        w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
+        w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())?;
+        w.f32("pieces", orbits::PIECES as f32)?;
+        w.f32("near", NEAR_DEPTH_KM as f32)
+    })?;
+    let vertices = Vertices::Count(6 * orbits::PIECES);
+    Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
+}
+
+/// Tails and heads of comets.
+pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let heads = sprites("comets", &scene.comets.heads, &STAR_SPRITE, scene, provider)?;
+    let mut draws: Vec<PlanDraw> = heads.into_iter().map(|draw| PlanDraw { depth: BEHIND, ..draw }).collect();
+    if !scene.comets.tails.is_empty() {
+        let (vertices, instances) = rectangles::<TailPiece>(
+            &scene.comets.tails,
+            &[
+                (3, |p| p.ends[0].to_array().to_vec()),
+                (3, |p| p.ends[1].to_array().to_vec()),
+                (2, |p| p.edges[0].to_array().to_vec()),
+                (2, |p| p.edges[1].to_array().to_vec()),
+                (2, |p| p.radiance.to_vec()),
+                (1, |p| vec![p.softness]),
+                (3, |p| p.colour.to_array().to_vec()),
+            ],
+        );
+        let draw = of_module("comet_tail", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+        draws.push(PlanDraw { label: "comet tails".into(), vertices, instances, blend: Blend::Add, depth: BEHIND, ..draw });
+    }
+    Ok(draws)
+}

@@ -1,0 +1,178 @@
+//! Traces: where bodies have been, as seen from what the camera looks at: the Moon's waves about the Sun, the loops of Mars about the Earth.
+//!
+//! In: the ephemeris, the centre (the target, where there is one, else the Sun), and where each body is seen. Out: [`LineSegment`]s, clipped to the frame, whose ends meet exactly.
+//! Paths are sampled backwards from now, so that the first vertex is the body's own place, and go on between samples as cubics with the samples' velocities. Left out: moons of
+//! other planets than the centre, whose loops are too small and too many.
+
+use crate::catalog::{Body, NaifId};
+use crate::ephemeris::{Ephemeris, State};
+use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
+use crate::scene::decision::Decision;
+use crate::scene::placed::PlacedBody;
+use crate::units::SECONDS_PER_DAY;
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::f64::consts::TAU;
+
+/// Samples of the ephemeris along a body's shortest period, and of one path at most.
+const SAMPLES_A_PERIOD: f64 = 48.0;
+const MOST_SAMPLES: usize = 1200;
+/// Straight pieces between two samples.
+const PIECES: usize = 4;
+/// Periods of the centre, or of the body about its parent where that is longer, that a path goes back, and days at most.
+const PERIODS: f64 = 1.0;
+const MOST_DAYS: f64 = 12.0 * 365.25;
+/// Opacity beside the body; the path fades to nothing at its end.
+const STRENGTH: f64 = 0.9;
+/// Pixels beyond the frame up to which pieces go on: more than half a line.
+const MARGIN_PX: f64 = 4.0;
+
+/// A straight piece of a line on the screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineSegment {
+    /// Clip x and y, reversed depth.
+    pub ends: [Vec3; 2],
+    /// From each end to the line's edge, per pixel of half width: pixels, x right, y up. Neighbouring pieces share theirs.
+    pub across: [Vec2; 2],
+    /// Opacity at each end.
+    pub strength: [f32; 2],
+    /// Linear RGB.
+    pub colour: Vec3,
+}
+
+/// A path relative to the body's place now: kilometres, the newest first, and the part of the strength that is left there.
+fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
+    let last = ((states.len() - 1) * PIECES) as f64;
+    let point = |k: usize| {
+        let (n, part) = (k / PIECES, (k % PIECES) as f64 / PIECES as f64);
+        let here = states[n].pos_km - states[0].pos_km;
+        let Some(older) = states.get(n + 1).filter(|_| part > 0.0) else { return (here, 1.0 - k as f64 / last) };
+        // Hermite's cubic; time runs backwards.
+        let (t, t2, t3) = (part, part * part, part * part * part);
+        let there = older.pos_km - states[0].pos_km;
+        let between = here * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
+            + there * (3.0 * t2 - 2.0 * t3)
+            - older.vel_km_s * ((t3 - t2) * step_s);
+        (between, 1.0 - k as f64 / last)
+    };
+    (0..=(states.len() - 1) * PIECES).map(point).collect()
+}
+
+/// What of a path lies within the frame, as pieces. `body_km`: the body's apparent place from the camera, ICRF.
+fn pieces(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3) -> Vec<LineSegment> {
+    let in_camera_axes = |v: DVec3| DVec3::new(v.dot(camera.right), v.dot(camera.up), v.dot(camera.forward));
+    let points: Vec<(DVec3, f64)> = path.iter().map(|(p, left)| (in_camera_axes(body_km + *p), *left)).collect();
+    let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
+    // Distances to the planes that an end must be above.
+    let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
+    let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
+    let direction = |k: usize| {
+        let (a, b) = (points.get(k)?.0, points.get(k + 1)?.0);
+        if a.z > NEAR_DEPTH_KM && b.z > NEAR_DEPTH_KM { (screen(b) - screen(a)).try_normalize() } else { None }
+    };
+    let across = |k: usize| {
+        let mean = k.checked_sub(1).and_then(direction).into_iter().chain(direction(k)).sum::<DVec2>();
+        narrow2(mean.try_normalize().unwrap_or(DVec2::X).perp())
+    };
+    let piece = |k: usize| {
+        let (from, to) = (points[k], points[k + 1]);
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        for (a, b) in planes(from.0).into_iter().zip(planes(to.0)) {
+            match (a < 0.0, b < 0.0) {
+                (true, true) => return None,
+                (true, false) => enter = enter.max(a / (a - b)),
+                (false, true) => leave = leave.min(a / (a - b)),
+                (false, false) => {}
+            }
+        }
+        let at = |t: f64| (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1));
+        let [a, b] = [at(enter), at(leave)];
+        let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend((NEAR_DEPTH_KM / p.z).min(1.0)));
+        (enter < leave).then(|| LineSegment {
+            ends: [end(a.0), end(b.0)],
+            across: [across(k), across(k + 1)],
+            strength: [a.1, b.1].map(|left| narrow_scalar(STRENGTH * left)),
+            colour: narrow(colour),
+        })
+    };
+    (0..points.len() - 1).filter_map(piece).collect()
+}
+
+/// Period about the parent by its GM and the state now, seconds.
+fn period_s(ephemeris: &Ephemeris, body: &Body, p: &PlacedBody<'_>) -> Option<f64> {
+    let parent = p.catalog.body(body.parent?)?;
+    let state = ephemeris.state(body.id, parent.id, p.seen_at, None).ok()?.state;
+    let gm = parent.gm_km3_s2? + body.gm_km3_s2.unwrap_or(0.0);
+    let alpha = 2.0 * gm / state.pos_km.length() - state.vel_km_s.length_squared();
+    (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
+}
+
+/// The trace of one body relative to a centre, and why it is there or not. `None`: it is the centre, or moves with another planet.
+pub(crate) fn trace(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>, centre: NaifId) -> Option<(Vec<LineSegment>, Decision)> {
+    let of_centre = p.body.parent == Some(centre);
+    let moves_about_the_sun = p.body.parent == Some(NaifId::SUN) || p.body.id == NaifId::SUN;
+    let moon_about_the_sun = centre == NaifId::SUN && p.body.id == NaifId::MOON;
+    if p.body.id == centre || !(of_centre || moves_about_the_sun || moon_about_the_sun) {
+        return None;
+    }
+    let feature = "trace";
+    let decided = |on: bool, reason: String| Decision { feature, on, reason, tier: None };
+    let centre_body = p.catalog.body(centre)?;
+    let own = period_s(ephemeris, p.body, p);
+    let other =
+        if of_centre { None } else { period_s(ephemeris, centre_body, p).or_else(|| own.map(|s| 13.4 * s).filter(|_| moon_about_the_sun)) };
+    let periods = [own, other];
+    let longest = periods.into_iter().flatten().fold(0.0, f64::max);
+    let shortest = periods.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    if longest <= 0.0 {
+        return Some((Vec::new(), decided(false, "its path has no period".into())));
+    }
+    let span_s = (PERIODS * longest).min(MOST_DAYS * SECONDS_PER_DAY);
+    let samples = ((span_s / shortest * SAMPLES_A_PERIOD).ceil() as usize).clamp(16, MOST_SAMPLES);
+    let step_s = span_s / samples as f64;
+    let states: Result<Vec<State>, _> = (0..=samples)
+        .map(|k| ephemeris.state(p.body.id, centre, p.seen_at.plus_seconds(-step_s * k as f64), None).map(|a| a.state))
+        .collect();
+    let states = match states {
+        Ok(states) => states,
+        Err(e) => return Some((Vec::new(), decided(false, e.to_string()))),
+    };
+    let colour = p.body.colour.as_dvec3() / f64::from(p.body.colour.max_element()) * 0.5 + 0.5;
+    let all = pieces(camera, p.placement.centre_km, &path(&states, step_s), colour);
+    let reason = match all.len() {
+        0 => "outside the frame".into(),
+        n => format!("{:.1} days about {}, {samples} samples, {n} pieces", span_s / SECONDS_PER_DAY, centre_body.name),
+    };
+    let on = !all.is_empty();
+    Some((all, decided(on, reason)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+    use crate::time::Instant;
+
+    /// Between samples a path is that of the ephemeris: the Moon about the Earth over a month, to 1e-5 of its distance; straight between samples it is not.
+    #[test]
+    fn a_path_is_that_of_the_ephemeris() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
+        let now = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
+        let at = |s: f64| ephemeris.state(NaifId::MOON, NaifId::EARTH, now.plus_seconds(s), None).expect("a state").state;
+        let step_s = 27.3 * SECONDS_PER_DAY / SAMPLES_A_PERIOD;
+        let states: Vec<State> = (0..=48).map(|k| at(-step_s * f64::from(k))).collect();
+        let path = path(&states, step_s);
+        assert_eq!((path.len(), path[0]), (48 * PIECES + 1, (DVec3::ZERO, 1.0)));
+        let (mut worst, mut straight) = (0.0_f64, 0.0_f64);
+        for (k, (p, _)) in path.iter().enumerate() {
+            let expected = at(-step_s * k as f64 / PIECES as f64).pos_km - states[0].pos_km;
+            worst = worst.max(p.distance(expected));
+            let (a, part) = (k / PIECES, (k % PIECES) as f64 / PIECES as f64);
+            if let Some(b) = states.get(a + 1) {
+                straight = straight.max((states[a].pos_km.lerp(b.pos_km, part) - states[0].pos_km).distance(expected));
+            }
+        }
+        assert!(worst < 4.0 && straight > 400.0, "{worst} km, straight {straight} km");
+        assert!(path.windows(2).all(|w| w[1].1 < w[0].1), "it fades");
+    }
+}

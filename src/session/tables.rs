@@ -1,0 +1,45 @@
+//! The user's tables of stars, minor planets and comets, read from the disk.
+//!
+//! In: a path, where the user named one. Out: the catalogue in place of what is built in, or the first line that is wrong.
+
+use super::SessionError;
+use crate::catalog::small_bodies::SmallBodies;
+use crate::catalog::stars::StarCatalog;
+use crate::wording::echo;
+use std::io::Read as _;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A table of the user's by its name in messages and its text, where one is named. `takes`: which option takes what.
+fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String)>, SessionError> {
+    /// Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
+    const MAX_BYTES: u64 = 1 << 30;
+    let Some(path) = path else { return Ok(None) };
+    let name = path.display().to_string();
+    let failed = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {takes}") };
+    let file = std::fs::File::open(path).map_err(|e| failed(e.to_string()))?;
+    let mut text = String::new();
+    let read = file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| failed(e.to_string()))?;
+    if read as u64 > MAX_BYTES {
+        return Err(failed("larger than 1 GiB".into()));
+    }
+    Ok(Some((name, text)))
+}
+
+/// The stars of a file, where one is named.
+///
+/// # Errors
+/// A file that cannot be read, or its first wrong line.
+pub(super) fn stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionError> {
+    let table = read_table(path, "--stars takes a table with named columns or hip2.dat")?;
+    Ok(table.map(|(name, text)| StarCatalog::parse(&name, &text)).transpose()?.map(Arc::new))
+}
+
+/// The minor planets and comets of a file, where one is named.
+///
+/// # Errors
+/// A file that cannot be read, or its first wrong line.
+pub(super) fn small_bodies(path: Option<&Path>) -> Result<Option<SmallBodies>, SessionError> {
+    let table = read_table(path, "--minor-planets takes a table with named columns, JSON of the JPL's database, or MPCORB.DAT")?;
+    Ok(table.map(|(name, text)| SmallBodies::parse(&name, &text)).transpose()?)
+}

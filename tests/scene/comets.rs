@@ -1,0 +1,152 @@
+//! Comets: dates and distances of well-known passages, total magnitude, and where tails point.
+//!
+//! Passages are published facts (IAU Circulars and the JPL's Small-Body Database); the orbits that ship are osculating near each passage.
+
+use glam::DVec3;
+use orrery::catalog::small_bodies::{BrightnessLaw, SmallBodies, SmallBody};
+use orrery::catalog::{Catalog, NaifId};
+use orrery::ephemeris::Ephemeris;
+use orrery::ephemeris::conic::heliocentric_state;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
+use orrery::scene::sky::comets::{SOLAR_WIND_KM_S, grain, ion_direction, total_magnitude};
+use orrery::time::Instant;
+use orrery::units::{KM_PER_AU, SECONDS_PER_DAY};
+
+fn comet(name: &str) -> SmallBody {
+    SmallBodies::embedded().comets.iter().find(|c| c.name.contains(name)).expect(name).clone()
+}
+
+fn days(time: &str) -> f64 {
+    Instant::parse(time).expect("a time").tdb_seconds_past_j2000() / SECONDS_PER_DAY
+}
+
+/// From the Earth to the comet, au.
+fn from_earth(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
+    let time = Instant::from_tdb_seconds_past_j2000(days * SECONDS_PER_DAY);
+    let sun = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
+    sun + heliocentric_state(&comet.orbit, days).position
+}
+
+/// Perihelion: day and distance from the Sun. Least distance from the Earth: day and distance.
+#[test]
+fn passages_are_those_of_the_almanacs() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
+    for (name, time, q_au) in [
+        ("Halley", "1986-02-09T11:00:00Z", 0.587),
+        ("Hyakutake", "1996-05-01T10:00:00Z", 0.230),
+        ("Hale-Bopp", "1997-04-01T03:00:00Z", 0.914),
+        ("McNaught", "2007-01-12T19:00:00Z", 0.171),
+        ("F3 (NEOWISE)", "2020-07-03T16:00:00Z", 0.295),
+        ("K2 (PANSTARRS)", "2022-12-19T20:00:00Z", 1.797),
+    ] {
+        let orbit = comet(name).orbit;
+        assert!((orbit.passage_days - days(time)).abs() < 0.5, "{name}: {} days off", orbit.passage_days - days(time));
+        assert!((orbit.perihelion_au - q_au).abs() < 0.004, "{name}: {}", orbit.perihelion_au);
+    }
+    for (name, time, least_au) in [
+        ("Halley", "1985-11-27T12:00:00Z", 0.620),
+        ("Halley", "1986-04-11T06:00:00Z", 0.417),
+        ("Hyakutake", "1996-03-25T07:00:00Z", 0.1018),
+        ("Hale-Bopp", "1997-03-22T12:00:00Z", 1.315),
+        ("F3 (NEOWISE)", "2020-07-23T01:00:00Z", 0.692),
+    ] {
+        let comet = comet(name);
+        let distance = |day: f64| from_earth(&ephemeris, &comet, day).length();
+        let nearest =
+            (-400..=400).map(|k| days(time) + 0.05 * f64::from(k)).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).expect("some");
+        assert!((nearest - days(time)).abs() < 1.0, "{name}: {} days off", nearest - days(time));
+        assert!((distance(nearest) - least_au).abs() < 0.003, "{name}: {} au", distance(nearest));
+        // Ten days beside it is farther.
+        assert!(distance(nearest + 10.0) > distance(nearest) + 0.002);
+    }
+    // On 10 April 1986 Halley stood in Lupus, as far south as it came: -47.5 degrees.
+    let south = from_earth(&ephemeris, &comet("Halley"), days("1986-04-10T12:00:00Z"));
+    let declination_deg = (south.z / south.length()).asin().to_degrees();
+    assert!((declination_deg + 47.5).abs() < 0.3, "{declination_deg}");
+}
+
+#[test]
+fn brightness_is_the_total_magnitudes_law() {
+    let law = BrightnessLaw::Comet { m1: 5.5, k1: 8.0 };
+    assert_eq!(total_magnitude(law, 1.0, 1.0), Some(5.5));
+    assert!((total_magnitude(law, 10.0, 1.0).expect("a comet") - 10.5).abs() < 1e-12);
+    assert!((total_magnitude(law, 1.0, 0.1).expect("a comet") + 2.5).abs() < 1e-12);
+    assert_eq!(total_magnitude(BrightnessLaw::Asteroid { h: 1.0, g: 0.15 }, 1.0, 1.0), None);
+}
+
+/// The ions' tail lags behind the line from the Sun by the angle whose tangent is the comet's speed across it over the wind's; dust lies in the orbit's plane, behind
+/// that line, the farther the older and heavier the grain.
+#[test]
+fn tails_point_away_from_the_sun_and_lag() {
+    for name in ["Halley", "Hale-Bopp", "Hyakutake", "McNaught", "Encke"] {
+        let orbit = comet(name).orbit;
+        for offset in [-70.0, -20.0, -3.0, 0.0, 1.0, 15.0, 60.0] {
+            let day = orbit.passage_days + offset;
+            let now = heliocentric_state(&orbit, day);
+            let (outward, normal) = (now.position.normalize(), now.position.cross(now.velocity).normalize());
+            let along = normal.cross(outward);
+            let ions = ion_direction(&now);
+            let speed = |v: DVec3| v * KM_PER_AU / SECONDS_PER_DAY;
+            let lag = (-ions.dot(along)).atan2(ions.dot(outward));
+            let expected = (speed(now.velocity).dot(along) / (SOLAR_WIND_KM_S - speed(now.velocity).dot(outward))).atan();
+            assert!((lag - expected).abs() < 1e-9 && lag > 0.0 && ions.dot(normal).abs() < 1e-12, "{name} {offset}: {lag} {expected}");
+            let behind = |age: f64, beta: f64| {
+                let from_comet = grain(&orbit, day, age, beta) - now.position;
+                assert!(from_comet.normalize().dot(normal).abs() < 1e-6, "{name}: out of the plane");
+                (-from_comet.dot(along)).atan2(from_comet.dot(outward))
+            };
+            // A few days after it left a grain is outward of the comet, and lags.
+            assert!((0.0..1.6).contains(&behind(5.0, 0.5)), "{name} {offset}: {}", behind(5.0, 0.5));
+            assert!(behind(20.0, 0.5) > behind(5.0, 0.5) && behind(10.0, 0.1) > behind(10.0, 0.9), "{name} {offset}");
+            // Grains that sunlight does not press stay with the comet; those that it presses do not.
+            assert!(
+                grain(&orbit, day, 30.0, 0.0).distance(now.position) < 1e-9 && grain(&orbit, day, 30.0, 0.3).distance(now.position) > 1e-3
+            );
+        }
+    }
+}
+
+/// Halley from the Earth on 16 March 1986: its tails lie on the side away from the Sun, and bodies hide them.
+#[test]
+fn a_picture_shows_the_tails_away_from_the_sun() {
+    let session = &*crate::support::session::SESSION;
+    let time = Instant::parse("1986-03-16T00:00:00Z").expect("a time");
+    let halley = comet("Halley");
+    let direction = from_earth(session.ephemeris(), &halley, time.tdb_seconds_past_j2000() / SECONDS_PER_DAY).normalize();
+    let request = ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction, axes: Axes::Icrf },
+        up: Up::Celestial,
+        fov_deg: Some(12.0),
+        width: 160,
+        height: 160,
+        exposure: ExposureRequest::Stops(25.5),
+        layers: Layers::parse("+comets,-stars").expect("layers"),
+        ..ViewRequest::of(NaifId::EARTH, time)
+    };
+    let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, true).expect("drawn");
+    let said = drawn.scene.sky.iter().find(|d| d.feature == "comets").expect("a reason");
+    assert!(said.on && said.reason.contains("1P/Halley"), "{}", said.reason);
+    let sun = session.ephemeris().state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km.normalize();
+    let camera = &drawn.scene.camera;
+    let away = camera.clip(direction - sun * 0.01).expect("ahead").normalize();
+    let (mut on_side, mut other) = (0.0, 0.0);
+    for (k, p) in drawn.frame.hdr.iter().enumerate() {
+        let at = glam::DVec2::new((k % 160) as f64 + 0.5 - 80.0, 80.0 - (k / 160) as f64 - 0.5);
+        // Beside the head's own glare.
+        if at.length() > 10.0 {
+            *(if at.dot(away) > 0.0 { &mut on_side } else { &mut other }) += f64::from(p[1]);
+        }
+    }
+    println!("light away from the Sun {on_side:.3e}, towards it {other:.3e}");
+    assert!(on_side > 20.0 * other, "{on_side} {other}");
+    let without = ViewRequest { layers: Layers::parse("-stars").expect("layers"), ..request };
+    let without = session.draw(&without, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
+    assert!(
+        without.scene.comets.heads.is_empty()
+            && without.scene.sky.iter().any(|d| d.feature == "comets" && !d.on && d.reason.contains("off unless"))
+    );
+}
