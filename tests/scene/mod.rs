@@ -2,6 +2,7 @@
 
 mod depth_order;
 mod exposure;
+mod features;
 mod glint;
 mod inspection_views;
 mod layers;

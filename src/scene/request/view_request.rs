@@ -173,6 +173,14 @@ pub struct Layers {
     pub orbits: bool,
     /// Names and markers of bodies.
     pub labels: bool,
+    /// Names of surface features.
+    pub features: bool,
+    /// Body, date, standpoint and field of view.
+    pub caption: bool,
+    /// A round length at the target's distance, or an angle.
+    pub scale_bar: bool,
+    /// Where the target's north is.
+    pub compass: bool,
     /// A line of light around the selected body.
     pub outline: bool,
     /// Light beyond white spreads, as in a lens.
@@ -183,18 +191,32 @@ pub struct Layers {
 
 impl Default for Layers {
     fn default() -> Self {
-        Self { orbits: false, labels: false, outline: false, bloom: false, stars: true }
+        Self {
+            orbits: false,
+            labels: false,
+            features: false,
+            caption: false,
+            scale_bar: false,
+            compass: false,
+            outline: false,
+            bloom: false,
+            stars: true,
+        }
     }
 }
 
 impl Layers {
     /// Every layer's name.
-    pub const NAMES: [&str; 5] = ["orbits", "labels", "outline", "bloom", "stars"];
+    pub const NAMES: [&str; 9] = ["orbits", "labels", "features", "caption", "scale-bar", "compass", "outline", "bloom", "stars"];
 
     fn by_name(&mut self, name: &str) -> Option<&mut bool> {
         match name {
             "orbits" => Some(&mut self.orbits),
             "labels" => Some(&mut self.labels),
+            "features" => Some(&mut self.features),
+            "caption" => Some(&mut self.caption),
+            "scale-bar" => Some(&mut self.scale_bar),
+            "compass" => Some(&mut self.compass),
             "outline" => Some(&mut self.outline),
             "bloom" => Some(&mut self.bloom),
             "stars" => Some(&mut self.stars),
