@@ -33,6 +33,12 @@ pub static GALILEAN_THEORY: &str = include_str!("galilean_l12.json");
 /// JSON of the TASS 1.7 theory of Saturn's moons.
 pub static SATURN_THEORY: &str = include_str!("saturn_tass17.json");
 
+/// CSV of named surface features.
+pub static NOMENCLATURE: &str = include_str!("nomenclature_usgs.csv");
+
+/// CSV of landing sites.
+pub static LANDING_SITES: &str = include_str!("landing_sites.csv");
+
 /// CSV of the stars to magnitude 7, epoch J1991.25.
 pub static STARS: &str = include_str!("stars_v7.csv");
 

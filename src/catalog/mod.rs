@@ -11,6 +11,8 @@ mod body;
 mod eclipse_radii;
 mod fields;
 pub mod moments;
+#[doc(hidden)]
+pub mod nomenclature;
 mod overlay;
 mod read;
 mod read_body;

@@ -60,8 +60,9 @@ pub struct ViewWords {
     /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,
-    /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +outline (of the target), +bloom;
-    /// +minor-planets, +comets (with marks where they are too faint to be seen); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
+    /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +features (names of craters and landing
+    /// sites), +caption, +scale-bar, +compass, +outline (of the target), +bloom; +minor-planets, +comets (with marks where they are too faint to be seen);
+    /// -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
     /// Stops by which stars, Milky Way and zodiacal light are brighter than they are, to show them beside a lit planet

@@ -29,6 +29,8 @@ pub struct GlyphAtlas {
     cells: BTreeMap<char, Glyph>,
     /// A ring about its middle.
     pub marker: Glyph,
+    /// Full coverage: any part of it is a filled rectangle.
+    pub block: Glyph,
     /// From the middle of a small letter to the base line, pixels down.
     pub baseline_offset: f32,
 }
@@ -78,6 +80,13 @@ fn ring(radius_px: f32, line_height_px: f32) -> Drawn {
     Drawn { size: [side, side], bearing: [-reach, -reach], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
 }
 
+/// Side of the block in letter sizes.
+const BLOCK: f32 = 2.0;
+
+fn block(side: u32) -> Drawn {
+    Drawn { size: [side, side], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side as usize * side as usize] }
+}
+
 impl GlyphAtlas {
     /// The given letters for texts of `size_px`. `marker_radius`: of the ring, in sizes of the letters.
     pub fn draw(wanted: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
@@ -87,7 +96,10 @@ impl GlyphAtlas {
         let drawn: Vec<(Option<char>, Drawn)> = wanted
             .into_iter()
             .filter_map(|c| Some((Some(c), letter(font.as_ref()?, c, size_px))))
-            .chain([(None, ring(marker_radius * size_px, (MARKER_LINE * size_px).max(1.0)))])
+            .chain([
+                (None, ring(marker_radius * size_px, (MARKER_LINE * size_px).max(1.0))),
+                (None, block((BLOCK * size_px).ceil() as u32)),
+            ])
             .collect();
         let widest = drawn.iter().map(|(_, d)| d.size[0]).max().unwrap_or(0);
         let width = ((ACROSS * size_px) as u32).max(widest + 2);
@@ -120,6 +132,7 @@ impl GlyphAtlas {
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level { width, height, bytes }] }),
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(nothing, |(_, cell)| *cell),
+            block: all.iter().rfind(|(c, _)| c.is_none()).map_or(nothing, |(_, cell)| *cell),
             cells: all.into_iter().filter_map(|(c, cell)| Some((c?, cell))).collect(),
             baseline_offset: (0.5 * x_height).round(),
         }
@@ -149,7 +162,7 @@ mod tests {
     fn cells_lie_apart_and_hold_all_that_is_drawn() {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
         let mut all: Vec<Glyph> = glyphs.cells.values().copied().collect();
-        all.push(glyphs.marker);
+        all.extend([glyphs.marker, glyphs.block]);
         let apart = |a: &Glyph, b: &Glyph, k: usize| a.at[k] + a.size[k] < b.at[k] || b.at[k] + b.size[k] < a.at[k];
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
             assert!(all[k + 1..].iter().filter(|c| c.size[0] > 0).all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");

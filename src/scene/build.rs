@@ -229,8 +229,7 @@ impl<'a> SceneBuilder<'a> {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
         let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);
         let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
-        let parent = |id: NaifId| self.catalog.body(id).and_then(|b| b.parent);
-        let labels = request.layers.labels.then(|| labels::LabelLayer::of(camera, &bodies, selected, parent, request.height));
+        let labels = labels::LabelLayer::of(camera, request, self.catalog, &bodies, true);
         Scene {
             time: request.time,
             camera: camera.clone(),

@@ -78,7 +78,9 @@ pub use surface::overlays;
 #[doc(hidden)]
 pub mod marks {
     pub use super::annotation::labels::*;
+    pub use super::annotation::margin::Margin;
     pub use super::annotation::picking::{REACH_PX, hit};
+    pub use super::annotation::text::{Bar, Rect, TextMark};
 }
 
 /// The features that can be switched, and what is decided about them.

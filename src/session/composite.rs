@@ -58,7 +58,7 @@ impl Session {
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }
-        let composite = Composite::new(&self.catalog, &inner, frames.arrangement, scenes);
+        let composite = Composite::new(&self.catalog, &inner, frames.arrangement, &frames.meter.viewer.camera, scenes);
         composite.map(|c| (c, screen)).ok_or_else(|| SessionError::from(PlanError::Module("a picture without a frame".into())))
     }
 }

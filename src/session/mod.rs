@@ -44,6 +44,7 @@ pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
 
+use crate::catalog::nomenclature;
 use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -476,7 +477,8 @@ impl ResourceProvider for Session {
     }
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
-            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
+            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
+            let names = names.chain(' '..='~').chain("°′″−".chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
         })
     }

@@ -83,9 +83,8 @@ fn directions_of_a_dome_and_a_sphere_are_those_of_the_reference() {
             let tan_y = (case.fov_deg.to_radians() / 2.0).tan();
             let [w, h] = case.size.map(f64::from);
             let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan_y * w / h, (1.0 - 2.0 * case.y / h) * tan_y);
-            let catalog = SESSION.catalog();
-            let stars = catalog.stars();
-            let star = stars.hip(case.star[4..].parse().expect("a number")).expect("in the catalogue");
+            let hip = case.star[4..].parse().expect("a number");
+            let star = SESSION.catalog().stars().hip(hip).copied().expect("in the catalogue");
             // Of a star behind the camera the reference has the opposite direction.
             let ahead = star.direction.dot(look) > 0.0;
             if !ahead {

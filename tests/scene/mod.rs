@@ -3,6 +3,7 @@
 mod comets;
 mod depth_order;
 mod exposure;
+mod features;
 mod glint;
 mod inspection_views;
 mod layers;

@@ -12,7 +12,7 @@ use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::camera::ViewRays;
 use crate::scene::draw::{PixelView, Point, StarSprite};
 use crate::scene::marks::{
-    FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR,
+    Bar, FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR, TextMark,
 };
 use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
@@ -395,22 +395,61 @@ fn stamps(labels: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Stamp> {
         {
             let [x, y] = side.offset_px(lettering.gap_px(mark.radius_px)).to_array();
             let width = glyphs.layout(&mark.name).last().map_or(0.0, |(along, cell)| f64::from(along + cell.advance));
-            let pen = [at[0] + x - if side.left { width } else { 0.0 }, at[1] + y + f64::from(glyphs.baseline_offset)];
-            for (away_px, ink, opacity) in [(shade_px, [0.0; 3], NAME_SHADOW), (0.0, ink, 1.0)] {
-                let written = glyphs.layout(&mark.name).filter(|(_, cell)| cell.size[0] > 0);
-                all.extend(
-                    written.map(|(along, cell)| stamp(&cell, [pen[0] + f64::from(along) + away_px, pen[1] + away_px], ink, opacity)),
-                );
-            }
+            let left = [at[0] + x - if side.left { width } else { 0.0 }, at[1] + y];
+            all.extend(written(&mark.name, left, ink, 1.0, glyphs, shade_px));
         }
     }
     all
 }
 
+/// A text over its own shadow. `left_px`: the left end of its middle line.
+fn written(text: &str, left_px: [f64; 2], ink: [f32; 3], opacity: f32, glyphs: &GlyphAtlas, shade_px: f64) -> Vec<Stamp> {
+    let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset)];
+    let mut all = Vec::new();
+    for (away_px, ink, opacity) in [(shade_px, [0.0; 3], NAME_SHADOW * opacity), (0.0, ink, opacity)] {
+        let written = glyphs.layout(text).filter(|(_, cell)| cell.size[0] > 0);
+        all.extend(written.map(|(along, cell)| stamp(&cell, [pen[0] + f64::from(along) + away_px, pen[1] + away_px], ink, opacity)));
+    }
+    all
+}
+
+/// A filled rectangle of whole pixels, in pieces no larger than the block of the letters' texture.
+fn filled(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<Stamp> {
+    let [r, g, b] = colour(bar.colour).to_array();
+    let block = glyphs.block;
+    let side = block.size[0].max(1);
+    // Coordinates of a picture fit.
+    let [width, height] = (bar.rect.most - bar.rect.least).round().to_array().map(|v| v.max(0.0) as u32);
+    let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
+    let piece = |k: u32| {
+        let [x, y] = [k % columns * side, k / columns * side];
+        let corner_px = [bar.rect.least.x.round() as f32 + x as f32, bar.rect.least.y.round() as f32 + y as f32];
+        let cell = [block.at[0], block.at[1], (width - x).min(side), (height - y).min(side)].map(|v| v as f32);
+        Stamp { corner_px, cell, colour: [r, g, b, bar.opacity as f32] }
+    };
+    (0..columns * rows).map(piece).collect()
+}
+
+/// Names of features, caption, scale bar and compass.
+fn margin_stamps(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<Stamp> {
+    let shade_px = (labels.size_px / 13.0).round().max(1.0);
+    let margin = &labels.margin;
+    let ring = |at: &glam::DVec2| stamp(&glyphs.marker, [at.x - 0.5, at.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
+    let text = |t: &TextMark| written(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shade_px);
+    let shadow = |bar: &Bar| {
+        let away = glam::DVec2::splat(shade_px);
+        let rect = Rect { least: bar.rect.least + away, most: bar.rect.most + away };
+        filled(&Bar { rect, colour: [0; 3], opacity: f64::from(NAME_SHADOW) * bar.opacity }, glyphs)
+    };
+    let bars = margin.bars.iter().flat_map(shadow).chain(margin.bars.iter().flat_map(|bar| filled(bar, glyphs)));
+    margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
+}
+
 /// Names and markers of bodies.
 pub(super) fn labels(scene: &Scene, labels: &LabelLayer, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let glyphs = provider.glyphs(labels.size_px);
-    let all = stamps(labels, &glyphs, scene.camera.height);
+    let mut all = stamps(labels, &glyphs, scene.camera.height);
+    all.extend(margin_stamps(labels, &glyphs));
     if all.is_empty() {
         return Ok(Vec::new());
     }

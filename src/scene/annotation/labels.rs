@@ -4,10 +4,14 @@
 //! Always: two shown names do not overlap, as far as a letter's mean width tells; the selected body is shown whenever it is before the camera. A body behind
 //! the disc of a nearer one has none. Not here: letters.
 
-use crate::catalog::NaifId;
+use super::features;
+use super::margin::Margin;
+use super::text::Rect;
+use crate::catalog::{Catalog, NaifId};
 use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
+use crate::scene::request::view_request::ViewRequest;
 use glam::DVec2;
 
 /// One body on the picture.
@@ -83,19 +87,65 @@ pub struct LabelLayer {
     pub size_px: f64,
     pub selected: NaifId,
     pub marks: Vec<Label>,
+    /// Names of features and what stands in the margin.
+    pub margin: Margin,
 }
 
 impl LabelLayer {
-    /// The names of a picture of some height.
+    /// What the request's layers write over a picture; `None`: nothing. `with_margin`: caption, scale bar and compass too.
     pub fn of(
         picture: &impl PicturePlaces,
+        request: &ViewRequest,
+        catalog: &Catalog,
         bodies: &[BodyInView],
-        selected: NaifId,
-        parent: impl Fn(NaifId) -> Option<NaifId>,
-        height: u32,
-    ) -> Self {
-        let size_px = glyph_size_px(height);
-        Self { size_px, selected, marks: marks(picture, bodies, selected, parent, &LabelMetrics::of_size(size_px)) }
+        with_margin: bool,
+    ) -> Option<Self> {
+        let layers = &request.layers;
+        let margin_wanted = with_margin && (layers.caption || layers.scale_bar || layers.compass);
+        if !(layers.labels || layers.features || margin_wanted) {
+            return None;
+        }
+        let mut layer = Self::empty(request);
+        let metrics = LabelMetrics::of_size(layer.size_px);
+        if margin_wanted {
+            layer.add(Margin::of(picture, request, catalog, bodies, &metrics));
+        }
+        let mut taken: Vec<Rect> = layer.taken(&metrics).collect();
+        if layers.labels {
+            let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
+            layer.marks = marks(picture, bodies, layer.selected, parent, &metrics);
+            for mark in &mut layer.marks {
+                let rect = |side| {
+                    let (least, most) = label_rect(mark.centre_px, mark.radius_px, &mark.name, &metrics, side);
+                    Rect { least, most }
+                };
+                mark.named = mark.named.filter(|side| !taken.iter().any(|t| t.overlaps(&rect(*side))));
+                taken.extend(mark.named.map(rect));
+            }
+        }
+        if layers.features {
+            let (names, sites) = features::features(picture, bodies, &metrics, &mut taken);
+            layer.margin.texts.extend(names);
+            layer.margin.rings.extend(sites);
+        }
+        Some(layer)
+    }
+
+    /// Without anything.
+    pub fn empty(request: &ViewRequest) -> Self {
+        let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
+        Self { size_px: glyph_size_px(request.height), selected, marks: Vec::new(), margin: Margin::default() }
+    }
+
+    /// Adds texts, bars and rings.
+    pub fn add(&mut self, margin: Margin) {
+        self.margin.texts.extend(margin.texts);
+        self.margin.bars.extend(margin.bars);
+        self.margin.rings.extend(margin.rings);
+    }
+
+    fn taken<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
+        self.margin.taken(metrics)
     }
 }
 
@@ -109,9 +159,19 @@ impl LabelMetrics {
         Self { glyph_width_px: LETTER_WIDTH * size_px, line_height_px: LINE_HEIGHT * size_px }
     }
 
+    /// Size of the letters.
+    pub fn size_px(&self) -> f64 {
+        self.line_height_px / LINE_HEIGHT
+    }
+
+    /// Width of a text, by the mean width of a letter.
+    pub fn width_px(&self, text: &str) -> f64 {
+        text.chars().count() as f64 * self.glyph_width_px
+    }
+
     /// Pixels from a body's centre to its name, right and up.
     pub fn gap_px(&self, radius_px: f64) -> f64 {
-        let size_px = self.line_height_px / LINE_HEIGHT;
+        let size_px = self.size_px();
         (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
     }
 }

@@ -16,6 +16,8 @@ pub trait PicturePlaces {
     fn size_px(&self) -> DVec2;
     /// Radius of a disc of an angular radius, in the picture's middle.
     fn disc_radius_px(&self, angular_radius: f64) -> f64;
+    /// What it shows, in words.
+    fn field_of_view(&self) -> String;
 }
 
 impl PicturePlaces for Camera {
@@ -27,6 +29,14 @@ impl PicturePlaces for Camera {
     }
     fn disc_radius_px(&self, angular_radius: f64) -> f64 {
         angular_radius.tan() / self.pixel_tangent()
+    }
+    fn field_of_view(&self) -> String {
+        let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
+        match deg {
+            _ if deg >= 1.0 => format!("field of view {deg:.1}°"),
+            _ if deg >= 1.0 / 60.0 => format!("field of view {:.1}′", 60.0 * deg),
+            _ => format!("field of view {:.2}″", 3600.0 * deg),
+        }
     }
 }
 
@@ -128,6 +138,10 @@ impl PicturePlaces for SpherePicture {
     }
     fn disc_radius_px(&self, angular_radius: f64) -> f64 {
         angular_radius / self.radians_per_pixel().y
+    }
+    fn field_of_view(&self) -> String {
+        let deg = 2.0 * self.half_fov_rad.to_degrees();
+        if self.is_fisheye() { format!("fisheye {deg:.0}°") } else { "whole sphere".into() }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::error::SceneError;
-use crate::scene::request::view_request::{Position, ViewRequest};
+use crate::scene::request::view_request::{Layers, Position, ViewRequest};
 use crate::scene::request::{Stereo, StereoLayout};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
@@ -30,7 +30,9 @@ const INFINITY_OF_WIDTH: f64 = 1.0 / 30.0;
 const HUMAN_EYES_KM: f64 = 63e-6;
 
 pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewRequest, stereo: Stereo) -> Result<Frames, SceneError> {
-    let mut request = plain.clone();
+    // What stands in the margin is written once both pictures are one.
+    let layers = Layers { caption: false, scale_bar: false, compass: false, ..plain.layers };
+    let mut request = ViewRequest { layers, ..plain.clone() };
     if stereo.layout == StereoLayout::SideBySide {
         if request.width < 2 {
             return Err(SceneError::Request("a side-by-side picture is at least 2 pixels wide".into()));

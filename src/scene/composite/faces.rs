@@ -108,7 +108,16 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewReq
     if effects.override_of(Effect::Glow).is_none() {
         effects.set(Effect::Glow, false);
     }
-    let layers = Layers { labels: false, outline: false, bloom: false, ..plain.layers };
+    let layers = Layers {
+        labels: false,
+        features: false,
+        caption: false,
+        scale_bar: false,
+        compass: false,
+        outline: false,
+        bloom: false,
+        ..plain.layers
+    };
     let of_face = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..plain };
     let in_icrf = |v: DVec3| right * v.x + up * v.y + forward * v.z;
     let camera = |[r, u, f]: [DVec3; 3], tangent: f64, side: u32| Camera {

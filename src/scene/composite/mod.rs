@@ -11,9 +11,11 @@ pub mod sprites;
 pub use eyes::Eyes;
 pub use faces::{BORDER_PX, Faces, MAX_FACE_PX};
 
-use crate::catalog::{Catalog, NaifId};
+use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
-use crate::scene::annotation::labels::LabelLayer;
+use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
+use crate::scene::annotation::margin::Margin;
+use crate::scene::camera::Camera;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::draw::PixelView;
 use crate::scene::error::SceneError;
@@ -82,8 +84,8 @@ pub struct Composite {
 }
 
 impl Composite {
-    /// The picture of its frames' scenes, one for each frame in the same order.
-    pub fn new(catalog: &Catalog, request: &ViewRequest, arrangement: Arrangement, mut scenes: Vec<Scene>) -> Option<Self> {
+    /// The picture of its frames' scenes, one for each frame in the same order. `meter`: the camera of the light meter, which stands between both eyes.
+    pub fn new(catalog: &Catalog, request: &ViewRequest, arrangement: Arrangement, meter: &Camera, mut scenes: Vec<Scene>) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
         if let Arrangement::Faces(Faces { picture, frame_of, .. }) = &arrangement {
             let camera = &mut whole.camera;
@@ -106,10 +108,18 @@ impl Composite {
                 }
             }
             whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
-            let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
-            let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-            let labels = || LabelLayer::of(picture, &whole.bodies, selected, parent, picture.height);
-            whole.labels = request.layers.labels.then(labels);
+            whole.labels = LabelLayer::of(picture, request, catalog, &whole.bodies, true);
+        }
+        if let Arrangement::Eyes(Eyes { columns, .. }) = &arrangement {
+            // At the same place of both pictures: at the target's distance.
+            let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
+            for (scene, column) in scenes.iter_mut().zip(columns) {
+                let margin = Margin::of(meter, request, catalog, &scene.bodies, &metrics);
+                if margin != Margin::default() {
+                    let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
+                    labels.add(margin.moved(f64::from(*column)));
+                }
+            }
         }
         Some(Self { scenes, arrangement, whole })
     }

@@ -21,6 +21,8 @@ macro_rules! layers {
         impl Layers {
             /// Nothing but bodies.
             pub const NONE: Self = Self { $($field: false),* };
+            /// All of them.
+            pub const ALL: Self = Self { $($field: true),* };
             /// Every layer's name.
             pub const NAMES: [&str; [$($name),*].len()] = [$($name),*];
 

@@ -1,0 +1,106 @@
+//! Names on the surfaces of bodies: those of the IAU's gazetteer, and where people landed.
+//!
+//! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by diameter.
+//! Always: directions are planetocentric, east longitudes, as the gazetteer has them of Mars and of all that is nearly round; of flattened moons, for which it has
+//! planetographic latitudes, a place is off by up to 2 degrees (Enceladus, Mimas). Not here: which names a picture has room for.
+
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+/// A named place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feature {
+    /// As the table has it.
+    pub name: &'static str,
+    /// Unit vector from the body's centre, in body-fixed axes.
+    pub direction: DVec3,
+    /// 0 where the table gives none, and of landing sites.
+    pub diameter_km: f64,
+    /// Where people landed.
+    pub is_landing_site: bool,
+}
+
+impl Feature {
+    fn at(name: &'static str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
+        let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
+        let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());
+        let diameter = diameter_km.map(|d| if d.is_empty() { Some(0.0) } else { d.parse().ok() });
+        Some(Self {
+            name,
+            direction: DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
+            diameter_km: diameter.unwrap_or(Some(0.0))?,
+            is_landing_site: diameter_km.is_none(),
+        })
+    }
+
+    /// Body and feature of a line of either table.
+    fn of_line(line: &'static str) -> Option<(&'static str, Self)> {
+        match line.split(',').collect::<Vec<_>>()[..] {
+            [body, _, name, _, lat, lon, diameter] => Some((body, Self::at(name, lat, lon, Some(diameter))?)),
+            [body, name, lat, lon] => Some((body, Self::at(name, lat, lon, None)?)),
+            _ => None,
+        }
+    }
+}
+
+/// The lines of both tables that hold features.
+fn lines() -> impl Iterator<Item = &'static str> {
+    let of = |table: &'static str| table.lines().filter(|l| !l.starts_with('#') && !l.is_empty()).skip(1);
+    of(orrery_catalogs::LANDING_SITES).chain(of(orrery_catalogs::NOMENCLATURE))
+}
+
+static BY_BODY: LazyLock<BTreeMap<String, Vec<Feature>>> = LazyLock::new(|| {
+    let mut all: BTreeMap<String, Vec<Feature>> = BTreeMap::new();
+    for (body, feature) in lines().filter_map(Feature::of_line) {
+        all.entry(body.to_lowercase()).or_default().push(feature);
+    }
+    let order = |a: &Feature, b: &Feature| {
+        b.is_landing_site.cmp(&a.is_landing_site).then(b.diameter_km.total_cmp(&a.diameter_km)).then(a.name.cmp(b.name))
+    };
+    all.values_mut().for_each(|features| features.sort_by(order));
+    all
+});
+
+/// The features of a body by its name, the most important first.
+pub fn features(body: &str) -> &'static [Feature] {
+    BY_BODY.get(&body.to_lowercase()).map_or(&[], Vec::as_slice)
+}
+
+/// Every letter of the names.
+pub fn letters() -> impl Iterator<Item = char> {
+    BY_BODY.values().flatten().flat_map(|f| f.name.chars())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place_deg(body: &str, name: &str) -> (f64, f64, f64) {
+        let f = features(body).iter().find(|f| f.name == name).unwrap_or_else(|| panic!("{name}"));
+        (f.direction.z.asin().to_degrees(), f.direction.y.atan2(f.direction.x).to_degrees().rem_euclid(360.0), f.diameter_km)
+    }
+
+    /// Each line is read, and well-known places are where the gazetteer's own pages have them (planetarynames.wr.usgs.gov).
+    #[test]
+    fn the_tables_are_read_and_places_are_where_they_are() {
+        let wrong: Vec<_> = lines().filter(|l| Feature::of_line(l).is_none()).collect();
+        assert!(wrong.is_empty(), "{wrong:?}");
+        assert_eq!(lines().count(), 6320 + 6);
+        for (body, name, lat, lon, diameter) in [
+            ("Moon", "Tycho", -43.3, 348.8, 85.0),
+            ("moon", "Copernicus", 9.6, 339.9, 96.0),
+            ("Mars", "Olympus Mons", 18.65, 226.2, 610.0),
+            ("Mars", "Gale", -5.4, 137.8, 154.0),
+            ("Mercury", "Caloris Planitia", 31.5, 162.7, 1550.0),
+            ("Moon", "Apollo 11", 0.67, 23.47, 0.0),
+        ] {
+            let (found_lat, found_lon, found_diameter) = place_deg(body, name);
+            assert!((found_lat - lat).abs() < 1.5 && (found_lon - lon).abs() < 1.5, "{name}: {found_lat} {found_lon}");
+            assert!((found_diameter - diameter).abs() <= 0.05 * diameter, "{name}: {found_diameter}");
+        }
+        let moon = features("Moon");
+        assert!(moon[..6].iter().all(|f| f.is_landing_site) && moon[6..].windows(2).all(|w| w[0].diameter_km >= w[1].diameter_km));
+        assert!(features("Nibiru").is_empty());
+    }
+}

@@ -1,0 +1,104 @@
+//! Names of surface features: which of them a picture has room for, and where.
+//!
+//! In: the bodies that a picture shows and the places that other names take. Out: [`TextMark`]s. Always: two names do not overlap; of two that would, the
+//! landing site, then the larger feature, stays. A name stands in the middle of its feature and never changes sides, so that it is still while the view moves; it fades with
+//! the size of its feature in the picture and towards the limb. What is on the far side of its body or behind a nearer one has no name.
+
+use super::text::{Rect, TextMark};
+use crate::catalog::nomenclature;
+use crate::scene::annotation::labels::LabelMetrics;
+use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::in_view::BodyInView;
+use crate::scene::numeric::smoothstep;
+use glam::DVec2;
+
+/// Names of one picture at most.
+const MOST: usize = 70;
+/// Sizes of letters that a feature's diameter takes where its name begins to show, and where it is in full.
+const FADES_IN: (f64, f64) = (0.9, 1.4);
+/// The same of a body's diameter for its landing sites.
+const SITES_FADE_IN: (f64, f64) = (16.0, 22.0);
+/// Cosines of the angle between the ground's normal and the line of sight at which a name begins to show, and is in full.
+const LIMB: (f64, f64) = (0.15, 0.35);
+/// Parts of the picture's shorter side that a feature may take: what is larger is the ground itself.
+const LARGEST: f64 = 1.5;
+/// sRGB of a name.
+pub const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
+
+/// From 0 at the first value to 1 at the second.
+fn rise((from, to): (f64, f64), value: f64) -> f64 {
+    smoothstep((value - from) / (to - from))
+}
+
+/// The names, and markers of landing sites. `taken`: where other names stand; those found are added.
+pub fn features(
+    picture: &impl PicturePlaces,
+    bodies: &[BodyInView],
+    lettering: &LabelMetrics,
+    taken: &mut Vec<Rect>,
+) -> (Vec<TextMark>, Vec<DVec2>) {
+    let size = picture.size_px();
+    let letter_px = lettering.size_px();
+    let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
+    let (mut names, mut sites) = (Vec::new(), Vec::new());
+    let mut seen: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
+    seen.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+    for (k, body) in seen.iter().enumerate() {
+        let place = &body.placement;
+        let body_px = 2.0 * place.radii_km.max_element() / body.distance_km * pixels_per_radian;
+        if body_px < 4.0 * letter_px || place.camera_is_inside() {
+            continue;
+        }
+        let camera = place.camera_in_unit_sphere() * place.radii_km;
+        for feature in nomenclature::features(&body.name) {
+            if names.len() >= MOST {
+                return (names, sites);
+            }
+            // The ray from the centre meets the ellipsoid here.
+            let ground = feature.direction / (feature.direction / place.radii_km).length();
+            let normal = (ground / (place.radii_km * place.radii_km)).normalize();
+            let to_camera = camera - ground;
+            let distance_km = to_camera.length();
+            let mut opacity = rise(LIMB, to_camera.dot(normal) / distance_km);
+            let feature_px = feature.diameter_km / distance_km * pixels_per_radian;
+            opacity *=
+                if feature.is_landing_site { rise(SITES_FADE_IN, body_px / letter_px) } else { rise(FADES_IN, feature_px / letter_px) };
+            if opacity < 0.02 {
+                if !feature.is_landing_site && feature_px < FADES_IN.0 * letter_px {
+                    // The rest are smaller, and no part of the ground is much nearer than this.
+                    let nearest_km = (body.distance_km - place.radii_km.max_element()).max(1e-3);
+                    if feature.diameter_km / nearest_km * pixels_per_radian < FADES_IN.0 * letter_px {
+                        break;
+                    }
+                }
+                continue;
+            }
+            let sight = place.body_from_icrf.transpose() * -to_camera;
+            let Some(at) = picture.place_px(sight) else { continue };
+            let hidden = seen[..k].iter().any(|o| {
+                let radius = (o.placement.radii_km.max_element() / o.distance_km).min(1.0).asin();
+                !o.placement.camera_is_inside() && o.placement.centre_km.angle_between(sight) < radius
+            });
+            if hidden || feature_px > LARGEST * size.min_element() {
+                continue;
+            }
+            let width = lettering.width_px(feature.name);
+            let corner = if feature.is_landing_site {
+                at + DVec2::new(0.7 * letter_px, -0.5 * lettering.line_height_px)
+            } else {
+                at - 0.5 * DVec2::new(width, lettering.line_height_px)
+            };
+            let rect = Rect { least: corner, most: corner + DVec2::new(width, lettering.line_height_px) };
+            let inside = rect.least.cmpge(DVec2::ZERO).all() && rect.most.cmple(size).all();
+            let around = rect.padded(DVec2::new(0.6, 0.3) * letter_px);
+            if !inside || taken.iter().any(|t| t.overlaps(&around)) {
+                continue;
+            }
+            taken.push(rect);
+            sites.extend(feature.is_landing_site.then_some(at));
+            let left_px = DVec2::new(corner.x, corner.y + 0.5 * lettering.line_height_px);
+            names.push(TextMark { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
+        }
+    }
+    (names, sites)
+}

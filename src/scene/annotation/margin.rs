@@ -1,0 +1,214 @@
+//! What stands in a picture's margin: the caption, the scale bar, the compass.
+//!
+//! In: the request, and the bodies as the picture shows them. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is that at the
+//! target's distance, across the line of sight. Where the target is no disc, the bar is an angle. The compass points to the target's north pole.
+
+use super::text::{Bar, Rect, TextMark};
+use crate::catalog::Catalog;
+use crate::scene::annotation::labels::{LabelMetrics, NAME_COLOUR};
+use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::in_view::BodyInView;
+use crate::scene::request::view_request::{Position, ViewRequest};
+use crate::units::KM_PER_AU;
+use glam::DVec2;
+
+/// Texts, bars and rings (their middles).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Margin {
+    pub texts: Vec<TextMark>,
+    pub bars: Vec<Bar>,
+    pub rings: Vec<DVec2>,
+}
+
+/// Part of the picture's width that a scale bar takes at most.
+const BAR_PART: f64 = 0.22;
+/// A target of fewer pixels across is a point: the bar is an angle.
+const DISC_PX: f64 = 20.0;
+
+impl Margin {
+    /// The margin of a picture.
+    pub fn of(
+        picture: &impl PicturePlaces,
+        request: &ViewRequest,
+        catalog: &Catalog,
+        bodies: &[BodyInView],
+        metrics: &LabelMetrics,
+    ) -> Self {
+        let mut margin = Self::default();
+        let target = request.target.and_then(|id| bodies.iter().find(|b| b.id == id)).filter(|b| b.distance_km > 0.0);
+        if request.layers.caption {
+            margin.caption(picture, request, catalog, target, metrics);
+        }
+        if request.layers.scale_bar {
+            margin.scale_bar(picture, target, metrics);
+        }
+        if let Some(target) = target.filter(|_| request.layers.compass) {
+            margin.compass(picture, target, metrics);
+        }
+        margin
+    }
+
+    /// The same, moved to the right.
+    pub fn moved(mut self, right_px: f64) -> Self {
+        let by = DVec2::new(right_px, 0.0);
+        self.texts.iter_mut().for_each(|t| t.left_px += by);
+        self.rings.iter_mut().for_each(|r| *r += by);
+        self.bars.iter_mut().for_each(|b| (b.rect.least, b.rect.most) = (b.rect.least + by, b.rect.most + by));
+        self
+    }
+
+    /// Where the texts and bars stand.
+    pub fn taken<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
+        let half = DVec2::new(0.0, 0.5 * metrics.line_height_px);
+        let of_text =
+            move |t: &TextMark| Rect { least: t.left_px - half, most: t.left_px + half + DVec2::new(metrics.width_px(&t.text), 0.0) };
+        self.texts.iter().map(of_text).chain(self.bars.iter().map(|b| b.rect))
+    }
+
+    fn text(&mut self, text: String, left_px: DVec2) {
+        self.texts.push(TextMark { text, left_px, colour: NAME_COLOUR, opacity: 1.0 });
+    }
+
+    fn bar(&mut self, least: DVec2, size: DVec2) {
+        self.bars.push(Bar { rect: Rect { least, most: least + size }, colour: NAME_COLOUR, opacity: 0.9 });
+    }
+
+    fn caption(
+        &mut self,
+        picture: &impl PicturePlaces,
+        request: &ViewRequest,
+        catalog: &Catalog,
+        target: Option<&BodyInView>,
+        metrics: &LabelMetrics,
+    ) {
+        let letter = metrics.size_px();
+        let named = |id| catalog.body(id).map_or("a barycentre", |b| b.name.as_str());
+        let clock = request.time.to_utc_iso().replace('T', " ").replace('Z', " UTC");
+        let first = target.map_or_else(|| clock.clone(), |t| format!("{}   {clock}", t.name));
+        let from = match request.position {
+            Position::Centre(body) => format!("from the centre of {}", named(body)),
+            Position::Ground { body, latitude_deg, longitude_deg, .. } => {
+                let east = (longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
+                let (ns, ew) = (if latitude_deg < 0.0 { "S" } else { "N" }, if east < 0.0 { "W" } else { "E" });
+                format!("from {}, {:.2}° {ns} {:.2}° {ew}", named(body), latitude_deg.abs(), east.abs())
+            }
+            Position::Over { .. } | Position::Offset { .. } => {
+                target.map_or_else(|| "from space".into(), |t| format!("from {} away", length_text(t.distance_km)))
+            }
+        };
+        let bottom = picture.size_px().y - 0.9 * letter;
+        self.text(first, DVec2::new(0.8 * letter, bottom - 1.3 * letter));
+        self.text(format!("{from}, {}", picture.field_of_view()), DVec2::new(0.8 * letter, bottom));
+    }
+
+    fn scale_bar(&mut self, picture: &impl PicturePlaces, target: Option<&BodyInView>, metrics: &LabelMetrics) {
+        let (size, letter) = (picture.size_px(), metrics.size_px());
+        let pixels_per_radian = picture.disc_radius_px(1e-6) * 1e6;
+        let most_rad = BAR_PART * size.x / pixels_per_radian;
+        let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
+        let (text, angle) = match target.filter(|t| disc_px(t) >= DISC_PX) {
+            Some(t) => {
+                let km = round_below(most_rad * t.distance_km);
+                (length_text(km), km / t.distance_km)
+            }
+            None => angle_below(most_rad),
+        };
+        let length = (angle * pixels_per_radian).round();
+        let thick = (letter / 9.0).round().max(1.0);
+        let tick = (0.45 * letter).round();
+        let left = (size.x - 0.9 * letter - length).round();
+        let base = (size.y - 0.9 * letter).round();
+        self.bar(DVec2::new(left, base), DVec2::new(length, thick));
+        self.bar(DVec2::new(left, base - tick), DVec2::new(thick, tick));
+        self.bar(DVec2::new(left + length - thick, base - tick), DVec2::new(thick, tick));
+        let middle = left + 0.5 * (length - metrics.width_px(&text));
+        let middle = middle.min(size.x - 0.6 * letter - metrics.width_px(&text));
+        self.text(text, DVec2::new(middle, base - 1.1 * letter));
+    }
+
+    fn compass(&mut self, picture: &impl PicturePlaces, target: &BodyInView, metrics: &LabelMetrics) {
+        let (size, letter) = (picture.size_px(), metrics.size_px());
+        let centre = target.placement.centre_km;
+        let pole = target.placement.body_from_icrf.row(2);
+        // Along the line of sight it points nowhere.
+        let aside = pole.cross(centre.normalize()).length();
+        let places = picture.place_px(centre).zip(picture.place_px(centre + pole * (1e-3 * target.distance_km)));
+        let Some(north) = places.filter(|_| aside > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else { return };
+        let middle = DVec2::new(size.x - 3.0 * letter, 3.0 * letter).round();
+        self.rings.push(middle);
+        let thick = (letter / 9.0).round().max(1.0);
+        for k in 0..=10 {
+            let at = middle + north * letter * (0.5 + 0.07 * f64::from(k));
+            self.bar((at - 0.5 * thick).round(), DVec2::splat(thick));
+        }
+        let at = middle + north * 1.9 * letter;
+        self.text("N".into(), at - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
+    }
+}
+
+/// The greatest of 1, 2, 5 times a power of ten that is no more than a number.
+fn round_below(most: f64) -> f64 {
+    let power = 10_f64.powf(most.max(1e-300).log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|v| *v <= most * (1.0 + 1e-12)).unwrap_or(power)
+}
+
+/// A whole number in groups of three digits.
+fn grouped(number: f64) -> String {
+    let digits = format!("{number:.0}");
+    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().map(|g| std::str::from_utf8(g).unwrap_or("")).collect();
+    groups.join(" ")
+}
+
+/// A length for a reader: metres, kilometres or astronomical units.
+fn length_text(km: f64) -> String {
+    match km {
+        _ if km < 0.001 => format!("{} mm", significant(km * 1e6)),
+        _ if km < 1.0 => format!("{} m", significant(km * 1e3)),
+        _ if km < 1000.0 => format!("{} km", significant(km)),
+        _ if km < 0.1 * KM_PER_AU => format!("{} km", grouped(km.round())),
+        _ => format!("{} au", significant(km / KM_PER_AU)),
+    }
+}
+
+/// Three digits or so, without zeros at the end.
+fn significant(number: f64) -> String {
+    let places = (2.0 - number.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{number:.places$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A round angle that is no more than this, its text, and the angle in radians.
+fn angle_below(most_rad: f64) -> (String, f64) {
+    let round = |value: f64, steps: &[f64]| steps.iter().rev().copied().find(|s| *s <= value).unwrap_or(steps[0]);
+    let deg = most_rad.to_degrees();
+    let (value, unit, per_deg) = match deg {
+        _ if deg >= 1.0 => (round(deg, &[1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0]), "°", 1.0),
+        _ if deg >= 1.0 / 60.0 => (round(60.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "′", 60.0),
+        _ if deg >= 1.0 / 3600.0 => (round(3600.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "″", 3600.0),
+        _ => (round_below(3600.0 * deg), "″", 3600.0),
+    };
+    (format!("{}{unit}", significant(value)), (value / per_deg).to_radians())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_round_and_fit() {
+        for k in -60..60 {
+            let most = 10_f64.powf(f64::from(k) / 7.0) * 1.01;
+            let round = round_below(most);
+            assert!(round <= most && round > most / 2.6, "{round} below {most}");
+            let (text, angle) = angle_below(most.min(3.0) * 1e-3);
+            assert!(angle <= most.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > most.min(3.0) * 1e-3 / 3.1, "{text}");
+        }
+        let texts = [(20_000.0, "20 000 km"), (0.5, "500 m"), (5.0, "5 km"), (1_234_567.0, "1 234 567 km"), (149_597_870.7, "1 au")];
+        for (km, text) in texts {
+            assert_eq!(length_text(km), text);
+        }
+        assert_eq!(angle_below(0.2).0, "10°");
+        assert_eq!(angle_below(0.001).0, "2′");
+        assert_eq!(angle_below(1e-5).0, "2″");
+    }
+}

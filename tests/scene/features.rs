@@ -1,0 +1,181 @@
+//! Names of surface features, scale bar, caption and compass: in their places, apart from each other, and still while the view moves.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3};
+use orrery::catalog::{NaifId, nomenclature};
+use orrery::scene::Scene;
+use orrery::scene::marks::{LabelLayer, LabelMetrics, Rect};
+use orrery::scene::request::{Layers, Position, ViewRequest};
+use orrery::time::Instant;
+use std::collections::BTreeSet;
+
+const MOON: NaifId = NaifId(301);
+
+fn view(target: i32, layers: &str, distance_radii: Option<f64>) -> ViewRequest {
+    ViewRequest {
+        layers: Layers::parse(layers).expect("layers"),
+        position: Position::Over { towards: None, distance_radii },
+        fov_deg: Some(20.0),
+        ..ViewRequest::of(NaifId(target), Instant::parse("2024-04-16T01:00:00Z").expect("a time"))
+    }
+}
+
+fn scene(request: &ViewRequest) -> Scene {
+    SESSION.scene(request).expect("a scene")
+}
+
+fn layer(scene: &Scene) -> &LabelLayer {
+    scene.labels.as_ref().expect("labels")
+}
+
+fn rects(layer: &LabelLayer) -> Vec<Rect> {
+    layer.margin.taken(&LabelMetrics::of_size(layer.size_px)).collect()
+}
+
+/// The middle of a name.
+fn middle(layer: &LabelLayer, name: &str) -> Option<DVec2> {
+    let metrics = LabelMetrics::of_size(layer.size_px);
+    let text = layer.margin.texts.iter().find(|t| t.text == name)?;
+    Some(text.left_px + DVec2::new(0.5 * metrics.width_px(name), 0.0))
+}
+
+/// The unit-sphere point of a planetographic place, by the ellipsoid's normal: not the way in which the program takes it.
+fn unit_point(radii_km: DVec3, lat_deg: f64, lon_deg: f64) -> DVec3 {
+    let (lat, lon) = (lat_deg.to_radians(), lon_deg.to_radians());
+    let normal = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+    (normal * radii_km).normalize()
+}
+
+/// Known places (gazetteer; of Mars planetocentric latitudes, turned into planetographic ones by the flattening) against the camera's own projection of the ground.
+#[test]
+fn names_stand_on_their_features() {
+    let cases = [
+        (301, "Mare Crisium", 16.18, 59.10),
+        (301, "Mare Imbrium", 34.72, -14.91),
+        (301, "Clavius", -58.62, -14.73),
+        (499, "Olympus Mons", 18.65, 226.2),
+    ];
+    for (body, name, lat, lon) in cases {
+        let mut request = view(body, "+features", Some(5.0));
+        if body == 499 {
+            let km = SESSION.catalog().body(NaifId(499)).expect("Mars").radii_km.x;
+            let towards = DVec3::new(f64::cos(3.9), f64::sin(3.9), 0.2).normalize() * 5.0 * km;
+            request.position = Position::Offset { body: NaifId(499), offset_km: towards, axes: orrery::scene::request::Axes::BodyFixed };
+        }
+        let scene = scene(&request);
+        let place = scene.body(NaifId(body)).expect("it").placement;
+        let flat = place.radii_km.z / place.radii_km.x;
+        let graphic = if body == 499 { (f64::to_radians(lat).tan() / (flat * flat)).atan().to_degrees() } else { lat };
+        let expected = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, graphic, lon)).expect("on this side");
+        let found = middle(layer(&scene), name).unwrap_or_else(|| panic!("{name} has no name: {:?}", layer(&scene).margin.texts));
+        assert!(found.distance(expected) < 3.0, "{name}: {found}, {expected}");
+        let mirrored = scene.camera.pixel_of_surface(&place, unit_point(place.radii_km, graphic, -lon));
+        assert!(mirrored.is_none_or(|m| m.distance(found) > 30.0), "{name}: west would do as well");
+    }
+}
+
+/// At every zoom, on bodies with many names: no two overlap, all are in the picture, on the near side; larger features come first.
+#[test]
+fn names_do_not_overlap_and_are_on_the_near_side() {
+    let mut most = 0;
+    for (body, distance) in [(301, 40.0), (301, 6.0), (301, 3.0), (301, 1.3), (499, 6.0), (299, 8.0), (606, 8.0), (199, 3.0), (401, 4.0)] {
+        let scene = scene(&view(body, "+features,+labels,+caption,+scale-bar,+compass", Some(distance)));
+        let layer = layer(&scene);
+        let rects = rects(layer);
+        most = most.max(rects.len());
+        let texts = &layer.margin.texts;
+        let place = scene.body(NaifId(body)).expect("it").placement;
+        let name = &SESSION.catalog().body(NaifId(body)).expect("it").name;
+        for (k, a) in rects[..texts.len()].iter().enumerate() {
+            assert!(a.least.min_element() >= 0.0 && a.most.cmple(DVec2::splat(1024.0)).all(), "{body} {distance}: {:?}", texts[k]);
+            for (b, other) in rects[..texts.len()].iter().zip(texts).skip(k + 1) {
+                assert!(!a.overlaps(b), "{body} {distance}: {} over {}", texts[k].text, other.text);
+            }
+        }
+        for text in texts {
+            let Some(f) = nomenclature::features(name).iter().find(|f| f.name == text.text) else { continue };
+            let unit = (f.direction / place.radii_km).normalize();
+            assert!(place.camera_in_unit_sphere().dot(unit) > 1.0, "{} is on the far side", f.name);
+        }
+    }
+    assert!(most > 30, "{most}");
+}
+
+/// From the Earth, all six landing sites are named once the Moon is large enough, and none while it is small.
+#[test]
+fn apollo_sites_are_named_by_zoom() {
+    let named = |fov: f64| {
+        let request = ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(fov), ..view(301, "+features", None) };
+        let scene = scene(&request);
+        layer(&scene).margin.texts.iter().filter(|t| t.text.starts_with("Apollo 1")).count()
+    };
+    assert_eq!((named(0.7), named(5.0)), (6, 0));
+}
+
+/// A slow approach: from step to step few names come or go, those that stay move by no more than their ground does, and nothing jumps from faint to full.
+#[test]
+fn names_are_still_while_the_view_moves() {
+    let mut last: Option<Scene> = None;
+    let (mut changes, mut names) = (0, 0);
+    for k in 0..30 {
+        let scene = scene(&view(301, "+features", Some(5.0 * 0.999_f64.powi(k))));
+        if let Some(before) = &last {
+            let set = |s: &Scene| layer(s).margin.texts.iter().map(|t| t.text.clone()).collect::<BTreeSet<_>>();
+            let (a, b) = (set(before), set(&scene));
+            changes += a.symmetric_difference(&b).count();
+            names += b.len();
+            for name in a.intersection(&b) {
+                let [from, to] = [before, &scene].map(|s| middle(layer(s), name).expect("there"));
+                assert!(from.distance(to) < 1.5, "{name}: {from} to {to}");
+            }
+        }
+        last = Some(scene);
+    }
+    println!("{changes} of {names} names came or went");
+    assert!(changes * 25 < names, "{changes} of {names}");
+}
+
+/// The bar's length in pixels is the length that stands over it, at the target's distance; of a target that is a point, an angle.
+#[test]
+fn a_scale_bar_is_as_long_as_it_says() {
+    for (target, distance) in [(301, Some(5.0)), (599, Some(20.0)), (401, Some(3.0)), (699, Some(4000.0))] {
+        let scene = scene(&view(target, "+scale-bar", distance));
+        let margin = &layer(&scene).margin;
+        let length_px = margin.bars[0].rect.most.x - margin.bars[0].rect.least.x;
+        let text = &margin.texts[0].text;
+        let (number, unit) = text.rsplit_once(' ').unwrap_or_else(|| text.split_at(text.find(['°', '′', '″']).expect("a unit")));
+        let number: f64 = number.replace(' ', "").parse().expect("a number");
+        let km = scene.body(NaifId(target)).expect("it").distance_km;
+        let angle = length_px * scene.camera.pixel_tangent();
+        let expected = match unit {
+            "km" => number / km,
+            "m" => number * 1e-3 / km,
+            "°" => number.to_radians(),
+            "′" => (number / 60.0).to_radians(),
+            _ => (number / 3600.0).to_radians(),
+        };
+        assert!((angle / expected - 1.0).abs() < 0.02, "{target}: {text} is {length_px} pixels, {angle} for {expected}");
+        assert!((60.0..230.0).contains(&length_px), "{text}: {length_px}");
+    }
+}
+
+/// The caption says what, when, from where and how wide; the compass points up where north is up, and turns with the picture.
+#[test]
+fn caption_and_compass_tell_the_view() {
+    let shown = scene(&ViewRequest { width: 1400, ..view(699, "+caption,+compass", Some(20.0)) });
+    let all: String = layer(&shown).margin.texts.iter().map(|t| format!("{}|", t.text)).collect();
+    for part in ["Saturn", "2024-04-16 01:00", "UTC", "km away", "field of view 20.0°", "N|"] {
+        assert!(all.contains(part), "{part}: {all}");
+    }
+    let north = |scene: &Scene| {
+        let layer = layer(scene);
+        middle(layer, "N").expect("a compass") - layer.margin.rings[0]
+    };
+    let up = north(&shown);
+    assert!(up.y < -10.0 && up.x.abs() < 0.05 * up.y.abs(), "{up}");
+    let pole = SESSION.ephemeris().body_from_icrf(NaifId(699), shown.time).expect("axes").row(2);
+    let down = orrery::scene::request::Up::Along { direction: -pole, axes: orrery::scene::request::Axes::Icrf };
+    let turned = scene(&ViewRequest { up: down, ..view(699, "+compass", Some(20.0)) });
+    assert!(north(&turned).y > 10.0);
+    assert!(scene(&view(MOON.0, "", Some(5.0))).labels.is_none());
+}
