@@ -83,7 +83,7 @@ impl MapStore {
 
     /// Takes a texture that was made elsewhere, under a name that no file has.
     pub fn keep(&self, name: &str, reading: MapDecoding, texture: Texture) {
-        self.decoded.lock().unwrap_or_else(PoisonError::into_inner).insert((name.to_owned(), reading), Arc::new(texture));
+        self.decoded.lock().insert((name.to_owned(), reading), Arc::new(texture));
     }
 
     /// Decodes by all threads what is not in memory yet. A map that cannot be read is found by whoever gets it.

@@ -13,9 +13,9 @@ use crate::scene::light::exposure::Exposure;
 use crate::scene::light::{corona, glow};
 use crate::scene::purpose::Purpose;
 use crate::scene::request::view_request::ToneMap;
+use crate::scene::sky::background::SkyBackground;
 use crate::scene::sky::comets::Comets;
 use crate::scene::sky::minor_planets::MinorPlanets;
-use crate::scene::sky::background::SkyBackground;
 use crate::time::Instant;
 
 /// One frame, ready to be planned.

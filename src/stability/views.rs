@@ -297,7 +297,7 @@ pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 /// Lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map: finished bytes in both precisions.
 pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let side = bench.pick(96, 256);
-    let all = Layers { orbits: true, labels: true, outline: true, bloom: true, stars: true };
+    let all = Layers::ALL;
     let of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
     // In the shadow of the Earth, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);

@@ -3,7 +3,9 @@
 use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::mesh::warp::WarpMesh;
-use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Stereo, StereoLayout, Up, ViewRequest};
+use orrery::scene::request::{
+    Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Stereo, StereoLayout, Up, ViewRequest,
+};
 use orrery::session::standard_scenes;
 use orrery::time::Instant;
 use std::sync::Arc;
@@ -61,7 +63,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
     // The Milky Way from Antares to Altair, lifted beside nothing brighter than stars.
     let milky_way = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
-        look: Look::Along { direction: glam::DVec3::new(0.0, -0.94, -0.34), axes: Axes::Icrf },
+        look: Look::Along { direction: DVec3::new(0.0, -0.94, -0.34), axes: Axes::Icrf },
         up: Up::Celestial,
         target: None,
         fov_deg: Some(70.0),

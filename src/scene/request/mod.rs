@@ -6,7 +6,7 @@
 pub mod camera_file;
 pub mod composition;
 pub mod effects;
-mod layers;
+pub(crate) mod layers;
 pub mod view_request;
 
 pub use super::purpose::Purpose;
