@@ -59,7 +59,6 @@ use crate::shader::library::{Library, Statistics};
 use crate::shader::{Layout, Lowering};
 use crate::wording::echo;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::ThreadId;
@@ -190,12 +189,7 @@ fn read_stars(path: Option<&Path>) -> Result<Option<Arc<StarCatalog>>, SessionEr
     let name = path.display().to_string();
     let failed =
         |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --stars takes a table with named columns or hip2.dat") };
-    let file = std::fs::File::open(path).map_err(|e| failed(e.to_string()))?;
-    let mut text = String::new();
-    let read = file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| failed(e.to_string()))?;
-    if read as u64 > MAX_BYTES {
-        return Err(failed("larger than 1 GiB".into()));
-    }
+    let text = read_text(path, MAX_BYTES).map_err(|e| failed(e.to_string()))?;
     Ok(Some(Arc::new(StarCatalog::parse(&name, &text)?)))
 }
 
