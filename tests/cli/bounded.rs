@@ -145,7 +145,7 @@ fn fragments_of_a_megabyte() {
         ("comments", format!("{text}\n{}", nested("/*", "*/"))),
         ("alternatives", format!("{text}\n{}", "@if(a) ".repeat(120_000))),
         ("names", format!("{text}\n{}", many(|k| format!("const c{k} = 1;\n")))),
-        ("functions", format!("{text}\n{}", many(|k| format!("fn f{}() {{ f{k}(); }}\n", k + 1)))),
+        ("functions", format!("{text}\nfn g0() {{}}\n{}", many(|k| format!("fn g{}() {{ g{k}(); }}\n", k + 1)))),
         ("statements", inside(many(|k| format!("let a{k} = {k};\n")))),
         ("attributes", format!("{text}\n{}", "@a ".repeat(300_000))),
         ("noise", "\u{0}".repeat(MEGABYTE)),

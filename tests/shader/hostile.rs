@@ -35,37 +35,44 @@ fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String
     picture
 }
 
+/// Functions g0 to gN, each made of the one before.
+fn functions(count: usize, made: impl Fn(usize) -> String) -> String {
+    let one = |k: usize| format!("fn g{}(x: f32) -> f32 {{ return {}; }}\n", k + 1, made(k));
+    format!("fn g0(x: f32) -> f32 {{ return x * 1.5; }}\n{}", (0..count).map(one).collect::<String>())
+}
+
 /// Declarations, statements, and a word of the message.
-const REFUSED: [(&str, &str, &str); 12] = [
-    ("", "loop { }", "end"),
-    ("", "while true { let a = 1; }", "end"),
-    // Nobody can know that it does not end.
-    ("", "var x = radiance.x; while x > -1.0 { x += 1e-9; }", "end"),
-    ("", "var k = 0u; loop { k += u32(position.x) * 0u; if k > 0u { break; } }", "end"),
-    (
-        "",
-        "var k = 0u; for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }\n if k == 7u { discard; }",
-        "end",
-    ),
-    ("fn again(x: f32) -> f32 { return again(x + 1.0); }", "let y = again(radiance.x);", ""),
-    ("fn ping(x: f32) -> f32 { return pong(x); }\nfn pong(x: f32) -> f32 { return ping(x); }", "let y = ping(1.0);", ""),
-    ("", "var a: array<f32, 4294967295>; a[u32(position.x)] = 1.0;", ""),
-    ("", "var a: array<array<f32, 65536>, 65536>; a[u32(position.x)][1] = 1.0;", ""),
-    ("", "var a: array<f32, 30000000>; a[u32(position.x)] = radiance.x; if a[u32(position.y)] > 1e30 { discard; }", ""),
-    ("", "var a = array<f32, 2>(1.0, 2.0); a[7] = 1.0;", ""),
-    (
-        "override n: u32 = 4294967295u;\nvar<private> big: array<f32, 1000000000>;",
-        "big[u32(position.x)] = 1.0; if big[3] > 1.0 { discard; }",
-        "",
-    ),
-];
+fn refused() -> Vec<(String, String, &'static str)> {
+    let many_turns = "for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }";
+    let deep_loops = format!("{}k += 1u;{}", "for (var i = k; i < 4000000000u; i++) { ".repeat(40), " }".repeat(40));
+    let all = [
+        ("", "loop { }", "end"),
+        ("", "while true { let a = 1; }", "end"),
+        // Nobody can know that these do not end.
+        ("", "var x = radiance.x; while x > -1.0 { x += 1e-9; }", "end"),
+        ("", "var k = 0u; loop { k += u32(position.x) * 0u; if k > 0u { break; } }", "end"),
+        ("", &format!("var k = 0u; {many_turns} if k == 7u {{ discard; }}"), "end"),
+        ("", &format!("var k = 0u; {deep_loops} if k == 7u {{ discard; }}"), ""),
+        ("fn again(x: f32) -> f32 { return again(x + 1.0); }", "let y = again(radiance.x);", ""),
+        ("fn ping(x: f32) -> f32 { return pong(x); }\nfn pong(x: f32) -> f32 { return ping(x); }", "let y = ping(1.0);", ""),
+        // 2^40 calls, once each is laid out.
+        (&functions(40, |k| format!("g{k}(x) + g{k}(x + 1.0)")), "if g40(radiance.x) > 1e30 { discard; }", "too long"),
+        (&functions(300, |k| format!("g{k}(x)")), "if g300(radiance.x) > 1e30 { discard; }", "inside each other"),
+        ("", "var a: array<f32, 4294967295>; a[u32(position.x)] = 1.0;", ""),
+        ("", "var a: array<array<f32, 65536>, 65536>; a[u32(position.x)][1] = 1.0;", ""),
+        ("", "var a: array<f32, 30000000>; a[u32(position.x)] = radiance.x; if a[u32(position.y)] > 1e30 { discard; }", "array"),
+        ("", "var a = array<f32, 2>(1.0, 2.0); a[7] = 1.0;", ""),
+        ("var<private> big: array<f32, 1000000000>;", "big[u32(position.x)] = 1.0; if big[3] > 1.0 { discard; }", ""),
+    ];
+    all.into_iter().map(|(declarations, statements, word)| (declarations.to_owned(), statements.to_owned(), word)).collect()
+}
 
 #[test]
 fn fragments_that_mean_harm_are_refused_and_sound_ones_draw_again() {
     let session = session(RendererPreference::Software);
     let sound = drawn(&session, Fragments::default()).expect("a picture");
-    for (declarations, statements, word) in REFUSED {
-        let why = drawn(&session, tone_map(declarations, statements)).expect_err(statements);
+    for (declarations, statements, word) in refused() {
+        let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
         assert!(why.contains(word) && !why.trim().contains('\n') && why.len() < 600, "{statements}: {why}");
         assert_eq!(drawn(&session, Fragments::default()).as_ref(), Ok(&sound), "after {statements}");
     }
@@ -95,8 +102,8 @@ fn a_device_gets_no_loop_that_does_not_end() {
     }
     let session = session(RendererPreference::Gpu);
     let sound = drawn(&session, Fragments::default()).expect("a picture");
-    for (declarations, statements, word) in REFUSED {
-        let why = drawn(&session, tone_map(declarations, statements)).expect_err(statements);
+    for (declarations, statements, word) in refused() {
+        let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
         assert!(why.contains(word) && !why.trim().contains('\n'), "{statements}: {why}");
     }
     assert_eq!(drawn(&session, Fragments::default()), Ok(sound));
