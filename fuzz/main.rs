@@ -1,7 +1,7 @@
 //! Runs fuzz targets as a plain loop on any toolchain: `orrery-fuzz TARGET|all SECONDS [SEED]`.
 //!
-//! Mutates sound inputs and what it made of them, and counts. A finding (a panic, or a run longer than [`PATIENCE`]) is written to fuzz/findings/ and ends the program with
-//! status 1. The same seed makes the same inputs.
+//! Begins with the kept inputs of fuzz/inputs/TARGET/, mutates sound inputs and what it made of them, and counts. A finding (a panic, a run longer than [`PATIENCE`], or memory
+//! beyond [`MAX_GROWTH_BYTES`]) is written to fuzz/findings/ and ends the program with status 1. The same seed makes the same inputs.
 
 use orrery_fuzz::{TARGETS, Target};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 
 /// No input of at most [`MAX_BYTES`] may take longer.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// No input may take more memory than this beyond what the program had.
+const MAX_GROWTH_BYTES: u64 = 1 << 30;
 /// Longer inputs are cut.
 const MAX_BYTES: usize = 1 << 20;
 /// Inputs that are kept to go on from.
@@ -82,15 +84,29 @@ fn found(target: &str, seed: u64, input: &[u8], what: &str) -> ! {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("findings");
     let path = folder.join(format!("{target}-{seed}"));
     let kept = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, input));
-    println!("{target:14} {what}: {} bytes, {}", input.len(), kept.map_or_else(|e| e.to_string(), |()| path.display().to_string()));
+    println!("{target:16} {what}: {} bytes, {}", input.len(), kept.map_or_else(|e| e.to_string(), |()| path.display().to_string()));
     std::process::exit(1)
+}
+
+/// What is kept for a target: inputs that once fell, and some that reach far.
+fn kept_inputs(target: &Target) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("inputs").join(target.name);
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    files.map(|file| std::fs::read(file.path()).expect("a kept input")).collect()
 }
 
 /// The number of runs and the longest of them.
 fn attack(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
     let mut random = Random(seed);
     let mut pool = (target.seeds)();
-    pool.iter().for_each(|input| (target.run)(input));
+    pool.extend(kept_inputs(target));
+    for input in &pool {
+        *running() = Some((Instant::now(), input.clone()));
+        if catch_unwind(AssertUnwindSafe(|| (target.run)(input))).is_err() {
+            found(target.name, seed, input, "it panics");
+        }
+        *running() = None;
+    }
     let (begun, mut runs, mut longest) = (Instant::now(), 0, Duration::ZERO);
     while begun.elapsed() < time {
         let (from, other) = (random.below(pool.len()), random.below(pool.len()));
@@ -116,13 +132,25 @@ fn attack(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration)
     (runs, longest)
 }
 
-/// Ends the program where a run outlasts [`PATIENCE`]: for a thread of its own.
+/// Bytes of memory that this process holds; none where the system does not say.
+fn resident_bytes() -> Option<u64> {
+    let pages: u64 = std::fs::read_to_string("/proc/self/statm").ok()?.split(' ').nth(1)?.parse().ok()?;
+    Some(pages * 4096)
+}
+
+/// Ends the program where a run outlasts [`PATIENCE`] or takes too much memory: for a thread of its own.
 fn watch(target: &str, seed: u64, is_over: &Weak<()>) {
+    let before = resident_bytes();
     while is_over.strong_count() > 0 {
-        std::thread::sleep(Duration::from_millis(100));
-        let slow = running().clone().filter(|(since, _)| since.elapsed() > PATIENCE);
-        if let Some((_, input)) = slow {
-            found(target, seed, &input, "it does not end");
+        std::thread::sleep(Duration::from_millis(20));
+        let grown = resident_bytes().zip(before).map_or(0, |(now, before)| now.saturating_sub(before));
+        let what = match &*running() {
+            Some((since, input)) if since.elapsed() > PATIENCE => Some(("it does not end", input.clone())),
+            Some((_, input)) if grown > MAX_GROWTH_BYTES => Some(("it takes more than a gigabyte", input.clone())),
+            _ => None,
+        };
+        if let Some((what, input)) = what {
+            found(target, seed, &input, what);
         }
     }
 }
@@ -142,7 +170,7 @@ fn main() -> std::process::ExitCode {
         let is_over = Arc::downgrade(&done);
         let watching = std::thread::spawn(move || watch(name, seed, &is_over));
         let (runs, longest) = attack(target, Duration::from_secs_f64(seconds), seed);
-        println!("{name:14} {runs:>10} runs, the longest {:.3} s", longest.as_secs_f64());
+        println!("{name:16} {runs:>10} runs, the longest {:.3} s", longest.as_secs_f64());
         drop(done);
         let _ = watching.join();
     }

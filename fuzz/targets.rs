@@ -2,21 +2,29 @@
 //!
 //! Always: a target takes any bytes and only returns. A panic, or a run longer than the loop's patience, is a finding. The functions are what a coverage-guided fuzzer calls, too.
 
+use glam::DVec3;
+use orrery::catalog::stars::StarCatalog;
+use orrery::ephemeris::orientation::Pck;
 use orrery::image::{TexelFormat, Texture, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
+use orrery::mesh::{Model, ShapeFrame, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
 use orrery::render::software::{Options, SoftwareRenderer};
+use orrery::scene::draw::DrawFeatures;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::CameraFile;
-use orrery::shader::fragments::FRAGMENTS;
-use orrery::shader::key::{ShaderKey, sample};
+use orrery::session::{HALF_SIDE_WITH_LIMB, sample_plan};
+use orrery::shader::key::{DIMENSIONS, ShaderKey};
 use orrery::shader::library::decode;
 use orrery::shader::record::DigestRecord;
 use orrery::shader::{Library, ModuleId};
+use orrery::view::app::settings::Settings;
 use orrery::view::link::restored;
-use orrery::{Catalog, Fragments, Instant, Session, ShaderModule, Sources, lowering};
+use orrery::{Catalog, Fragments, Instant, NaifId, Session, ShaderModule, Sources, lowering};
 use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
+
+mod seeds;
 
 /// A parser under attack.
 pub struct Target {
@@ -50,68 +58,56 @@ fn epoch() -> Instant {
     Instant::from_tdb_seconds_past_j2000(7.6e8)
 }
 
-/// One body with its ring, air, overlay and moment: a whole catalog file is too long to be changed often.
-const CATALOG: &str = r#"[[body]]
-id = 401
-name = "Phobos"
-aliases = ["fear"]
-parent = "Mars"
-radii_km = [13.0, 11.4, 9.1]
-photometry = { model = "lunar-lambert", lunar_weight = 0.5 }
-rotation = { model = "fixed", pole_ra_deg = 1.0, pole_dec_deg = 2.0, w0_deg = 3.0, w_deg_day = 4.0 }
-[[ring]]
-body = "Mars"
-name = "dust"
-inner_km = 4e3
-outer_km = 5e3
-tau_normal = 0.1
-[[atmosphere]]
-body = "Mars"
-top_km = 80.0
-[[atmosphere.species]]
-name = "dust"
-scale_height_km = 11.0
-scattering_per_km = [0.1, 0.2, 0.3]
-[[overlay]]
-body = "Mars"
-name = "map"
-file = "a.png"
-west_deg = -10.0
-east_deg = 10.0
-south_deg = -5.0
-north_deg = 5.0
-[[moment]]
-name = "then"
-kind = "transit"
-about = "There."
-time = "2024-04-08T18:17:16Z"
-target = "Mars"
-source = "none"
-side = "Sun"
-radii = 3.0
-"#;
+/// A catalog file over the least that it can say something of.
+fn catalog(bytes: &[u8]) {
+    drop(Catalog::of_files_alone(&[("base.toml", seeds::BASE), ("a.toml", &text(bytes))]));
+}
 
 /// Every target.
 pub static TARGETS: &[Target] = &[
     Target {
         name: "catalog",
-        run: |bytes| drop(Catalog::with_files(&[("a.toml".into(), text(bytes).into_owned())])),
-        seeds: || texts(&[CATALOG]),
+        run: catalog,
+        seeds: || texts(&[seeds::BODY]),
+        words: &["[[body]]", "[[ring]]", "[body.motion]", "parent", "nan", "inf", "-1e308", "0", "\"\"", "[", "{", "\\u001b", "1979-05-27"],
+    },
+    Target {
+        name: "overlay",
+        run: catalog,
+        seeds: || texts(&seeds::OVERLAYS),
         words: &[
-            "[[body]]",
-            "[[ring]]",
             "[[overlay]]",
-            "[body.motion]",
-            "parent",
+            "\"..\"",
+            "\"a/b\"",
             "nan",
             "inf",
             "-1e308",
-            "0",
+            "360",
+            "\"Sun\"",
             "\"\"",
             "[",
-            "{",
-            "\\u001b",
-            "1979-05-27",
+            "\"orthographic\"",
+            "opacity = 2",
+        ],
+    },
+    Target {
+        name: "moment",
+        run: catalog,
+        seeds: || texts(&seeds::MOMENTS),
+        words: &[
+            "[[moment]]",
+            "away_from",
+            "over",
+            "from",
+            "side",
+            "nan",
+            "inf",
+            "1e308",
+            "\"Sun\"",
+            "\"Mars\"",
+            "jd_tdb:",
+            "9999-12-31",
+            "[",
         ],
     },
     Target {
@@ -124,13 +120,20 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "image",
         run: |bytes| drop(Texture::decode("a", bytes, TexelFormat::Rgba8Srgb)),
-        seeds: || {
-            let mut smallest: Vec<&[u8]> = orrery_textures::MAPS.iter().map(|(_, bytes)| *bytes).collect();
-            smallest.sort_by_key(|bytes| bytes.len());
-            smallest.truncate(2);
-            smallest.into_iter().map(<[u8]>::to_vec).chain([small_png()]).collect()
-        },
+        seeds: || vec![seeds::small_png(), seeds::small_jpeg()],
         words: &["IHDR", "IDAT", "PLTE", "tRNS", "iCCP", "acTL", "\u{89}PNG"],
+    },
+    Target {
+        name: "stars",
+        run: |bytes| drop(StarCatalog::parse("a.csv", &text(bytes))),
+        seeds: || texts(&seeds::STARS),
+        words: &["ra_deg", "dec_deg", "v_mag", "J2016.0", ",", "\n", "nan", "1e309", "-0", "(", "#"],
+    },
+    Target {
+        name: "pole-kernel",
+        run: |bytes| drop(Pck::parse(&text(bytes)).map(|pck| pck.pole_and_meridian(NaifId(499), 1e9))),
+        seeds: || texts(&[seeds::PCK]),
+        words: &["\\begindata", "\\begintext", "BODY4_MAX_PHASE_DEGREE = ", "+=", "'", "@", "1D308", "nan", "-1"],
     },
     Target {
         name: "picture-heads",
@@ -138,12 +141,19 @@ pub static TARGETS: &[Target] = &[
             drop((png_head_text(bytes, "Request"), exr_head_text(bytes)));
             drop((is_whole_png(bytes, (4, 4)), is_whole_exr(bytes)));
         },
-        seeds: || vec![small_png(), b"\x76\x2f\x31\x01\x02\x00\x00\x00comments\0string\0\x04\0\0\0four\0".to_vec()],
+        seeds: || {
+            vec![seeds::small_png(), seeds::small_exr(), b"\x76\x2f\x31\x01\x02\x00\x00\x00comments\0string\0\x04\0\0\0four\0".to_vec()]
+        },
         words: &["iTXt", "Request", "chlist"],
     },
     Target {
         name: "shape-model",
-        run: |bytes| drop(orrery::mesh::obj::parse(&text(bytes))),
+        run: |bytes| {
+            let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+            if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Model::of(&obj, &figure)) {
+                drop(model.map(|m| m.sun_heights(DVec3::X, 0.005)));
+            }
+        },
         seeds: || texts(&["v 1 0 0\nv 0 1 0 0.5 0.5 0.5\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3\nf -1 -2 -3\n"]),
         words: &["f ", "v ", "vt ", "-1", "4294967296", "nan", "1e309", "\\\n", "/"],
     },
@@ -171,30 +181,46 @@ pub static TARGETS: &[Target] = &[
         words: &["{", "[", "null", "1e400", "\"axes\"", "\"lat\""],
     },
     Target {
+        name: "settings",
+        run: |bytes| drop(serde_json::from_slice::<Settings>(bytes)),
+        seeds: || texts(&[seeds::SETTINGS]),
+        words: &["{", "[", "null", "1e400", "\"place\"", "\"sight\"", "-1"],
+    },
+    Target {
         name: "question",
         run: |bytes| drop(Prober { session: &SESSION, renderer: &RENDERER }.answer(&text(bytes))),
-        seeds: || {
-            let all = orrery::probe::questions_text();
-            all.lines().filter(|l| l.trim().starts_with("{\"q\"")).map(|l| l.trim().as_bytes().to_vec()).collect()
-        },
+        seeds: seeds::questions,
         words: &["0", "-1", "1e-308", "1e308", "null", "[]", "\"model\"", "\"saturn\"", "0.999999"],
     },
     Target {
-        name: "words",
-        run: |bytes| {
-            let text = text(bytes);
-            drop((Instant::parse(&text), EffectOverrides::parse(&text), text.parse::<ModuleId>(), text.parse::<ShaderKey>()));
-            drop((DigestRecord::parse(&text), SESSION.catalog().place(&text)));
-        },
-        seeds: || {
-            texts(&[
-                "2024-04-08T18:17:16Z",
-                "jd_tdb:2460409.262",
-                "+eclipse=limb-darkened,moon:-rings",
-                "lambert.albedo-normal.sun1.ellipsoid",
-            ])
-        },
-        words: &["moon:", "+", "-", "=", "T", "Z", "60", "99999", "jd_tdb:", "sun3", ".", "é"],
+        name: "time",
+        run: |bytes| drop(Instant::parse(&text(bytes))),
+        seeds: || texts(&["2024-04-08T18:17:16Z", "jd_tdb:2460409.262", "-4712-01-01"]),
+        words: &["-", "T", "Z", "60", "99999", "jd_tdb:", "jd_utc:", "nan", "1e308", ".", "é"],
+    },
+    Target {
+        name: "effects",
+        run: |bytes| drop(EffectOverrides::parse(&text(bytes))),
+        seeds: || texts(&["+eclipse=limb-darkened,moon:-rings", "-night,saturn:+ring-shadow"]),
+        words: &["moon:", "+", "-", "=", ",", "eclipse", "é"],
+    },
+    Target {
+        name: "key-text",
+        run: |bytes| drop((text(bytes).parse::<ModuleId>(), text(bytes).parse::<ShaderKey>())),
+        seeds: || texts(&["lambert.albedo-normal.sun1.ellipsoid", "probe_scatter.sky.sun1.air-pixel-16-mie.sphere", "tone_map"]),
+        words: &["sun3", ".", "-", "eclipse4-refracted", "depth", "é"],
+    },
+    Target {
+        name: "digest-record",
+        run: |bytes| drop(DigestRecord::parse(&text(bytes))),
+        seeds: || texts(&["# orrery\npoint 0123456789abcdef\n"]),
+        words: &["\n", " ", "naga", "0123456789abcdef"],
+    },
+    Target {
+        name: "body-name",
+        run: |bytes| drop(SESSION.catalog().place(&text(bytes))),
+        seeds: || texts(&["saturn barycenter", "phobos"]),
+        words: &["barycentre", " ", "_", "é", "earth"],
     },
     Target {
         name: "fragment",
@@ -202,7 +228,7 @@ pub static TARGETS: &[Target] = &[
             let fragments = Fragments::with_files(vec![("entry/tone_map.wesl".into(), text(bytes).into_owned())]);
             drop(ShaderModule::build_with(&fragments, &"tone_map".parse().expect("a name"), &lowering()));
         },
-        seeds: || FRAGMENTS.iter().filter(|(name, _)| *name == "entry/tone_map.wesl").map(|(_, t)| t.as_bytes().to_vec()).collect(),
+        seeds: seeds::fragments,
         words: &[
             "@if(",
             "import package::",
@@ -238,30 +264,22 @@ pub static TARGETS: &[Target] = &[
         },
         words: &[],
     },
-    Target {
-        name: "key",
-        // Any eight bytes are a key of the nominal space: it is emitted, validated and lowered, and its tape checked.
-        run: |bytes| {
-            let seed = bytes.iter().take(8).fold(0_u64, |seed, byte| seed << 8 | u64::from(*byte));
-            for key in sample(seed, 1) {
-                let module = ShaderModule::build(&ModuleId::Planet(key), &lowering()).expect("a key of the nominal space has a module");
-                check_bytes(&module.module, &module.tape).expect("its own tape");
-            }
-        },
-        seeds: || vec![vec![0; 8]],
-        words: &[],
-    },
+    Target { name: "key", run: key, seeds: || vec![vec![0; DIMENSIONS.len()], (0..DIMENSIONS.len() as u8).collect()], words: &[] },
 ];
 
-fn small_png() -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, 4, 4);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.add_itxt_chunk("Request".into(), "{}".into()).expect("a chunk");
-    let mut writer = encoder.write_header().expect("a head");
-    writer.write_image_data(&[127; 64]).expect("pixels");
-    writer.finish().expect("an end");
-    bytes
+/// From a key to pixels: each byte is the value of one dimension. What they name is emitted, validated, lowered and drawn small, and no pixel may be other than a number.
+fn key(bytes: &[u8]) {
+    let mut features = DrawFeatures::MINIMAL;
+    for (dimension, byte) in DIMENSIONS.iter().zip(bytes) {
+        (dimension.set)(&mut features, usize::from(*byte) % dimension.texts.len());
+    }
+    let key = ShaderKey::for_draw(&features);
+    assert_eq!(key.to_string().parse(), Ok(key), "the text form of a key is that key");
+    let library = Library::in_memory(lowering());
+    let plan = sample_plan(&library, &key, 12, HALF_SIDE_WITH_LIMB).expect("a key has a module");
+    let (frame, _) = RENDERER.render(&plan, &library, true).expect("a module is drawn");
+    RENDERER.forget_modules();
+    assert!(frame.hdr.iter().flatten().all(|value| value.is_finite()), "{key}: a pixel is no number");
 }
 
 /// An entry with its checksum put right, as someone would who means it.

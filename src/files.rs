@@ -55,6 +55,17 @@ pub fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))
 }
 
+/// That a file of a folder lies in it, links followed: the folder may be a stranger's, and its catalog names the file.
+///
+/// # Errors
+/// That it lies elsewhere, or that it or the folder is not there.
+pub fn check_inside(folder: &Path, path: &Path) -> Result<()> {
+    match path.canonicalize()?.starts_with(folder.canonicalize()?) {
+        true => Ok(()),
+        false => Err(Error::new(ErrorKind::InvalidInput, "a link that leads out of its folder; put the file itself there")),
+    }
+}
+
 /// Who may read a file that is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileAccess {
@@ -303,6 +314,32 @@ mod tests {
         assert_eq!(read_bytes(&folder.path().join("b"), 4).expect_err("none").kind(), ErrorKind::NotFound);
         std::fs::write(&path, [0xff]).expect("a file");
         assert_eq!(read_text(&path, 5).expect_err("no text").to_string(), "not UTF-8 text");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_that_lead_out_of_a_folder_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("own/deep")).expect("a folder");
+        std::fs::create_dir(at("own-too")).expect("a folder");
+        for name in ["own/map", "own-too/map", "secret"] {
+            std::fs::write(at(name), name).expect("a file");
+        }
+        let link = |to: &str, name: &str| std::os::unix::fs::symlink(to, at(name)).expect("a link");
+        link("map", "own/near");
+        link("../secret", "own/up");
+        link("../own-too/map", "own/beside");
+        link("/etc/passwd", "own/far");
+        link("../..", "own/deep/root");
+        link("own", "alias");
+        let own = at("own");
+        for name in ["map", "near"] {
+            assert!(check_inside(&own, &own.join(name)).is_ok() && check_inside(&at("alias"), &at("alias").join(name)).is_ok(), "{name}");
+        }
+        for name in ["up", "beside", "far", "../secret", "/etc/passwd", "deep/root/secret", "none", "near/x"] {
+            assert!(check_inside(&own, &own.join(name)).is_err(), "{name}");
+        }
     }
 
     /// Each of these would never end, or never begin.

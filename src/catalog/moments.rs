@@ -3,9 +3,10 @@
 //! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and readable times, or every wrong field. A moment of a
 //! later file with the same name replaces the earlier one. It computes nothing: that a moment shows what it says is tested against the ephemeris.
 
-use super::table::{Problems, TableReader, WithLine, nearest};
+use super::table::{Problems, TableReader, WithLine};
 use super::{Body, NaifId};
 use crate::time::Instant;
+use std::collections::BTreeMap;
 
 /// From where a moment is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,16 +134,17 @@ pub(super) fn draft(mut s: TableReader) -> Option<MomentDraft> {
 
 /// Looks the bodies up; the list by kind, then by time.
 pub(super) fn assemble(drafts: Vec<MomentDraft>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
-    let names: Vec<String> = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(|n| n.to_lowercase()).collect();
-    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.to_lowercase(), b.id)));
+    let ids: BTreeMap<String, NaifId> = names.collect();
+    let known: Vec<&str> = ids.keys().map(String::as_str).collect();
     let resolve = |name: &WithLine<String>| {
         let wanted = name.value.to_lowercase();
-        let found = bodies.iter().find(|b| std::iter::once(&b.name).chain(&b.aliases).any(|n| n.to_lowercase() == wanted));
+        let found = ids.get(&wanted).copied();
         if found.is_none() {
-            let hint = nearest(&wanted, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+            let hint = problems.nearest(&wanted, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
             problems.add(&name.place, format!("\"{}\" is not the name of a body{hint}", name.value));
         }
-        found.map(|b| b.id)
+        found
     };
     let mut moments: Vec<Moment> = Vec::new();
     for d in drafts {

@@ -6,13 +6,13 @@
 use super::fields::{each, finite, is_name, number, percent};
 use super::overlay;
 use super::read_body::{BodyDraft, body};
-use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine, nearest};
+use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
     Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, Ring, Species, moments,
 };
 use glam::{DVec3, Vec3};
 use orrery_catalogs::TABLES;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
 fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
@@ -118,18 +118,26 @@ fn is_embedded(place: &SourceLine) -> bool {
     TABLES.iter().any(|(file, _)| *file == &*place.file)
 }
 
+/// Bodies of a circle that its message names.
+const MAX_NAMES: usize = 8;
+
 /// Parents that lead round in a circle, each said at the parents of it that the user's files name.
-fn circles(bodies: &[Body], parents: &BTreeMap<i32, SourceLine>, problems: &Problems) {
-    let parent_of = |id: NaifId| bodies.iter().find(|b| b.id == id).and_then(|b| b.parent);
-    for body in bodies {
-        let round: Vec<NaifId> =
-            std::iter::successors(body.parent, |id| parent_of(*id)).take(bodies.len()).take_while(|id| *id != body.id).collect();
-        let is_circle = round.len() < bodies.len() && round.last().map_or(body.parent, |id| parent_of(*id)) == Some(body.id);
+fn circles(bodies: &[Body], places: &BTreeMap<i32, SourceLine>, problems: &Problems) {
+    let by_id: BTreeMap<NaifId, &Body> = bodies.iter().map(|b| (b.id, b)).collect();
+    let parent_of = |body: &Body| body.parent.and_then(|id| by_id.get(&id).copied());
+    // Each body is walked over once: a walk ends at a body of an earlier one, or of its own, which is a circle.
+    let mut walked = BTreeSet::new();
+    for start in bodies {
+        let path: Vec<&Body> =
+            std::iter::successors(Some(start), |body| parent_of(body)).take_while(|body| walked.insert(body.id)).collect();
+        let round = path.last().and_then(|last| parent_of(last)).and_then(|met| path.iter().position(|body| body.id == met.id));
         // A body that is its own parent has its own message.
-        if let (true, false, Some(place)) = (is_circle, round.is_empty(), parents.get(&body.id.0).filter(|place| !is_embedded(place))) {
-            let names = round.iter().filter_map(|id| bodies.iter().find(|b| b.id == *id)).map(|b| b.name.as_str());
-            let names: Vec<&str> = names.chain([body.name.as_str()]).collect();
-            problems.add(place, format!("{}.parent leads round in a circle: {}", body.name, names.join(", ")));
+        let Some(circle) = round.map(|from| &path[from..]).filter(|circle| circle.len() > 1) else { continue };
+        for (at, body) in circle.iter().enumerate() {
+            let Some(place) = places.get(&body.id.0).filter(|place| !is_embedded(place)) else { continue };
+            let names: Vec<&str> = circle[at + 1..].iter().chain(&circle[..=at]).take(MAX_NAMES).map(|b| b.name.as_str()).collect();
+            let more = if circle.len() > MAX_NAMES { ", …" } else { "" };
+            problems.add(place, format!("{}.parent leads round in a circle: {}{more}", body.name, names.join(", ")));
         }
     }
 }
@@ -160,12 +168,13 @@ fn assemble(
     let resolve = |name: &WithLine<String>| {
         let id = ids.get(&name.value.to_lowercase()).copied();
         if id.is_none() {
-            let hint = nearest(&name.value.to_lowercase(), &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+            let hint = problems.nearest(&name.value.to_lowercase(), &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
             problems.add(&name.place, format!("\"{}\" is not the name of a body{hint}", name.value));
         }
         id
     };
     let parents = drafts.iter().filter_map(|(id, d)| Some((*id, d.parent.as_ref()?.place.clone()))).collect();
+    let with_air: BTreeSet<i32> = atmospheres.iter().filter_map(|(of, _)| ids.get(&of.value.to_lowercase()).copied()).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, d) in drafts {
         let label = d.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
@@ -222,7 +231,7 @@ fn assemble(
             if mesh.value.alpha && d.maps.albedo.is_none() {
                 wrong("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
-            if atmospheres.iter().any(|(of, _)| ids.get(&of.value.to_lowercase()) == Some(&id)) || d.clouds.is_some() {
+            if with_air.contains(&id) || d.clouds.is_some() {
                 wrong("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
             }
         }

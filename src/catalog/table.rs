@@ -26,6 +26,9 @@ pub(super) struct WithLine<T> {
     pub place: SourceLine,
 }
 
+/// Problems with a hint at what was meant.
+const MAX_HINTS: usize = 200;
+
 /// All problems found so far, in the order of the files.
 #[derive(Default)]
 pub(super) struct Problems(RefCell<Vec<Problem>>);
@@ -33,6 +36,12 @@ pub(super) struct Problems(RefCell<Vec<Problem>>);
 impl Problems {
     pub fn add(&self, place: &SourceLine, message: String) {
         self.0.borrow_mut().push(Problem { file: place.file.to_string(), line: place.line, message });
+    }
+
+    /// The known word that was meant, if any is near. Only the first problems are shown, and a file can hold a hundred thousand: the later ones get no such hint.
+    pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
+        let is_early = self.0.borrow().len() < MAX_HINTS;
+        is_early.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
     }
 
     pub fn into_result(self) -> Result<(), CatalogError> {
@@ -192,16 +201,11 @@ impl<'a> TableReader<'a> {
         for key in self.table.keys() {
             let place = self.source.place(key.span().start);
             let name: &str = key.get_ref();
-            let hint = match nearest(name, &self.known) {
+            let hint = match self.source.problems.nearest(name, &self.known) {
                 Some(n) => format!("did you mean `{n}`?"),
                 None => format!("allowed are {}", self.known.join(", ")),
             };
             self.source.problems.add(&place, format!("{}{} is not a field here: {hint}", self.name, echo_within(name, 80)));
         }
     }
-}
-
-/// The known word that was meant, if any is near.
-pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
-    crate::wording::nearest(word, known.iter().copied()).first().copied()
 }

@@ -12,6 +12,7 @@ use crate::wording::{echo_within, escape_controls};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -227,6 +228,11 @@ fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
     Cli::try_parse_from(viewed)
 }
 
+/// Prints what was asked for: help or the version.
+fn print_help(e: &clap::Error) -> Result<(), CliError> {
+    e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::to_stdout(&e))
+}
+
 /// Prints clap's message with long arguments shortened and without control characters.
 fn print_parser(e: &clap::Error, words: &[OsString]) {
     let mut given: Vec<String> = Vec::new();
@@ -236,7 +242,7 @@ fn print_parser(e: &clap::Error, words: &[OsString]) {
         given.push(word);
     }
     given.retain(|word| echo_within(word, WORD_ECHO) != *word);
-    if given.is_empty() || !e.use_stderr() {
+    if given.is_empty() {
         let _ = e.print();
         return;
     }
@@ -250,10 +256,11 @@ pub fn run() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().collect();
     let cli = match parsed(&words) {
         Ok(cli) => cli,
-        Err(e) => {
+        Err(e) if e.use_stderr() => {
             print_parser(&e, &words);
-            return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+            return ExitCode::from(2);
         }
+        Err(e) => return exit_code(print_help(&e)),
     };
     let common = &cli.common;
     let done = match &cli.verb {
@@ -274,6 +281,11 @@ pub fn run() -> ExitCode {
         Some(Verb::Completions(a)) => documents::completions(a),
         Some(Verb::Man(a)) => documents::manual(a),
     };
+    exit_code(done)
+}
+
+/// Says why a verb failed, if it did.
+fn exit_code(done: Result<(), CliError>) -> ExitCode {
     match done {
         Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
         Err(CliError::Catalog(faults)) => {

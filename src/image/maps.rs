@@ -1,12 +1,12 @@
 //! Where maps come from: the user's folder first, then those inside the program. Each is decoded once, when first asked for.
 
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
-use crate::files::read_bytes;
+use crate::files::{check_inside, read_bytes};
 use orrery_textures::MAPS;
 use parking_lot::Mutex;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Where a map of this name would come from.
@@ -99,8 +99,9 @@ impl MapStore {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
                 let shown = path.display().to_string();
-                let bytes =
-                    read_bytes(&path, MAX_FILE_BYTES).map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
+                let folder = self.folder.as_deref().unwrap_or(Path::new(""));
+                let bytes = check_inside(folder, &path).and_then(|()| read_bytes(&path, MAX_FILE_BYTES));
+                let bytes = bytes.map_err(|e| ImageError::Unreadable { name: shown.clone(), reason: e.to_string() })?;
                 Texture::decode_filtered(&shown, &bytes, reading, self.max_megapixels)
             }
             MapOrigin::Embedded => {

@@ -7,8 +7,16 @@
 use super::gpu_device as gpu;
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
 use crate::render::plan::Plan;
+#[cfg(feature = "gpu")]
+use crate::render::software::RenderError;
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::shader::Library;
+#[cfg(feature = "gpu")]
+use crate::shader::ModuleId;
+#[cfg(feature = "gpu")]
+use parking_lot::Mutex;
+#[cfg(feature = "gpu")]
+use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
 pub struct Devices {
@@ -18,6 +26,9 @@ pub struct Devices {
     say: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
+    /// Modules of a user's fragments that software has drawn to the end.
+    #[cfg(feature = "gpu")]
+    tried: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
 }
@@ -39,7 +50,7 @@ impl Devices {
             preference
         };
         #[cfg(feature = "gpu")]
-        return Self { software, background_renderer: OnceLock::new(), say, gpu: gpu::Gpu::new(preference) };
+        return Self { software, background_renderer: OnceLock::new(), say, gpu: gpu::Gpu::new(preference), tried: Mutex::default() };
         #[cfg(not(feature = "gpu"))]
         Self { software, background_renderer: OnceLock::new(), say, preference }
     }
@@ -59,6 +70,25 @@ impl Devices {
         let (frame, timings) = by.render(plan, library, requested == RequestedOutput::Linear)?;
         let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
         Ok(RenderOutput { frame, on_gpu: None, by })
+    }
+
+    /// Draws a plan with new modules of a user's fragments in software before a device gets it: software stops a loop without end, a device hangs on it.
+    #[cfg(feature = "gpu")]
+    fn try_in_software(&self, by: &SoftwareRenderer, plan: &Plan, library: &Library) -> Result<(), RendererError> {
+        if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
+            return Ok(());
+        }
+        let all = plan.passes.iter().flat_map(|pass| &pass.draws).map(|draw| &draw.module);
+        let new: Vec<ModuleId> = all.filter(|module| !self.tried.lock().contains(*module)).cloned().collect();
+        if new.is_empty() {
+            return Ok(());
+        }
+        // Whatever else software cannot draw is for the device to say.
+        if let Err(endless @ RenderError::Endless { .. }) = by.render(plan, library, false) {
+            return Err(endless.into());
+        }
+        self.tried.lock().extend(new);
+        Ok(())
     }
 
     #[cfg(not(feature = "gpu"))]
@@ -88,6 +118,7 @@ impl Devices {
         library: &Library,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
+        self.try_in_software(by, plan, library)?;
         match self.gpu.draw(plan, library, requested, &*self.say)? {
             Some(drawn) => Ok(drawn),
             None => Self::in_software(by, plan, library, requested),
@@ -104,6 +135,7 @@ impl Devices {
         library: &Library,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
+        self.try_in_software(&self.software, plan, library)?;
         match self.gpu.draw_if_ready(plan, window, library, requested, &self.say) {
             Some(drawn) => Ok(drawn),
             None => Self::in_software(&self.software, plan, library, requested),
@@ -166,6 +198,8 @@ impl Devices {
         if let Some(Some(background_renderer)) = self.background_renderer.get() {
             background_renderer.forget_modules();
         }
+        #[cfg(feature = "gpu")]
+        self.tried.lock().clear();
         #[cfg(feature = "gpu")]
         self.gpu.forget_modules();
     }

@@ -4,7 +4,7 @@
 //! ([`crate::mesh::self_shadow`]), kept while the Sun moves no more than [`TOLERANCE_RAD`] in the body's sky. A file that cannot be read is one line.
 
 use crate::catalog::{Body, NaifId};
-use crate::files::read_text;
+use crate::files::{check_inside, read_text};
 use crate::memo::Memo;
 use crate::mesh::{Model, ShapeFrame, obj};
 use glam::DVec3;
@@ -58,7 +58,7 @@ impl Meshes {
 
     fn read(&self, body: &Body) -> Result<Arc<Model>, String> {
         let named = body.mesh.as_ref().ok_or_else(|| format!("the catalog names no mesh of {}", body.name))?;
-        let Some(path) = self.folders.iter().map(|f| f.join(&named.file)).find(|p| p.is_file()) else {
+        let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&named.file))).find(|(_, path)| path.is_file()) else {
             let searched: Vec<_> = self.folders.iter().map(|f| f.display().to_string()).collect();
             return Err(format!(
                 "mesh {} is not in {}",
@@ -67,7 +67,7 @@ impl Meshes {
             ));
         };
         let shown = path.display();
-        let text = read_text(&path, MAX_BYTES).map_err(|e| format!("{shown}: {e}"))?;
+        let text = check_inside(folder, &path).and_then(|()| read_text(&path, MAX_BYTES)).map_err(|e| format!("{shown}: {e}"))?;
         let obj = obj::parse(&text).map_err(|e| format!("{shown}:{e}"))?;
         let figure = ShapeFrame {
             radii_km: body.radii_km,

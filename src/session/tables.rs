@@ -5,8 +5,8 @@
 use super::SessionError;
 use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::stars::StarCatalog;
+use crate::files::read_text;
 use crate::wording::echo;
-use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,12 +17,7 @@ fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String
     let Some(path) = path else { return Ok(None) };
     let name = path.display().to_string();
     let failed = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {takes}") };
-    let file = std::fs::File::open(path).map_err(|e| failed(e.to_string()))?;
-    let mut text = String::new();
-    let read = file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| failed(e.to_string()))?;
-    if read as u64 > MAX_BYTES {
-        return Err(failed("larger than 1 GiB".into()));
-    }
+    let text = read_text(path, MAX_BYTES).map_err(|e| failed(e.to_string()))?;
     Ok(Some((name, text)))
 }
 

@@ -36,6 +36,7 @@ sources![
     "shader/source/block.rs",
     "shader/source/condition.rs",
     "shader/source/fragment.rs",
+    "shader/source/limits.rs",
     "shader/source/mod.rs",
     "shader/source/predicates.rs",
     "shader/source/scan.rs",

@@ -305,9 +305,10 @@ fn closed_streams_end_every_verb_quietly() {
         assert!(matches!(code, Some(1 | 2)), "{words:?}: {code:?}");
     }
     // A full device is a failure, and said.
-    if let Ok(full) = std::fs::File::options().write(true).open("/dev/full") {
-        let done = run(&["man"], full.into(), Stdio::piped());
+    for words in [&["man"][..], &["--help"], &["--version"], &["render", "--help"], &["help", "render"]] {
+        let Ok(full) = std::fs::File::options().write(true).open("/dev/full") else { continue };
+        let done = run(words, full.into(), Stdio::piped());
         let said = String::from_utf8_lossy(&done.stderr);
-        assert!(done.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains("standard output"), "{said}");
+        assert!(done.status.code() == Some(1) && said.trim().lines().count() == 1 && said.contains("standard output"), "{words:?}: {said}");
     }
 }

@@ -1,6 +1,7 @@
 //! Keys, emitted modules, the library on disk, and questions that modules answer.
 
 mod formulas;
+mod hostile;
 mod keys;
 mod library;
 mod probe;

@@ -100,7 +100,7 @@ impl Pck {
             let Ok(code) = code.parse::<i32>() else { continue };
             if item == "NUT_PREC_ANGLES" {
                 let degree = values.get(format!("BODY{code}_MAX_PHASE_DEGREE").as_str()).and_then(|v| v.first()).map_or(1, |d| *d as usize);
-                pck.angles.insert(code, numbers.chunks(degree + 1).map(<[f64]>::to_vec).collect());
+                pck.angles.insert(code, numbers.chunks(degree.saturating_add(1)).map(<[f64]>::to_vec).collect());
                 continue;
             }
             let field: fn(&mut Model) -> &mut Vec<f64> = match item {

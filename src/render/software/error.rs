@@ -27,6 +27,8 @@ pub enum RenderError {
     Texture { draw: String, binding: u32, what: String },
     #[error("draw {draw}: {what}")]
     Module { draw: String, what: String },
+    #[error("draw {draw}: a loop of its {stage} stage does not end, or takes too long; it was stopped. Give it a bound")]
+    Endless { draw: String, stage: &'static str },
     #[error("the plan has no pass")]
     NoPass,
     #[error("this machine has no {0} kernels")]

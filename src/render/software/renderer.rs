@@ -160,6 +160,13 @@ impl SoftwareRenderer {
         let stages: Vec<_> = bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, fragment: &b.fragment as _ }).collect();
         let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
         let (image, timings) = execute(pass, &stages)?;
+        for (draw, bound) in pass.draws.iter().zip(&bound) {
+            for (stage, gave_up) in [("vertex", bound.vertex.gave_up()), ("fragment", bound.fragment.gave_up())] {
+                if gave_up {
+                    return Err(RenderError::Endless { draw: draw.label.clone(), stage });
+                }
+            }
+        }
         Ok((image, timings, prepare_ms))
     }
 

@@ -8,6 +8,7 @@ use super::exec::{ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use super::exec::LANES;
 
@@ -41,6 +42,8 @@ pub struct TapeStage<'a, R: Real> {
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     class: KernelClass,
+    /// A batch was stopped in a loop that took too long: no other batch is begun.
+    gave_up: AtomicBool,
 }
 
 impl<'a, R: Real> TapeStage<'a, R> {
@@ -53,7 +56,12 @@ impl<'a, R: Real> TapeStage<'a, R> {
         class: KernelClass,
     ) -> Result<Self, String> {
         Executor::<R>::with_class(program, class)?;
-        Ok(Self { program, prepared: program.prepare_for(uniform_bytes, class), textures, class })
+        Ok(Self { program, prepared: program.prepare_for(uniform_bytes, class), textures, class, gave_up: AtomicBool::new(false) })
+    }
+
+    /// Whether a loop took too long: what was drawn is then no picture.
+    pub fn gave_up(&self) -> bool {
+        self.gave_up.load(Ordering::Relaxed)
     }
 }
 
@@ -85,7 +93,14 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
         self.executor.input_mut(k)
     }
     fn run(&mut self, active: LaneMask) -> LaneMask {
-        self.executor.run(&self.stage.prepared, active, self.stage.textures.as_ref())
+        if self.stage.gave_up() {
+            return 0;
+        }
+        let alive = self.executor.run(&self.stage.prepared, active, self.stage.textures.as_ref());
+        if self.executor.gave_up() {
+            self.stage.gave_up.store(true, Ordering::Relaxed);
+        }
+        alive
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.executor.output(k)

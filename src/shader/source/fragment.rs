@@ -2,6 +2,7 @@
 
 use super::block::{Block, ROOT};
 use super::condition::{Condition, Features};
+use super::limits::first_excess;
 use super::scan::{Chain, Fault, Scan, scan};
 use crate::shader::ShaderError;
 use std::ops::Range;
@@ -78,9 +79,8 @@ impl Fragment {
     /// # Errors
     /// As of [`Fragment::parse`], and line and column of the first mistake against the grammar.
     pub fn check(path: &str, text: &str) -> Result<Self, ShaderError> {
-        if let Some(start) = too_deep(text) {
+        if let Some((start, what)) = first_excess(text) {
             let (line, column) = place(text, start);
-            let what = format!("more than {MAX_OPEN_ANGLES} `<` are open in one statement");
             return Err(ShaderError::Fragment { path: path.to_owned(), line, column, what });
         }
         let fragment = Self::parse(path, text)?;
@@ -235,31 +235,6 @@ fn old_directive(text: &str) -> Option<usize> {
             return Some(start + line.len() - line.trim_start().len());
         }
         start += line.len() + 1;
-    }
-    None
-}
-
-/// `<` without its `>` that a statement may have. wgsl-parse 0.4 reads on from each to see whether it opens a list of types, and does so anew inside each: the time doubles
-/// with every one.
-const MAX_OPEN_ANGLES: usize = 12;
-
-/// Where a statement has more open `<` than that. Line comments are left out.
-fn too_deep(text: &str) -> Option<usize> {
-    let (mut open, mut start) = (0_usize, 0);
-    for line in text.split_inclusive('\n') {
-        let code = line.split("//").next().unwrap_or(line);
-        for (at, c) in code.char_indices() {
-            match c {
-                '<' => open += 1,
-                '>' => open = open.saturating_sub(1),
-                ';' | '{' | '}' => open = 0,
-                _ => {}
-            }
-            if open > MAX_OPEN_ANGLES {
-                return Some(start + at);
-            }
-        }
-        start += line.len();
     }
     None
 }

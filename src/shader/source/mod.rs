@@ -8,6 +8,7 @@
 mod block;
 pub mod condition;
 mod fragment;
+mod limits;
 pub mod predicates;
 mod scan;
 

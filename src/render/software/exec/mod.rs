@@ -17,6 +17,11 @@ pub use textures::{Gradients, NoTextures, TextureUnit};
 
 /// Backward jumps after which a batch is given up: a loop that never ends must not hang a frame.
 const MAX_LOOP_TURNS: u32 = 1 << 20;
+/// Instructions, each over all lanes, after which a batch is given up at its next backward jump: a turn may be long. The heaviest module that ships takes some 10^4; this many take
+/// about a second.
+const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
+/// What a texture read counts as there.
+const INSTRUCTIONS_PER_READ: u32 = 64;
 
 /// Which lanes of a batch: bit i is lane i.
 pub type LaneMask = u128;
@@ -116,6 +121,7 @@ pub struct Executor<R: Real> {
     discarded: Option<u32>,
     fused: bool,
     work: ExecutionCounts,
+    gave_up: bool,
 }
 
 /// What the last run executed, each instruction over all lanes.
@@ -155,6 +161,7 @@ impl<R: Real> Executor<R> {
             register_count: program.registers as usize,
             bound,
             work: ExecutionCounts::default(),
+            gave_up: false,
             inputs: program.inputs.clone(),
             outputs: program.outputs.clone(),
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
@@ -193,6 +200,7 @@ impl<R: Real> Executor<R> {
     /// lanes of every quad of which one is covered: the others are its helper lanes.
     pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.work = ExecutionCounts::default();
+        self.gave_up = false;
         if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
         }
@@ -205,10 +213,16 @@ impl<R: Real> Executor<R> {
         for (row, values) in self.arena[self.first_register..].iter_mut().zip(prepared.registers.chunks(LANES)) {
             row.0[..values.len()].copy_from_slice(values);
         }
-        if !self.walk(prepared, textures) {
+        self.gave_up = !self.walk(prepared, textures);
+        if self.gave_up {
             return 0;
         }
         active & !self.discarded.map_or(0, |s| self.mask(s))
+    }
+
+    /// Whether the last run was stopped in a loop that took too long.
+    pub fn gave_up(&self) -> bool {
+        self.gave_up
     }
 
     /// What the last run executed.
@@ -310,7 +324,8 @@ impl<R: Real> Executor<R> {
             } as usize;
             if target < at {
                 turns += 1;
-                if turns > MAX_LOOP_TURNS {
+                let work = self.work.texture_reads.saturating_mul(INSTRUCTIONS_PER_READ).saturating_add(self.work.instructions);
+                if turns > MAX_LOOP_TURNS || work > MAX_LOOP_INSTRUCTIONS {
                     return false;
                 }
             }

@@ -53,6 +53,9 @@ pub struct Lowerer<'m> {
     pub top_of_loop: bool,
     /// Named values to be kept, where someone asked for them.
     pub watch: Option<super::watch::NamedValueCapture>,
+    /// Statements so far, each by how much its lowering copies, and blocks that are open: both against their limits.
+    lowered: usize,
+    open_blocks: usize,
     /// For functions named as a native operation: whether their body is the one that the operation computes.
     pub native: HashMap<Handle<Function>, bool>,
 }
@@ -60,7 +63,43 @@ pub struct Lowerer<'m> {
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
 pub const DISCARDED: usize = 0;
 
+/// Statements that a module may come to once its calls are inlined and its loops looked through: each of thirty functions that calls the next twice doubles it. The modules that
+/// ship have some 10^4.
+const MAX_LOWERED: usize = 1 << 19;
+/// Scalars of the environment whose copying counts as a statement.
+const SCALARS_PER_STATEMENT: usize = 64;
+/// Steps, likewise: a store under a changing index has one for each place.
+const MAX_STEPS: usize = 1 << 20;
+/// Blocks inside each other, calls included: lowering recurses.
+const MAX_OPEN_BLOCKS: usize = 200;
+
 impl<'m> Lowerer<'m> {
+    /// Counts a statement.
+    ///
+    /// # Errors
+    /// That it is one too many.
+    pub(super) fn count_statement(&mut self) -> Result<()> {
+        self.lowered += 1 + self.env.len() / SCALARS_PER_STATEMENT;
+        if self.lowered > MAX_LOWERED || self.builder.code.len() > MAX_STEPS {
+            return Err(self.unsupported("the module is too long once each call is laid out".into()));
+        }
+        Ok(())
+    }
+
+    /// Lowers what is nested in a block.
+    ///
+    /// # Errors
+    /// As `inside`, or that it is nested too deep.
+    pub(super) fn in_block(&mut self, inside: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+        self.open_blocks += 1;
+        if self.open_blocks > MAX_OPEN_BLOCKS {
+            return Err(self.unsupported(format!("more than {MAX_OPEN_BLOCKS} blocks and calls stand inside each other")));
+        }
+        inside(self)?;
+        self.open_blocks -= 1;
+        Ok(())
+    }
+
     pub fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: Builder, active: Val) -> Result<Self> {
         let discarded = builder.bool(false);
         let mut this = Self {
@@ -77,6 +116,8 @@ impl<'m> Lowerer<'m> {
             open_loops: Vec::new(),
             top_of_loop: false,
             watch: None,
+            lowered: 0,
+            open_blocks: 0,
             native: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {

@@ -19,6 +19,9 @@ pub fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
     }
 }
 
+/// Numbers of an array: each is a value of its own, and a changing index is a choice among all.
+const MAX_SCALARS: usize = 1 << 12;
+
 impl Lowerer<'_> {
     /// Scalars in a value of this type.
     pub fn scalar_count(&self, inner: &TypeInner) -> Result<usize> {
@@ -27,7 +30,9 @@ impl Lowerer<'_> {
             TypeInner::Vector { size, .. } => *size as usize,
             TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
             TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
-                self.scalar_count(&self.module.types[*base].inner)? * n.get() as usize
+                let count = self.scalar_count(&self.module.types[*base].inner)?.checked_mul(n.get() as usize);
+                let too_large = || self.unsupported(format!("an array of more than {MAX_SCALARS} numbers"));
+                count.filter(|count| *count <= MAX_SCALARS).ok_or_else(too_large)?
             }
             TypeInner::Struct { members, .. } => {
                 let mut n = 0;

@@ -33,12 +33,13 @@ impl<'m> Lowerer<'m> {
 
     pub(super) fn block(&mut self, block: &'m Block) -> Result<()> {
         let statements: Vec<(&'m Statement, Span)> = block.span_iter().map(|(s, span)| (s, *span)).collect();
-        self.statements(&statements)
+        self.in_block(|this| this.statements(&statements))
     }
 
     fn statements(&mut self, statements: &[(&'m Statement, Span)]) -> Result<()> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;
+            self.count_statement()?;
             let discarded = self.env[DISCARDED];
             self.statement(statement)?;
             let rest = &statements[i + 1..];

@@ -1,0 +1,165 @@
+//! Sound inputs, which mutations begin from: short, so that each part of them is changed often.
+
+use orrery::shader::fragments::FRAGMENTS;
+use std::io::Cursor;
+
+/// Under each catalog file: a star to go round and a body to say something of. The embedded catalog would take a hundred times as long.
+pub const BASE: &str = r#"[[body]]
+id = 10
+name = "Sun"
+kind = "star"
+radii_km = [695700.0, 695700.0, 695700.0]
+geometric_albedo = 0.0
+colour_linear_srgb = [1.0, 1.0, 1.0]
+photometry = { model = "emissive", u1 = [0.4, 0.5, 0.6], u2 = [0.2, 0.2, 0.2] }
+rotation = { model = "pck" }
+motion = { theory = "planetary" }
+[[body]]
+id = 499
+name = "Mars"
+kind = "planet"
+parent = "Sun"
+radii_km = [3396.19, 3396.19, 3376.2]
+geometric_albedo = 0.17
+colour_linear_srgb = [1.4, 0.9, 0.5]
+photometry = { model = "oren-nayar", roughness_deg = 18.0 }
+rotation = { model = "pck" }
+motion = { theory = "planetary" }
+"#;
+
+pub const BODY: &str = r#"[[body]]
+id = 401
+name = "Phobos"
+aliases = ["fear"]
+kind = "moon"
+parent = "Mars"
+radii_km = [13.0, 11.4, 9.1]
+geometric_albedo = 0.07
+colour_linear_srgb = [1.0, 1.0, 1.0]
+photometry = { model = "lunar-lambert", lunar_weight = 0.5 }
+rotation = { model = "pck" }
+motion = { theory = "planetary" }
+[body.maps.albedo]
+file = "a.png"
+gain = [1.0, 1.0, 1.0]
+[[ring]]
+body = "Mars"
+name = "dust"
+inner_km = 4e3
+outer_km = 5e3
+tau_normal = 0.1
+[[atmosphere]]
+body = "Mars"
+top_km = 80.0
+[[atmosphere.species]]
+name = "dust"
+scale_height_km = 11.0
+scattering_per_km = [0.1, 0.2, 0.3]
+"#;
+
+pub const OVERLAYS: [&str; 2] = [
+    r#"[[overlay]]
+body = "Mars"
+name = "map"
+file = "a.png"
+gain = [1.0, 1.0, 1.0]
+opacity = 0.5
+projection = "equirectangular"
+west_deg = -10.0
+east_deg = 10.0
+south_deg = -5.0
+north_deg = 5.0
+"#,
+    r#"[[overlay]]
+body = "mars"
+name = "photograph"
+file = "b.jpg"
+projection = "orthographic"
+latitude_deg = 10.0
+longitude_deg = 20.0
+width_km = 300.0
+height_km = 200.0
+"#,
+];
+
+pub const MOMENTS: [&str; 3] = [
+    r#"[[moment]]
+name = "then"
+kind = "transit"
+about = "There."
+time = "2024-04-08T18:17:16Z"
+target = "Mars"
+source = "none"
+side = "Sun"
+radii = 3.0
+"#,
+    r#"[[moment]]
+name = "there"
+kind = "rings"
+about = "Then."
+time = "1979-03-05T12:05:00Z"
+target = "Sun"
+source = "none"
+over = "Mars"
+latitude_deg = 1.0
+longitude_deg = 2.0
+height_km = 3.0
+fov_deg = 40.0
+"#,
+    r#"[[moment]]
+name = "from"
+kind = "photograph"
+about = "So."
+time = "1990-02-14T04:48:00Z"
+target = "Sun"
+source = "none"
+from = "Mars"
+fov_deg = 0.4
+"#,
+];
+
+pub const STARS: [&str; 2] = [
+    "# name,RA_deg(ICRS, J1991.25),dec_deg,V,plx,pmRA,pmDec,B-V,rv_km_s\nVega,279.23,38.78,0.03,130.2,200.9,286.2,-0.001,-20.6\nx,0,0,6,,,,,\n",
+    // A line of hip2.dat: van Leeuwen 2007, CDS I/311.
+    " 91262   5 0 1  4.8735540000  0.6769140000  130.23   200.94   286.23   0.33   0.36   0.36   0.37   0.44 114  1.33  0    0.0    0  0.0868 \
+     0.0017 0.005 1 -0.001 0.003 -0.010\n",
+];
+
+pub const PCK: &str = "\\begindata\nBODY4_NUT_PREC_ANGLES = ( 190.7 19139.8 21.4 38280.7 )\nBODY4_MAX_PHASE_DEGREE = 1\nBODY499_POLE_RA = ( 317.2 \
+    -0.1 0. )\nBODY499_POLE_DEC = ( 54.4 -6.1D-2 0. )\nBODY499_PM = ( 176.0 350.89 0. )\nBODY499_NUT_PREC_RA += ( 0 0.4 )\n\\begintext\n";
+
+pub const SETTINGS: &str = r#"{"dark":null,"zoom":1.2,"names":true,"unit":"miles","home":{"latitude_deg":51.5,"longitude_deg":0},"place":null,
+"bookmarks":[{"name":"a","view":{"target":699,"eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"}}],"recent":[]}"#;
+
+/// A fragment that everyone may lay over the built-in one.
+pub fn fragments() -> Vec<Vec<u8>> {
+    FRAGMENTS.iter().filter(|(name, _)| *name == "entry/tone_map.wesl").map(|(_, text)| text.as_bytes().to_vec()).collect()
+}
+
+pub fn questions() -> Vec<Vec<u8>> {
+    let all = orrery::probe::questions_text();
+    all.lines().filter(|l| l.trim().starts_with("{\"q\"")).map(|l| l.trim().as_bytes().to_vec()).collect()
+}
+
+pub fn small_png() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 4, 4);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.add_itxt_chunk("Request".into(), "{}".into()).expect("a chunk");
+    let mut writer = encoder.write_header().expect("a head");
+    writer.write_image_data(&[127; 64]).expect("pixels");
+    writer.finish().expect("an end");
+    bytes
+}
+
+pub fn small_jpeg() -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image::DynamicImage::new_rgb8(16, 8).write_to(&mut bytes, image::ImageFormat::Jpeg).expect("written");
+    bytes.into_inner()
+}
+
+pub fn small_exr() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    orrery::image::write_exr(&mut bytes, 2, 2, &[[0.5; 4]; 4], "", Some("{}")).expect("written");
+    bytes
+}

@@ -1,0 +1,129 @@
+//! Limits of a fragment that someone else may have written: parsers, validators and lowerings recurse into what is nested, and 0.4 of wgsl-parse tries again at each `<`.
+//!
+//! In: a fragment's text. Out: the first place that passes a limit. Always: each byte is looked at once; comments do not count. The shipped fragments stay far below (the
+//! deepest brackets are 7, the longest part of a statement has 600 bytes). Not done: whether it is WESL.
+
+/// `<` without its `>` that a statement may have. wgsl-parse reads on from each to see whether it opens a list of types, and does so anew inside each: the time doubles
+/// with every one.
+const MAX_OPEN_ANGLES: usize = 12;
+/// Brackets inside each other.
+const MAX_DEPTH: usize = 64;
+/// Bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms is a tree as deep.
+const MAX_PART_BYTES: usize = 4096;
+/// `else` of one chain: each is nested in the one before.
+const MAX_ELSE: usize = 64;
+
+/// The text with its comments as blanks of the same length.
+fn without_comments(text: &str) -> Vec<u8> {
+    // What ends a line in WGSL.
+    let ends_line = |c: char| matches!(c, '\n' | '\u{b}' | '\u{c}' | '\r' | '\u{85}' | '\u{2028}' | '\u{2029}');
+    let mut code = text.as_bytes().to_vec();
+    let mut chars = text.char_indices().peekable();
+    while let Some((start, c)) = chars.next() {
+        let Some(second) = chars.peek().map(|(_, c)| *c).filter(|second| c == '/' && matches!(second, '/' | '*')) else { continue };
+        chars.next();
+        if second == '/' {
+            while chars.next_if(|(_, c)| !ends_line(*c)).is_some() {}
+        } else {
+            // Block comments stand inside each other.
+            let mut depth = 1;
+            while depth > 0
+                && let Some((_, c)) = chars.next()
+            {
+                match (c, chars.peek().map(|(_, c)| *c)) {
+                    ('/', Some('*')) => depth += 1,
+                    ('*', Some('/')) => depth -= 1,
+                    _ => continue,
+                }
+                chars.next();
+            }
+        }
+        let end = chars.peek().map_or(text.len(), |(end, _)| *end);
+        code[start..end].fill(b' ');
+    }
+    code
+}
+
+/// The first byte that is beyond a limit, and which limit it is.
+pub(super) fn first_excess(text: &str) -> Option<(usize, String)> {
+    let code = without_comments(text);
+    let (mut angles, mut part) = (0, 0);
+    // For each open bracket, and the fragment itself, the `else` of the chain that stands there.
+    let mut chains = vec![0];
+    for (at, byte) in code.iter().enumerate() {
+        part = if byte.is_ascii_whitespace() { part } else { part + 1 };
+        match byte {
+            b'<' => angles += 1,
+            b'>' => angles -= usize::from(angles > 0),
+            b';' | b'{' | b'}' => (angles, part) = (0, 0),
+            b',' => part = 0,
+            _ => {}
+        }
+        match byte {
+            b'(' | b'[' | b'{' => chains.push(0),
+            b')' | b']' | b'}' if chains.len() > 1 => drop(chains.pop()),
+            _ => {}
+        }
+        if *byte == b'}'
+            && let Some(chain) = chains.last_mut()
+        {
+            let goes_on = code[at + 1..].trim_ascii_start().starts_with(b"else");
+            *chain = if goes_on { *chain + 1 } else { 0 };
+        }
+        let what = if angles > MAX_OPEN_ANGLES {
+            format!("more than {MAX_OPEN_ANGLES} `<` are open in one statement")
+        } else if chains.len() > MAX_DEPTH + 1 {
+            format!("more than {MAX_DEPTH} brackets stand inside each other")
+        } else if part > MAX_PART_BYTES {
+            format!("more than {MAX_PART_BYTES} bytes stand without a `;` or `,`")
+        } else if chains.last().is_some_and(|chain| *chain > MAX_ELSE) {
+            format!("more than {MAX_ELSE} `else` follow one `if`")
+        } else {
+            continue;
+        };
+        return Some((at, what));
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::fragments::FRAGMENTS;
+
+    #[test]
+    fn comments_do_not_count_and_hide_nothing() {
+        let code = |text: &str| String::from_utf8(without_comments(text)).expect("UTF-8");
+        assert_eq!(code("a // b\nc"), "a     \nc");
+        assert_eq!(code("a/* b /* c */ d */e"), format!("a{}e", " ".repeat(17)));
+        assert_eq!(code("a / b * c"), "a / b * c");
+        assert_eq!(code("a //é\u{2028}b"), format!("a {}\u{2028}b", " ".repeat(4)));
+        assert_eq!(code("a /* b"), "a     ");
+        assert_eq!(code("/*/ a */b"), "        b");
+        assert_eq!(code("//* a\nb"), "     \nb");
+    }
+
+    #[test]
+    fn limits_are_where_they_say() {
+        let excess = |text: &str| first_excess(text).map(|(at, what)| (at, what.split_whitespace().nth(2).unwrap_or_default().to_owned()));
+        let number = |n: usize| n.to_string();
+        for (unit, most) in [("(", MAX_DEPTH), ("f([", MAX_DEPTH / 2), ("{", MAX_DEPTH), ("vec2<", MAX_OPEN_ANGLES)] {
+            assert_eq!(excess(&unit.repeat(most)), None, "{unit}");
+            assert!(excess(&unit.repeat(most + 1)).is_some(), "{unit}");
+            // Comments that would close it do not.
+            assert!(excess(&format!("{unit}/* ))]]}}}}>> */").repeat(most + 1)).is_some(), "{unit}");
+            assert!(excess(&format!("{unit}// ))]]}}>>\r").repeat(most + 1)).is_some(), "{unit}");
+        }
+        assert_eq!(excess(&"()[]{}".repeat(100_000)), None);
+        assert_eq!(excess(&"x ".repeat(MAX_PART_BYTES)), None);
+        assert_eq!(excess(&"x ".repeat(MAX_PART_BYTES + 1)), Some((2 * MAX_PART_BYTES, number(MAX_PART_BYTES))));
+        assert_eq!(excess(&"x, ".repeat(100_000)), None);
+        let chain = |n: usize| format!("if a {{}}{}", " else if b { if c {} }".repeat(n));
+        assert_eq!(excess(&chain(MAX_ELSE)), None);
+        assert!(excess(&chain(MAX_ELSE + 1)).is_some());
+        assert_eq!(excess(&"if a {} else {}".repeat(1000)), None);
+        for (name, text) in FRAGMENTS.iter() {
+            assert_eq!(first_excess(text), None, "{name}");
+        }
+    }
+}

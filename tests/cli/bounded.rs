@@ -1,0 +1,275 @@
+//! No input of at most 1 MB takes over 5 s of processor time or 1 GB of memory: for each way in, inputs made to be as costly as their kind allows.
+//!
+//! The limits are the system's own (`ulimit -t`, `ulimit -v`): who passes them is killed, or aborts. A limit of address space is more than one of memory, so it is
+//! that of the program with a harmless input and 1 GB.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const MEGABYTE: usize = 1_000_000;
+const SECONDS: u32 = 5;
+/// Kilobytes: the program maps some 0.6 GB as it starts, with one thread.
+const ADDRESS_SPACE_KB: u32 = 1_600_000;
+
+fn orrery(cache: &Path, words: &[&str], input: &[u8]) -> Output {
+    let mut command = Command::new("bash");
+    command.arg("-c").arg(format!("ulimit -c 0; ulimit -t {SECONDS}; ulimit -v {ADDRESS_SPACE_KB}; exec \"$@\"")).arg("bash");
+    command.arg(env!("CARGO_BIN_EXE_orrery")).args(["--renderer", "software", "--threads", "1", "--cache"]).arg(cache).args(words);
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    std::thread::scope(|scope| {
+        // The program may end without having read it all.
+        scope.spawn(move || drop(stdin.write_all(input)));
+        child.wait_with_output().expect("ends")
+    })
+}
+
+/// That the program ended by itself: with an answer or a refusal.
+fn ends(cache: &Path, case: &str, words: &[&str], input: &[u8]) {
+    let out = orrery(cache, words, input);
+    let said = String::from_utf8_lossy(&out.stderr);
+    let start: String = said.chars().take(400).collect();
+    assert!(matches!(out.status.code(), Some(0..=2)) && !said.contains("panicked"), "{case}: {:?}: {start}", out.status);
+}
+
+/// As many of these as fit into a megabyte; each gets its number.
+fn many(of: impl Fn(usize) -> String) -> String {
+    let mut text = String::new();
+    for k in 0.. {
+        let next = of(k);
+        if text.len() + next.len() > MEGABYTE {
+            break;
+        }
+        text.push_str(&next);
+    }
+    text
+}
+
+fn nested(open: &str, close: &str) -> String {
+    let depth = MEGABYTE / (open.len() + close.len());
+    format!("{}{}", open.repeat(depth), close.repeat(depth))
+}
+
+/// A body that a catalog takes.
+fn body(id: usize, parent: &str) -> String {
+    format!(
+        "[[body]]\nid = {id}\nname = \"B{id}\"\nkind = \"moon\"\nparent = \"{parent}\"\nradii_km = [1, 1, 1]\ngeometric_albedo = 0.1\n\
+         colour_linear_srgb = [1, 1, 1]\nphotometry = {{ model = \"lambert\" }}\nrotation = {{ model = \"synchronous\" }}\nmotion = {{ theory = \"planetary\" }}\n"
+    )
+}
+
+#[test]
+fn catalogs_of_a_megabyte() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let first = 2_000_000;
+    let dots = vec!["a"; MEGABYTE / 2].join(".");
+    let names = many(|k| format!("\"n{k}\","));
+    let cases = [
+        ("nothing", String::new()),
+        ("a chain of parents", many(|k| body(first + k, &if k == 0 { "Sun".into() } else { format!("B{}", first + k - 1) }))),
+        ("one long circle", many(|k| body(first + k, &format!("B{}", first + (k + 1) % 2500)))),
+        ("bodies without anything", many(|k| format!("[[body]]\nid = {}\n", first + k))),
+        ("one body for ever", many(|_| "[[body]]\nid = 401\n".into())),
+        (
+            "rings of nobody",
+            many(|k| format!("[[ring]]\nbody = \"mars{k}\"\nname = \"r\"\ninner_km = 4e3\nouter_km = 5e3\ntau_normal = 0.1\n")),
+        ),
+        (
+            "rings of Mars",
+            many(|k| format!("[[ring]]\nbody = \"Mars\"\nname = \"r{k}\"\ninner_km = 4e3\nouter_km = 5e3\ntau_normal = 0.1\n")),
+        ),
+        ("atmospheres", many(|k| format!("[[atmosphere]]\nbody = \"phobos{k}\"\ntop_km = 80.0\n"))),
+        (
+            "overlays",
+            many(|k| {
+                format!(
+                    "[[overlay]]\nbody = \"Mars\"\nname = \"{k}\"\nfile = \"a\"\nprojection = \"equirectangular\"\nwest_deg = 0\neast_deg = 1\nsouth_deg = 0\nnorth_deg = 1\n"
+                )
+            }),
+        ),
+        (
+            "moments",
+            many(|k| {
+                format!(
+                    "[[moment]]\nname = \"m{k}\"\nkind = \"rings\"\nabout = \"a\"\ntime = \"2024-01-01\"\ntarget = \"marz{k}\"\nsource = \"a\"\nside = \"satrun{k}\"\nradii = 3.0\n"
+                )
+            }),
+        ),
+        ("unknown fields", format!("[[body]]\nid = 401\n{}", many(|k| format!("x{k} = 1\n")))),
+        ("names", format!("[[body]]\nid = 401\naliases = [{names}]\n")),
+        ("one name", format!("[[body]]\nid = 401\nname = \"{}\"\n", "n".repeat(MEGABYTE))),
+        ("lists in lists", format!("a = {}", nested("[", "]"))),
+        ("tables in tables", format!("a = {}", nested("{a=", "}"))),
+        ("a dotted key", format!("{dots} = 1\n")),
+        ("a dotted head", format!("[{dots}]\n")),
+        ("many heads", many(|k| format!("[a{k}.b]\n"))),
+        ("no TOML", "= = =\n".repeat(MEGABYTE / 6)),
+        ("quotes", "\"".repeat(MEGABYTE)),
+    ];
+    for (k, (case, text)) in cases.into_iter().enumerate() {
+        let catalog = folder.path().join(k.to_string());
+        std::fs::create_dir(&catalog).expect("a folder");
+        std::fs::write(catalog.join("a.toml"), text).expect("a file");
+        let catalog = catalog.to_str().expect("a plain name");
+        ends(
+            folder.path(),
+            case,
+            &["ephemeris", "--body", "moon", "--center", "earth", "--time", "2024-01-01", "--catalogs", catalog],
+            &[],
+        );
+        // The ephemeris and the list of names, too.
+        ends(folder.path(), case, &["doctor", "--catalogs", catalog], &[]);
+    }
+}
+
+#[test]
+fn fragments_of_a_megabyte() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");
+    let inside = |statements: String| text.replace("    return displayed", &format!("{statements}\n    return displayed"));
+    let cases = [
+        ("nothing", (*text).to_owned()),
+        ("parentheses", inside(format!("let a = {}1{};", "(".repeat(400_000), ")".repeat(400_000)))),
+        ("a sum", inside(format!("let a = 1.0{};", " + 1.0".repeat(150_000)))),
+        ("signs", inside(format!("let a = {}1;", "- ".repeat(400_000)))),
+        ("members", inside(format!("let a = radiance{};", ".x".repeat(400_000)))),
+        ("indices", inside(format!("let a = radiance{};", "[0]".repeat(300_000)))),
+        ("calls", inside(format!("let a = {}1.0{};", "abs(".repeat(200_000), ")".repeat(200_000)))),
+        ("blocks", inside(nested("{", "}"))),
+        ("conditions", inside(nested("if true {", "}"))),
+        ("else", inside(format!("if true {{}}{}", " else if true {}".repeat(60_000)))),
+        ("types", format!("{text}\nalias t = {}f32{};", "array<".repeat(100_000), ">".repeat(100_000))),
+        ("less than", inside(format!("let a = 1{};", " < 1".repeat(200_000)))),
+        ("comments", format!("{text}\n{}", nested("/*", "*/"))),
+        ("alternatives", format!("{text}\n{}", "@if(a) ".repeat(120_000))),
+        ("names", format!("{text}\n{}", many(|k| format!("const c{k} = 1;\n")))),
+        ("functions", format!("{text}\nfn g0() {{}}\n{}", many(|k| format!("fn g{}() {{ g{k}(); }}\n", k + 1)))),
+        ("statements", inside(many(|k| format!("let a{k} = {k};\n")))),
+        ("attributes", format!("{text}\n{}", "@a ".repeat(300_000))),
+        ("noise", "\u{0}".repeat(MEGABYTE)),
+    ];
+    for (k, (case, text)) in cases.into_iter().enumerate() {
+        let shaders = folder.path().join(k.to_string());
+        std::fs::create_dir_all(shaders.join("entry")).expect("a folder");
+        std::fs::write(shaders.join("entry/tone_map.wesl"), text).expect("a file");
+        ends(folder.path(), case, &["shader", "emit", "tone_map", "--shaders", shaders.to_str().expect("a plain name")], &[]);
+        // Validated and lowered, too.
+        ends(folder.path(), case, &["shader", "cost", "tone_map", "--shaders", shaders.to_str().expect("a plain name")], &[]);
+    }
+}
+
+#[test]
+fn stars_shapes_kernels_and_pictures_of_a_megabyte() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let put = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.path().join(name), bytes).expect("a file");
+        folder.path().join(name).to_str().expect("a plain name").to_owned()
+    };
+    let view = ["explain", "--target", "phobos", "--time", "2024-01-01"];
+    for (case, text) in [
+        ("stars", format!("ra,dec,v\n{}", many(|k| format!("{},{},6\n", k % 360, k % 90)))),
+        ("stars at one place", format!("ra,dec,v\n{}", "0,0,1\n".repeat(MEGABYTE / 6))),
+        ("columns", format!("ra,dec,v{}\n", ",x".repeat(MEGABYTE / 2))),
+        ("one long line", ",".repeat(MEGABYTE)),
+        ("brackets", "(".repeat(MEGABYTE)),
+        ("empty lines", "\n".repeat(MEGABYTE)),
+    ] {
+        ends(folder.path(), case, &[&view[..], &["--stars", &put("stars.csv", text.as_bytes())]].concat(), &[]);
+    }
+    for (case, bytes) in [
+        ("a kernel of zeros", vec![0; MEGABYTE]),
+        ("a kernel of its own head", orrery_catalogs::PLUTO_KERNEL[..1024].repeat(MEGABYTE / 1024)),
+        ("a kernel cut short", orrery_catalogs::PLUTO_KERNEL.iter().copied().take(MEGABYTE / 2).collect()),
+    ] {
+        ends(folder.path(), case, &[&view[..], &["--kernel", &put("kernel.bsp", &bytes)]].concat(), &[]);
+    }
+    put("a.toml", b"[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n");
+    let catalogs = folder.path().to_str().expect("a plain name").to_owned();
+    let picture = put("a.png", b"");
+    let corners = "v 11 0 0\nv 0 11 0\nv 0 0 11\n";
+    for (case, text) in [
+        ("points", many(|k| format!("v {} 1 1\n", k % 11))),
+        ("triangles on three points", format!("{corners}{}", "f 1 2 3\n".repeat(MEGABYTE / 8))),
+        ("one face of many corners", format!("{corners}f{}\n", " 1 2 3".repeat(MEGABYTE / 6))),
+        (
+            "a ball of needles",
+            many(|k| {
+                let (a, b) = (k as f64 * 0.618, k as f64 * 0.382);
+                format!(
+                    "v {:.3} {:.3} {:.3}\nv {:.3} {:.3} {:.3}\nv 0.1 0 0\nf -1 -2 -3\n",
+                    11.0 * a.cos(),
+                    11.0 * a.sin(),
+                    b.sin(),
+                    11.0 * b.cos(),
+                    a.sin(),
+                    11.0 * b.sin()
+                )
+            }),
+        ),
+        ("slashes", "/".repeat(MEGABYTE)),
+        ("joined lines", "\\\n".repeat(MEGABYTE / 2)),
+    ] {
+        put("a.obj", text.as_bytes());
+        let words = [
+            "render",
+            "--target",
+            "phobos",
+            "--time",
+            "2024-01-01",
+            "--size",
+            "16x16",
+            "--overwrite",
+            "--catalogs",
+            &catalogs,
+            "-o",
+            &picture,
+        ];
+        ends(folder.path(), case, &words, &[]);
+    }
+    for (case, bytes) in [
+        ("zeros", vec![0; MEGABYTE]),
+        ("a head alone", b"\x89PNG\r\n\x1a\n".repeat(MEGABYTE / 8)),
+        ("markers", b"\xff\xd8\xff\xe0".repeat(MEGABYTE / 4)),
+    ] {
+        ends(folder.path(), case, &["compare", &put("b.png", &bytes), &put("c.png", &bytes)], &[]);
+    }
+}
+
+#[test]
+fn questions_views_and_names_of_a_megabyte() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |text: &str| {
+        std::fs::write(folder.path().join("a.json"), text).expect("a file");
+        folder.path().join("a.json").to_str().expect("a plain name").to_owned()
+    };
+    let texts = [
+        ("lists", nested("[", "]")),
+        ("objects", nested("{\"a\":", "}")),
+        ("fields", format!("{{{}\"z\":0}}", many(|k| format!("\"x{k}\":0,")))),
+        ("a name", format!("{{\"body\":\"{0}\",\"center\":\"{0}\",\"time\":\"{0}\"}}", "m".repeat(MEGABYTE / 3))),
+        ("a question", format!("{{\"q\":\"{}\"}}", "sunlight".repeat(MEGABYTE / 8))),
+        ("a number", format!("{{\"q\":{}}}", "1".repeat(MEGABYTE))),
+        ("lines", "{}\n".repeat(2000)),
+    ];
+    for (case, text) in &texts {
+        ends(folder.path(), case, &["probe", "--stdin"], text.as_bytes());
+        ends(folder.path(), case, &["ephemeris", "--stdin"], text.as_bytes());
+        let path = file(text);
+        ends(folder.path(), case, &["explain", "--camera-json", &path], &[]);
+        if cfg!(feature = "view") {
+            ends(folder.path(), case, &["view", &path], &[]);
+            ends(folder.path(), case, &["view", "--settings", &path], &[]);
+        }
+    }
+    // The longest argument that the system passes on.
+    for part in ["+rings,", "moon:+rings,moon:-rings,", "m:+rings,", "+eclipse=limb-darkened,", ","] {
+        let effects = part.repeat(120_000 / part.len());
+        ends(folder.path(), part, &["explain", "--target", "moon", "--time", "2024-01-01", &format!("--effects={effects}")], &[]);
+    }
+    let long = "lambert.".repeat(15_000);
+    ends(folder.path(), "key", &["shader", "emit", &long], &[]);
+    ends(folder.path(), "time", &["explain", "--target", "moon", "--time", &long], &[]);
+    ends(folder.path(), "target", &["explain", "--target", &long, "--time", "2024-01-01"], &[]);
+}

@@ -1,0 +1,110 @@
+//! Fragments that mean harm: each is refused or stopped with one line, and the session goes on drawing with sound ones.
+
+use orrery::scene::request::Quality;
+use orrery::session::{RendererPreference, Session, Sources};
+use orrery::shader::fragments::FRAGMENTS;
+use orrery::{Fragments, Instant, NaifId, SamplingQuality, ViewRequest};
+use std::time::{Duration, Instant as Clock};
+
+/// Longest that a refusal may take here; the budget of one batch is about a second.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+const TONE_MAP: &str = "entry/tone_map.wesl";
+
+/// The shipped fragment with these declarations, and these statements before its fragment stage returns.
+fn tone_map(declarations: &str, statements: &str) -> Fragments {
+    let (_, text) = FRAGMENTS.iter().find(|(name, _)| *name == TONE_MAP).expect("a fragment");
+    let text = text
+        .replace("@fragment", &format!("{declarations}\n@fragment"))
+        .replace("    return displayed", &format!("{statements}\n    return displayed"));
+    Fragments::with_files([(TONE_MAP.to_owned(), text)])
+}
+
+fn session(renderer: RendererPreference) -> Session {
+    Session::open(&Sources { renderer, ..Sources::default() }, |_| {}).expect("a session")
+}
+
+/// The picture's bytes, or why there is none.
+fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String> {
+    session.make_shaders_of(fragments);
+    let time = Instant::parse("2024-01-01T00:00:00Z").expect("a time");
+    let request = ViewRequest { width: 48, height: 48, quality: Quality::Draft, ..ViewRequest::of(NaifId::MOON, time) };
+    let begun = Clock::now();
+    let picture = session.draw(&request, SamplingQuality::of(Quality::Draft), false).map(|d| d.frame.display).map_err(|e| e.to_string());
+    assert!(begun.elapsed() < PATIENCE, "{:?}: {picture:?}", begun.elapsed());
+    picture
+}
+
+/// Functions g0 to gN, each made of the one before.
+fn functions(count: usize, made: impl Fn(usize) -> String) -> String {
+    let one = |k: usize| format!("fn g{}(x: f32) -> f32 {{ return {}; }}\n", k + 1, made(k));
+    format!("fn g0(x: f32) -> f32 {{ return x * 1.5; }}\n{}", (0..count).map(one).collect::<String>())
+}
+
+/// Declarations, statements, and a word of the message.
+fn refused() -> Vec<(String, String, &'static str)> {
+    let many_turns = "for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }";
+    let deep_loops = format!("{}k += 1u;{}", "for (var i = k; i < 4000000000u; i++) { ".repeat(40), " }".repeat(40));
+    let all = [
+        ("", "loop { }", "end"),
+        ("", "while true { let a = 1; }", "end"),
+        // Nobody can know that these do not end.
+        ("", "var x = radiance.x; while x > -1.0 { x += 1e-9; }", "end"),
+        ("", "var k = 0u; loop { k += u32(position.x) * 0u; if k > 0u { break; } }", "end"),
+        ("", &format!("var k = 0u; {many_turns} if k == 7u {{ discard; }}"), "end"),
+        ("", &format!("var k = 0u; {deep_loops} if k == 7u {{ discard; }}"), ""),
+        ("fn again(x: f32) -> f32 { return again(x + 1.0); }", "let y = again(radiance.x);", ""),
+        ("fn ping(x: f32) -> f32 { return pong(x); }\nfn pong(x: f32) -> f32 { return ping(x); }", "let y = ping(1.0);", ""),
+        // 2^40 calls, once each is laid out.
+        (&functions(40, |k| format!("g{k}(x) + g{k}(x + 1.0)")), "if g40(radiance.x) > 1e30 { discard; }", "too long"),
+        (&functions(300, |k| format!("g{k}(x)")), "if g300(radiance.x) > 1e30 { discard; }", "inside each other"),
+        ("", "var a: array<f32, 4294967295>; a[u32(position.x)] = 1.0;", ""),
+        ("", "var a: array<array<f32, 65536>, 65536>; a[u32(position.x)][1] = 1.0;", ""),
+        ("", "var a: array<f32, 30000000>; a[u32(position.x)] = radiance.x; if a[u32(position.y)] > 1e30 { discard; }", "array"),
+        ("", "var a = array<f32, 2>(1.0, 2.0); a[7] = 1.0;", ""),
+        ("var<private> big: array<f32, 1000000000>;", "big[u32(position.x)] = 1.0; if big[3] > 1.0 { discard; }", ""),
+    ];
+    all.into_iter().map(|(declarations, statements, word)| (declarations.to_owned(), statements.to_owned(), word)).collect()
+}
+
+#[test]
+fn fragments_that_mean_harm_are_refused_and_sound_ones_draw_again() {
+    let session = session(RendererPreference::Software);
+    let sound = drawn(&session, Fragments::default()).expect("a picture");
+    for (declarations, statements, word) in refused() {
+        let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
+        assert!(why.contains(word) && !why.trim().contains('\n') && why.len() < 600, "{statements}: {why}");
+        assert_eq!(drawn(&session, Fragments::default()).as_ref(), Ok(&sound), "after {statements}");
+    }
+}
+
+/// Reads beyond an array or a texture give some value of it or zero, never anything else of the memory, and a bounded loop of many turns is drawn.
+#[test]
+fn indices_out_of_range_stay_inside_and_long_loops_that_end_are_drawn() {
+    let session = session(RendererPreference::Software);
+    let sound = drawn(&session, Fragments::default()).expect("a picture");
+    for statements in [
+        "var a = array<f32, 3>(1.0, 2.0, 3.0); let far = a[u32(position.x * 1e6)]; if far < 0.0 || far > 3.0 { discard; }",
+        "let far = textureLoad(hdr, vec2i(2147483647, -2147483647), 9999); if far.x != far.x { discard; }",
+        "var a: array<f32, 4>; a[i32(position.x) - 1000000] = 5.0; a[0xffffffffu - u32(position.y)] = 7.0;",
+        "var s = 0u; for (var i = 0u; i < 20000u; i++) { s += i ^ u32(position.x); } if s == 1u { discard; }",
+    ] {
+        assert_eq!(drawn(&session, tone_map("", statements)).as_ref(), Ok(&sound), "{statements}");
+    }
+}
+
+/// What software stops a device never gets; it draws on with sound fragments.
+#[cfg(feature = "gpu")]
+#[test]
+fn a_device_gets_no_loop_that_does_not_end() {
+    if crate::support::gpu::gpu().is_none() {
+        return;
+    }
+    let session = session(RendererPreference::Gpu);
+    let sound = drawn(&session, Fragments::default()).expect("a picture");
+    for (declarations, statements, word) in refused() {
+        let why = drawn(&session, tone_map(&declarations, &statements)).expect_err(&statements);
+        assert!(why.contains(word) && !why.trim().contains('\n'), "{statements}: {why}");
+    }
+    assert_eq!(drawn(&session, Fragments::default()), Ok(sound));
+}
