@@ -1,7 +1,9 @@
 //! The built program: verbs, messages, files.
 
 mod bench;
+mod error_bound;
 mod frames;
 mod hostile;
+mod measure;
 mod messages;
 mod verbs;
