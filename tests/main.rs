@@ -15,6 +15,7 @@ mod rings;
 mod scene;
 mod shader;
 mod software;
+mod stability;
 mod support;
 #[cfg(feature = "view")]
 mod view;

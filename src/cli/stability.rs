@@ -85,8 +85,9 @@ fn row(report: &SweepReport) -> Value {
 
 fn lines(report: &SweepReport) -> String {
     let verdict = if report.has_failed() { "BROKEN" } else { "kept" };
+    let found = &report.found;
     format!(
-        "{:<15} {verdict:<6} {:>6} cases, worst {:.3e} of {:.3e} {}\n    at {}\n    {}\n",
-        report.name, report.found.cases, report.found.worst, report.bound, report.unit, report.found.location, report.found.cause,
+        "{:<15} {verdict:<6} {:>6} cases, worst {:.3e} of {:.3e} {} ({})\n    at {}\n    {}\n",
+        report.name, found.cases, found.worst, report.bound, report.unit, report.reason, found.location, found.cause,
     )
 }

@@ -221,19 +221,37 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     weighed("shape", "shading of Saturn's globe; the outline is the ellipsoid's in both", Unit::Levels, effort.rounds(), candidates)
 }
 
+/// Options that differ in sampling: drawn in f32, their errors in f64, so that rounding is no part of them.
+fn sampled<'a>(
+    studio: &'a Studio<'_>,
+    request: &ViewRequest,
+    options: impl Iterator<Item = (String, SamplingQuality, Vec<Quality>)>,
+    finest: SamplingQuality,
+) -> Result<Vec<Candidate<'a>>, SessionError> {
+    let truth = studio.light(&studio.planned_alone(request, finest)?, Precision::F64)?;
+    let mut candidates = Vec::new();
+    for (name, sampling, default_of) in options {
+        let view = studio.planned_alone(request, sampling)?;
+        let error = p999(levels_apart(&studio.light(&view, Precision::F64)?, &truth));
+        candidates.push(Candidate { name, error, default_of, work: Box::new(move || studio.draw(&view, Precision::F32)) });
+    }
+    Ok(candidates)
+}
+
+/// The qualities whose sampling is such.
+fn qualities_sampling(is_such: impl Fn(SamplingQuality) -> bool) -> Vec<Quality> {
+    Quality::ALL.into_iter().filter(|q| is_such(SamplingQuality::of(*q))).collect()
+}
+
 /// Taps along the footprint of a pixel on a map.
 pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(standard("moon-limb", effort)?)?;
-    let finest = SamplingQuality::of(Quality::Reference);
-    let truth = studio.light(&studio.planned_alone(&request, finest)?, Precision::F64)?;
-    let mut candidates = Vec::new();
-    for anisotropy in [1, 2, 4, 8, 16] {
+    let options = [1_u8, 2, 4, 8, 16].map(|anisotropy| {
         let sampling = SamplingQuality { samples: 4, anisotropy };
-        let default_of = Quality::ALL.into_iter().filter(|q| SamplingQuality::of(*q).anisotropy == anisotropy).collect();
-        let view = studio.planned_alone(&request, sampling)?;
-        candidates.push(drawing(&studio, &anisotropy.to_string(), view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
-    }
+        (anisotropy.to_string(), sampling, qualities_sampling(|s| s.anisotropy == anisotropy))
+    });
+    let candidates = sampled(&studio, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
     weighed("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", Unit::Levels, effort.rounds(), candidates)
 }
 
@@ -241,22 +259,11 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let studio = Studio::new(session)?;
     let request = studio.exposed(standard("saturn", effort)?)?;
-    let finest = SamplingQuality { samples: 4, ..PLAIN };
-    let truth = studio.light(&studio.planned_alone(&request, finest)?, Precision::F64)?;
-    let mut candidates = Vec::new();
-    for samples in [1, 4] {
-        let sampling = SamplingQuality { samples, anisotropy: 8 };
-        let default_of = Quality::ALL.into_iter().filter(|q| SamplingQuality::of(*q).samples == samples).collect();
-        let view = studio.planned_alone(&request, sampling)?;
-        candidates.push(drawing(&studio, &samples.to_string(), view, Precision::F32, default_of, |p| p999(levels_apart(p, &truth)))?);
-    }
-    weighed(
-        "samples",
-        "Saturn with its rings; against 4 samples in f64: limbs and rings have soft edges of their own",
-        Unit::Levels,
-        effort.rounds(),
-        candidates,
-    )
+    let options =
+        [1_u8, 4].map(|samples| (samples.to_string(), SamplingQuality { samples, ..PLAIN }, qualities_sampling(|s| s.samples == samples)));
+    let candidates = sampled(&studio, &request, options.into_iter(), SamplingQuality { samples: 4, ..PLAIN })?;
+    let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
+    weighed("samples", about, Unit::Levels, effort.rounds(), candidates)
 }
 
 /// Whole pixels, or fewer that are stretched over the window while things move.

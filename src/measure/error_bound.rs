@@ -27,7 +27,7 @@ fn sampling_part(quality: Quality) -> f64 {
 }
 
 /// Light that is scattered more than once, over light scattered once, at most: what the tiers without a table leave out (Earth's blue, Sun low).
-const SCATTERED_AGAIN: f64 = 1.5;
+const SCATTERED_AGAIN: f64 = 1.0;
 
 /// What pictures of a view need to be bounded by.
 struct Layers {

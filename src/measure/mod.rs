@@ -2,7 +2,7 @@
 //!
 //! In: a session, and how long it may take. Out: [`ChoiceMeasure`]s: for each option of each choice its error in a unit that a person feels and its time as a
 //! ratio to that of the choice's most accurate option. Always: times are ratios of runs in turns ([`timing`]), errors are taken against the dearest option in
-//! f64, those of whole qualities against 64 samples a pixel; which option each quality takes is read from the program, which ones it may
+//! f64; which option each quality takes is read from the program, which ones it may
 //! take is computed by [`rule`]. Not done: tessellation, for ellipsoids are intersected and not tessellated.
 
 mod drawings;

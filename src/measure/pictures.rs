@@ -1,21 +1,18 @@
 //! Linear pictures and how far they are from each other.
 //!
 //! In: views. Out: [`LightPicture`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to bytes, so that
-//! errors below a level can be told apart; light beyond white counts as white. The best picture that the program can make of a view is drawn in f64 with
-//! four times the pixels on each side, four samples in each, and averaged as linear light.
+//! errors below a level can be told apart; light beyond white counts as white.
 
 use super::timing::quantile;
 use crate::render::plan::{self, Plan, SamplingQuality};
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::scene::Scene;
-use crate::scene::request::{ExposureRequest, Quality, ViewRequest};
+use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
 /// The finest sampling: samples of a pixel, taps on a footprint.
 const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
-/// Pixels on a side of the best picture for each of the picture that it is compared with: 64 samples a pixel.
-const FINER: u32 = 4;
 
 /// A picture of linear light.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,13 +127,6 @@ impl<'a> Studio<'a> {
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
         let plan = plan::plan(&scene, self.session, sampling)?;
         Ok(PlannedView { scene, plan })
-    }
-
-    /// The best picture of a view's target, at the view's own exposure.
-    pub fn best(&self, request: &ViewRequest) -> Result<LightPicture, SessionError> {
-        let (width, height) = (request.width * FINER, request.height * FINER);
-        let finer = ViewRequest { width, height, quality: Quality::Reference, ..request.clone() };
-        Ok(self.light(&self.planned_alone(&finer, FINEST)?, Precision::F64)?.reduced(FINER))
     }
 
     /// The same view with the exposure that it meters, so that options are compared at one exposure.

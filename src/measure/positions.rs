@@ -95,9 +95,10 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let ways = vec![
         ("geometric", geometric, vec![]),
         ("light-time", retarded, vec![]),
-        ("light-time and aberration", Box::new(apparent) as Direction<'_>, Quality::ALL.to_vec()),
+        ("apparent", Box::new(apparent) as Direction<'_>, Quality::ALL.to_vec()),
     ];
     let truth: Direction<'_> = Box::new(apparent);
-    let about = "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction";
+    let about =
+        "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
     Ok(weighed("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)?)
 }

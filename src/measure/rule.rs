@@ -57,9 +57,9 @@ pub struct Weight {
 }
 
 impl Weight {
-    /// Beyond the quartiles, and by more than 3 %.
+    /// Beyond the quartiles, and by more than 5 %: less is not worth a change.
     fn is_clearly_cheaper(&self, than: &Self) -> bool {
-        self.time.high < than.time.low && self.time.median < 0.97 * than.time.median
+        self.time.high < than.time.low && self.time.median < 0.95 * than.time.median
     }
 
     /// By more than 1 % of the error.

@@ -23,23 +23,24 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     let mut views = Vec::new();
     for name in SCENES {
         let request = studio.exposed(standard(name, effort)?)?;
-        let best = studio.best(&request)?;
-        views.push((request, best));
+        let reference = ViewRequest { quality: Quality::Reference, ..request.clone() };
+        let truth = studio.light(&studio.planned_alone(&reference, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
+        views.push((request, truth));
     }
     let mut candidates = Vec::new();
     for quality in Quality::ALL {
         let mut worst = 0.0_f64;
         let mut planned = Vec::new();
-        for (request, best) in &views {
+        for (request, truth) in &views {
             let view = studio.planned_alone(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(levels_apart(&studio.light(&view, precision_of(quality))?, best)));
+            worst = worst.max(p999(levels_apart(&studio.light(&view, precision_of(quality))?, truth)));
             planned.push(view);
         }
         let studio = &studio;
         let work = Box::new(move || planned.iter().try_for_each(|view| studio.draw(view, precision_of(quality))));
         candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], work });
     }
-    let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against 64 samples a pixel in f64";
+    let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against the reference quality";
     weighed("quality", about, Unit::Levels, effort.rounds(), candidates)
 }
 
@@ -55,7 +56,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let sum = |p: &LightPicture| p.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
     let truth = sum(&studio.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
-    for (on, name, default_of) in [(false, "none", vec![]), (true, "all of the catalogue", Quality::ALL.to_vec())] {
+    for (on, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
         let planned = view(on)?;
         let error = 100.0 * (sum(&studio.light(&planned, Precision::F32)?) - truth).abs() / truth.max(f64::MIN_POSITIVE);
         let studio = &studio;

@@ -3,7 +3,7 @@
 use super::views::{JUPITER, SATURN, instant, looking, sunward};
 use super::{Found, PLAIN, SweepBench};
 use crate::catalog::NaifId;
-use crate::measure::LightPicture;
+use crate::measure::{LightPicture, PlannedView};
 use crate::render::software::Precision;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use crate::session::SessionError;
@@ -11,30 +11,35 @@ use crate::time::Instant;
 use crate::units::linear_to_srgb;
 use glam::DVec3;
 use serde_json::json;
+use std::collections::BTreeSet;
 
-/// Light averaged over 3 x 3 pixels, luminance: a sharp point that moves within its pixel stays what it is.
-fn blurred(picture: &LightPicture) -> Vec<f64> {
-    let (w, h) = (picture.width as i64, picture.height as i64);
-    let at = |x: i64, y: i64| {
-        let pixel = picture.light[(y.clamp(0, h - 1) * w + x.clamp(0, w - 1)) as usize];
-        crate::units::luminance([pixel[0], pixel[1], pixel[2]].map(f64::from))
-    };
-    let mean =
-        |x: i64, y: i64| (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).map(|(dx, dy)| at(x + dx, y + dy)).sum::<f64>() / 9.0;
-    (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
+/// Luminance of every pixel.
+fn luminances(picture: &LightPicture) -> Vec<f64> {
+    picture.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Levels by which the second picture leaves what the neighbours within a pixel show in the first; the pixel too. The frame's edge has no neighbours outside.
-fn out_of_reach(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
-    let (a, b) = (blurred(first), blurred(second));
+/// Part of the range of light around a pixel by which the mean over 3 x 3 pixels can change when the picture moves by a pixel: a third for each axis along which it moves.
+const MOVED_PART: f64 = 0.5;
+
+/// Levels by which light has come that no neighbour within two pixels had; the pixel too. Means over 3 x 3 pixels are compared: a sharp point that moves within
+/// its pixel stays what it is. The frame's edge has no neighbours outside.
+fn appeared(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+    let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
+    let around = |of: &[f64], x: i64, y: i64, reach: i64| -> Vec<f64> {
+        (-reach..=reach)
+            .flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)))
+            .map(|(dx, dy)| of[((y + dy) * w + x + dx) as usize])
+            .collect()
+    };
+    let mean = |of: &[f64], x: i64, y: i64| around(of, x, y, 1).iter().sum::<f64>() / 9.0;
     let level = |light: f64| 255.0 * linear_to_srgb((light * first.exposure_factor).clamp(0.0, 1.0));
     let mut worst = (0.0, [0, 0]);
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
-        let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).map(|(dx, dy)| level(a[((y + dy) * w + x + dx) as usize]));
-        let (low, high) = around.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-        let new = level(b[(y * w + x) as usize]);
-        let out = (low - new).max(new - high);
+        let (old, new) = (mean(&a, x, y), mean(&b, x, y));
+        let (low, high) = around(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+        let beyond = (new - old).abs() - MOVED_PART * (high - low);
+        let out = level(old.max(new)) - level(old.max(new) - beyond.max(0.0));
         if out > worst.0 {
             worst = (out, [x, y]);
         }
@@ -42,22 +47,41 @@ fn out_of_reach(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) 
     worst
 }
 
+/// The same for what appears and what disappears.
+fn out_of_reach(first: &LightPicture, second: &LightPicture) -> (f64, [i64; 2]) {
+    let (there, back) = (appeared(first, second), appeared(second, first));
+    if there.0 >= back.0 { there } else { back }
+}
+
+/// The draw without which the two frames fit best.
+fn culprit(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
+    let labels: BTreeSet<&str> = views.iter().flat_map(|v| &v.plan.passes[0].draws).map(|d| d.label.as_str()).collect();
+    let without = |label: &str| {
+        let [first, second] = views.map(|view| {
+            let mut view = PlannedView { scene: view.scene.clone(), plan: view.plan.clone() };
+            view.plan.passes[0].draws.retain(|d| d.label != label);
+            bench.light(&view, Precision::F32).ok()
+        });
+        Some((out_of_reach(&first?, &second?).0, label.to_owned()))
+    };
+    let best = labels.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or_else(String::new, |(rest, label)| format!("light out of reach; without the draw `{label}` {rest:.2} levels"))
+}
+
 /// Cameras that turn by a third of a pixel a step, and moons and shadows that move by less than one.
 pub(super) fn motion(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let mut found = Found::none();
     let (side, steps) = bench.pick((64, 10), (160, 60));
     let mut sequence = |name: &str, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
-        let mut before: Option<LightPicture> = None;
+        let mut before: Option<(PlannedView, LightPicture)> = None;
         for k in 0..steps {
             let view = bench.planned(&frame(f64::from(k)), PLAIN)?;
             let picture = bench.light(&view, Precision::F32)?;
-            if let Some(before) = &before {
+            if let Some((earlier, before)) = &before {
                 let (worst, pixel) = out_of_reach(before, &picture);
-                found.add(worst, || {
-                    (json!({ "sequence": name, "step": k, "pixel": pixel }), "light outside of the reach of a pixel".into())
-                });
+                found.add(worst, || (json!({ "sequence": name, "step": k, "pixel": pixel }), culprit(bench, [earlier, &view])));
             }
-            before = Some(picture);
+            before = Some((view, picture));
         }
         Ok(())
     };

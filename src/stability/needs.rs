@@ -1,20 +1,29 @@
 //! Only what the scene needs: frames with chosen features against frames with every feature.
 //!
-//! In: random views. Out: the worst pixel, and the distribution over views. Always: both frames have one exposure; "every feature" is each effect switched on
+//! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the worst view, and the distribution. Always: both frames have one exposure; "every feature" is each effect switched on
 //! by hand, in the model that the scene would take.
 
 use super::random::Random;
 use super::{Found, PLAIN, SweepBench};
 use crate::measure::{PlannedView, quantile};
+use crate::render::plan;
 use crate::render::software::Precision;
+use crate::scene::draw::{BodyShadow, RingShadow};
 use crate::scene::effects::Effect;
 use crate::scene::request::{Layers, Position, Purpose, ViewRequest};
 use crate::session::SessionError;
 use crate::time::Instant;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
-/// Effects that say how a body is shown and not what light reaches the pixel: they are left to the scene in both frames.
-const LEFT_ALONE: [Effect; 3] = [Effect::Points, Effect::Mesh, Effect::Overlays];
+/// A level of 255.
+const DISPLAY_BOUND: f64 = 1.0;
+/// Of the pixel: a thousandth for each feature left out, two at a pixel.
+const LINEAR_BOUND: f64 = 2e-3;
+
+/// Effects that are left to the scene in both frames: three say how a body is shown and not what light reaches the pixel; the corona of a Sun of less than a
+/// pixel or two has a bound of size, which no light moves.
+const LEFT_ALONE: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 struct RandomView {
     location: Value,
@@ -61,46 +70,90 @@ struct Frames {
     all: PlannedView,
 }
 
-fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose) -> Result<Frames, SessionError> {
+/// The frame that the scene chooses, and the one with `effects` switched on. Both take the models of the first: a model's own error is its tier's.
+fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<Frames, SessionError> {
     let exposed = bench.studio.exposed(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
-    for effect in Effect::ALL.into_iter().filter(|e| !LEFT_ALONE.contains(e)) {
-        everything.effects.set(effect, true);
+    for effect in effects.iter().filter(|e| !LEFT_ALONE.contains(e)) {
+        everything.effects.set(*effect, true);
     }
-    let chosen = ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed };
-    Ok(Frames { chosen: bench.planned(&chosen, PLAIN)?, all: bench.planned(&everything, PLAIN)? })
+    let chosen = bench.planned(&ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed }, PLAIN)?;
+    let mut scene = bench.planned(&everything, PLAIN)?.scene;
+    for draw in &mut scene.draws {
+        let same = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part);
+        let Some(models) = same.map(|c| c.features) else { continue };
+        let features = &mut draw.features;
+        if models.ring_shadow != RingShadow::None && features.ring_shadow != RingShadow::None {
+            features.ring_shadow = models.ring_shadow;
+        }
+        if models.body_shadow != BodyShadow::None && features.body_shadow != BodyShadow::None {
+            features.body_shadow = models.body_shadow;
+        }
+    }
+    let plan = plan::plan(&scene, bench.session(), PLAIN)?;
+    Ok(Frames { chosen, all: PlannedView { scene, plan } })
 }
 
-/// What the frame with everything has on and the chosen one has not, for the view's target.
-fn left_out(frames: &Frames, request: &ViewRequest) -> String {
-    let on = |view: &PlannedView| -> Vec<&'static str> {
-        let target = request.target.and_then(|id| view.scene.body(id));
-        target.map_or(Vec::new(), |b| b.decisions.iter().filter(|d| d.on).map(|d| d.feature).collect())
-    };
-    let chosen = on(&frames.chosen);
-    let missing: Vec<_> = on(&frames.all).into_iter().filter(|f| !chosen.contains(f)).collect();
-    if missing.is_empty() { "the target lacks no feature: another body's".to_owned() } else { format!("left out: {}", missing.join(", ")) }
+/// What two frames differ by.
+type Figure<'a> = &'a dyn Fn(&Frames) -> Result<f64, SessionError>;
+
+/// The effect that changes the chosen frame most where it alone is switched on, with its figure.
+fn dearest_omission(
+    bench: &SweepBench<'_>,
+    request: &ViewRequest,
+    purpose: Purpose,
+    figure: Figure<'_>,
+) -> Result<(f64, &'static str), SessionError> {
+    let mut worst = (0.0, "several together");
+    for effect in Effect::ALL.into_iter().filter(|e| !LEFT_ALONE.contains(e)) {
+        let alone = figure(&frames(bench, request, purpose, &[effect])?)?;
+        if alone > worst.0 {
+            worst = (alone, effect.name());
+        }
+    }
+    Ok(worst)
 }
 
-fn swept(bench: &SweepBench<'_>, purpose: Purpose, figure: impl Fn(&Frames) -> Result<f64, SessionError>) -> Result<Found, SessionError> {
+/// Views whose omission is named, the worst first.
+const NAMED: usize = 16;
+
+fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_>) -> Result<Found, SessionError> {
     let mut found = Found::none();
     let mut figures = Vec::new();
     for RandomView { location, request } in views(bench, bench.pick(160, 3000)) {
-        let Ok(frames) = frames(bench, &request, purpose) else { continue };
+        let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
         let worst = figure(&frames)?;
-        figures.push(worst);
-        found.add(worst, || (location, left_out(&frames, &request)));
+        found.add(worst, || (location, String::new()));
+        figures.push((worst, request));
     }
-    figures.sort_by(f64::total_cmp);
-    let at = |part: f64| quantile(&figures, part).unwrap_or(0.0);
-    let distribution = format!("over views: median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, all {:.2e}", at(0.5), at(0.9), at(0.99), at(1.0));
-    found.cause = format!("{}; {distribution}", found.cause);
+    figures.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // By effect: how many of the worst views, and the greatest figure.
+    let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
+    for (_, request) in figures.iter().take_while(|f| f.0 > bound).take(NAMED) {
+        let (alone, effect) = dearest_omission(bench, request, purpose, figure)?;
+        let seen = omitted.entry(effect).or_default();
+        *seen = (seen.0 + 1, seen.1.max(alone));
+    }
+    let named = omitted.iter().map(|(effect, (views, most))| format!("{effect} in {views} (up to {most:.2e})")).collect::<Vec<_>>();
+    let over = figures.iter().filter(|f| f.0 > bound).count();
+    let mut sorted: Vec<f64> = figures.iter().map(|f| f.0).collect();
+    sorted.sort_by(f64::total_cmp);
+    let at = |part: f64| quantile(&sorted, part).unwrap_or(0.0);
+    found.cause = format!(
+        "{over} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}",
+        if named.is_empty() { "none".to_owned() } else { named.join(", ") },
+        at(0.5),
+        at(0.9),
+        at(0.99),
+        at(1.0),
+    );
+    found.worst = 100.0 * over as f64 / sorted.len().max(1) as f64;
     Ok(found)
 }
 
 /// Bytes of the display.
 pub(super) fn display(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    swept(bench, Purpose::Display, |frames| {
+    swept(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
         let bytes = |view: &PlannedView| {
             bench.studio.renderer(Precision::F32).render(&view.plan, bench.session().library(), false).map(|(frame, _)| frame.display)
         };
@@ -111,7 +164,7 @@ pub(super) fn display(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
 
 /// A pixel's light over that of the frame with everything; pixels below a millionth of the brightest are left to rounding.
 pub(super) fn linear(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
-    swept(bench, Purpose::LINEAR, |frames| {
+    swept(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);
         let brightest = all.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
         let part = |a: &[f32; 4], b: &[f32; 4]| {

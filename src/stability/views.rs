@@ -8,8 +8,8 @@ use super::{Found, PLAIN, SweepBench};
 use crate::catalog::{Body, NaifId};
 use crate::events;
 use crate::render::software::Precision;
-use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
-use crate::session::SessionError;
+use crate::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
+use crate::session::{SessionError, standard_scenes};
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC};
 use glam::DVec3;
@@ -122,6 +122,15 @@ fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
 
 /// Along the horizon, from two metres to ten radii above the ground.
 pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    along_horizons(bench, &[0.3, 30.0, 120.0])
+}
+
+/// The same through a telescope: 10 arcseconds.
+pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
+    along_horizons(bench, &[0.003])
+}
+
+fn along_horizons(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<Found, SessionError> {
     let names: &[&str] =
         bench.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
     let azimuths = bench.pick(2, 12);
@@ -134,7 +143,7 @@ pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
                 let [east, north, up] = local_axes(23.0, 77.0);
                 let (sin, cos) = (0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuths)).sin_cos();
                 let direction = (east * sin + north * cos) * dip.cos() - up * dip.sin();
-                for fov_deg in [0.003, 0.3, 30.0, 120.0] {
+                for &fov_deg in fovs_deg {
                     let location = json!({ "body": body.name, "height_km": height_km, "azimuth": k, "fov_deg": fov_deg });
                     views.push(ExtremeView { location, request: ground(&body, [23.0, 77.0, height_km], direction, fov_deg, instant()) });
                 }
@@ -301,6 +310,8 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
     // In the shadow of the Earth, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
+    let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
+    let night_sky = night_sky.unwrap_or_else(|| of(SATURN, instant()));
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
@@ -323,7 +334,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
         ("corona", ViewRequest { position: dallas, fov_deg: Some(3.0), ..of(NaifId::SUN, totality) }),
         ("refracted limb", ViewRequest { position: Position::Centre(NaifId::MOON), fov_deg: Some(2.4), ..of(NaifId::EARTH, in_shadow) }),
         ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..of(NaifId::SUN, in_shadow) }),
-        ("night sky", ViewRequest { exposure: ExposureRequest::Stops(22.0), fov_deg: Some(45.0), ..of(SATURN, instant()) }),
+        ("night sky", night_sky),
     ];
     let mut found = Found::none();
     for (name, request) in views {

@@ -3,7 +3,9 @@
 mod bench;
 #[cfg(unix)]
 mod bounded;
+mod error_bound;
 mod frames;
 mod hostile;
+mod measure;
 mod messages;
 mod verbs;

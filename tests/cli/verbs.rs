@@ -25,7 +25,9 @@ const ECLIPSE: &str = "2024-04-08T18:17:16Z";
 
 #[test]
 fn every_verb_has_help_and_an_example() {
-    for verb in ["view", "render", "explain", "shader", "library", "ephemeris", "probe", "compare", "bench", "doctor"] {
+    for verb in
+        ["view", "render", "explain", "shader", "library", "ephemeris", "probe", "compare", "measure", "stability", "bench", "doctor"]
+    {
         let out = orrery(&[verb, "--help"]);
         let text = String::from_utf8_lossy(&out.stdout).to_lowercase();
         assert!(out.status.success() && text.contains("usage"), "{verb}");

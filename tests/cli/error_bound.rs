@@ -1,0 +1,91 @@
+//! `render --error` and `compare --error`: the bound of each pixel holds against the reference quality, and a smaller one does not.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn orrery(folder: &Path, words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_orrery"))
+        .current_dir(folder)
+        .env_remove("XDG_RUNTIME_DIR")
+        .args(words)
+        .args(["--renderer", "software", "--cache", "cache"])
+        .output()
+        .expect("the program starts")
+}
+
+fn done(folder: &Path, words: &[&str]) -> Output {
+    let out = orrery(folder, words);
+    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    out
+}
+
+/// Bodies with air, clouds, rings, an eclipse, craters.
+const VIEWS: [(&str, &[&str]); 5] = [
+    ("earth", &["--target", "earth", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "3"]),
+    ("saturn", &["--target", "saturn", "--time", "2017-05-17T00:00:00Z"]),
+    ("moon", &["--target", "moon", "--time", "2022-11-08T09:45:00Z"]),
+    ("jupiter", &["--target", "jupiter", "--time", "2015-01-24T06:45:00Z", "--distance-radii", "40", "--fov", "4"]),
+    ("mars", &["--target", "mars", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "1.2"]),
+];
+
+#[test]
+fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let mut pixels = 0.0;
+    let mut broken = 0.0;
+    for (name, view) in VIEWS {
+        let all = [&["render", "--size", "160x160"][..], view].concat();
+        let stops = {
+            let out = done(path, &[&["explain", "--size", "160x160", "--json"][..], view].concat());
+            let explained: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+            explained["exposure"]["stops"].as_f64().expect("stops").to_string()
+        };
+        let all = [&all[..], &["--exposure", &stops]].concat();
+        let reference = format!("{name}-reference.png");
+        done(path, &[&all[..], &["--quality", "reference", "-o", &reference]].concat());
+        for quality in ["draft", "standard"] {
+            let (picture, bound) = (format!("{name}-{quality}.png"), format!("{name}-{quality}-bound.png"));
+            done(path, &[&all[..], &["--quality", quality, "-o", &picture, "--error", &bound]].concat());
+            let out = done(path, &["compare", &picture, &reference, "--error", &bound, "--json"]);
+            let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+            let held = compared["bound_held"].as_f64().expect("a part");
+            let mean_bound = {
+                let image = image::open(path.join(&bound)).expect("a bound").to_rgb8();
+                image.pixels().map(|p| f64::from(*p.0.iter().max().expect("three"))).sum::<f64>()
+                    / f64::from(image.width() * image.height())
+            };
+            println!("{name} {quality}: held in {:.4} % of pixels, mean bound {mean_bound:.2} levels, {compared}", 100.0 * held);
+            pixels += 160.0 * 160.0;
+            broken += (1.0 - held) * 160.0 * 160.0;
+            assert!(mean_bound < 65.0, "{name} {quality}: a bound of {mean_bound} levels says nothing");
+        }
+    }
+    assert!(broken <= 1e-4 * pixels, "the bound is broken in {broken} of {pixels} pixels");
+    // It can fail: the draft's picture against the standard quality's bound.
+    let out = done(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
+    let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    assert!(compared["bound_held"].as_f64().expect("a part") < 0.99, "{compared}");
+}
+
+#[test]
+fn the_linear_bound_is_written_beside_and_other_files_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let words = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "moon.png"];
+    done(path, &[&words[..], &["--error", "bound.exr", "--error", "bound.png"]].concat());
+    let linear = image::open(path.join("bound.exr")).expect("a bound").to_rgb32f();
+    assert!(linear.pixels().all(|p| p.0.iter().all(|v| v.is_finite() && *v >= 0.0)) && linear.pixels().any(|p| p.0[1] > 0.0));
+    // The same once more is the same; another view's file is not replaced.
+    done(path, &[&words[..], &["--error", "bound.png"]].concat());
+    let other =
+        ["render", "--target", "mars", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "mars.png", "--error", "bound.png"];
+    let out = orrery(path, &other);
+    assert!(out.status.code() == Some(1) && !path.join("mars.png").exists(), "{}", String::from_utf8_lossy(&out.stderr));
+    for (more, about) in [(&["--error", "bound.gif"][..], ".png or .exr"), (&["--error", "b.png", "--frames", "2"], "one frame")] {
+        let words = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "-o", "run-%d.png"];
+        let out = orrery(path, &[&words[..], more].concat());
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(1) && said.contains(about), "{said}");
+    }
+}

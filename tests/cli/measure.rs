@@ -1,0 +1,98 @@
+//! `measure` and `stability` as a user meets them: fields, statuses, plots; and the defaults of the qualities by their rule.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+fn orrery(words: &[&str]) -> Output {
+    let cache = std::env::temp_dir().join(format!("orrery-measure-{}", std::process::id()));
+    Command::new(env!("CARGO_BIN_EXE_orrery"))
+        .env_remove("XDG_RUNTIME_DIR")
+        .args(words)
+        .args(["--renderer", "software", "--cache"])
+        .arg(cache)
+        .output()
+        .expect("the program starts")
+}
+
+fn text(words: &[&str]) -> String {
+    let out = orrery(words);
+    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8(out.stdout).expect("text")
+}
+
+fn json(words: &[&str]) -> Value {
+    serde_json::from_str(&text(words)).unwrap_or_else(|e| panic!("{words:?}: {e}"))
+}
+
+/// All choices in one run, which also draws the plot: times of a process of its own, for other tests share this one's.
+#[test]
+fn the_defaults_of_every_quality_follow_from_the_rule() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (png, svg) = (folder.path().join("trade.png"), folder.path().join("trade.svg"));
+    let table = text(&["measure", "--short", "-o", png.to_str().expect("a path"), "-o", svg.to_str().expect("a path")]);
+    let broken: Vec<&str> = table.lines().filter(|l| l.contains("by rule")).collect();
+    assert!(broken.is_empty(), "{}\n{table}", broken.join("\n"));
+    for choice in ["ephemeris", "eclipse", "air", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
+        assert!(table.lines().any(|l| l.starts_with(choice)), "{choice}: {table}");
+    }
+    // The kernel is nearer than the series and quicker: the table says so.
+    let series = table.lines().find(|l| l.trim_start().starts_with("series")).expect("the series");
+    assert!(series.contains("dominated"), "{series}");
+    let plot = image::open(&png).expect("a picture").to_rgb8();
+    let inked = plot.pixels().filter(|p| p.0.iter().any(|v| *v < 128)).count();
+    assert!(plot.width() > 1000 && inked > 5000, "{inked} dark pixels");
+    let drawn = std::fs::read_to_string(&svg).expect("a plot");
+    for name in ["ephemeris [arcsec]", "air [% of light]", "map-taps [255ths]", "time ratio", "pixel-8"] {
+        assert!(drawn.contains(name), "{name} is not in the plot");
+    }
+}
+
+#[test]
+fn measure_prints_the_fields_of_the_contract() {
+    let all = json(&["measure", "--short", "--json", "--choice", "ephemeris"]);
+    let rows = all["choices"].as_array().expect("choices");
+    assert_eq!(rows.iter().map(|r| r["option"].as_str().expect("a name")).collect::<Vec<_>>(), ["mean", "series", "kernel"]);
+    for row in rows {
+        let fields: Vec<&str> = row.as_object().expect("an object").keys().map(String::as_str).collect();
+        assert_eq!(fields, ["choice", "default_of", "dominated", "error", "option", "spread", "time_ratio", "unit"]);
+        let spread: Vec<f64> = row["spread"].as_array().expect("two").iter().map(|v| v.as_f64().expect("a number")).collect();
+        let ratio = row["time_ratio"].as_f64().expect("a number");
+        assert!(spread[0] <= ratio && ratio <= spread[1] && spread[0] > 0.0, "{row}");
+        assert!(row["error"].as_f64().expect("a number") >= 0.0 && row["unit"] == "arcsec");
+    }
+    let csv = text(&["measure", "--short", "--csv", "--choice", "ephemeris"]);
+    assert!(csv.starts_with("choice,option,error,unit,") && csv.lines().count() == 4, "{csv}");
+}
+
+#[test]
+fn one_view_is_answered_with_the_quality_that_is_enough() {
+    let view = ["measure", "--short", "--body", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "48x48"];
+    let answer = json(&[&view[..], &["--json"]].concat());
+    let enough = answer["enough"].as_str().expect("a quality");
+    let rows = answer["choices"].as_array().expect("choices");
+    let error = |name: &str| rows.iter().find(|r| r["option"] == name).expect(name)["error"].as_f64().expect("a number");
+    assert!(error(enough) <= 1.0 && error("reference") == 0.0, "{answer}");
+    assert!(["draft", "standard", "reference"].into_iter().take_while(|q| *q != enough).all(|q| error(q) > 1.0), "{answer}");
+    assert!(text(&view).contains(&format!("{enough} is enough")));
+    for (words, about) in [
+        (&["measure", "--short", "--choice", "speed"][..], "--choice speed"),
+        (&["measure", "-o", "trade.gif"], ".png or .svg"),
+        (&["measure", "--body", "vulcan", "--time", "now"], "vulcan"),
+        (&["stability", "--sweep", "nothing"], "--sweep nothing"),
+    ] {
+        let out = orrery(words);
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(1) && said.contains(about) && said.lines().count() == 1, "{words:?}: {said}");
+    }
+}
+
+#[test]
+fn stability_prints_the_fields_of_the_contract() {
+    let all = json(&["stability", "--short", "--json", "--sweep", "shadows", "--sweep", "umbra-exposure"]);
+    assert_eq!(all["failed"], 0);
+    for row in all["sweeps"].as_array().expect("sweeps") {
+        assert!(row["cases"].as_u64().expect("a count") > 10 && row["where"].is_object() && row["cause"].is_string(), "{row}");
+        assert!(row["worst"].as_f64().expect("a number") <= row["bound"].as_f64().expect("a number"), "{row}");
+    }
+    assert_eq!(all["sweeps"][0]["name"], "shadows");
+}

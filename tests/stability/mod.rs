@@ -1,0 +1,119 @@
+//! The sweeps of `stability` find what they are there for: each fault of the past, put in by hand, breaks the bound of a sweep that is kept without it.
+
+use crate::support::session::SESSION;
+use orrery::catalog::NaifId;
+use orrery::measure::Effort;
+use orrery::render::plan::{DepthState, Plan};
+use orrery::scene::request::Purpose;
+use orrery::session::{Session, SessionError, Sources};
+use orrery::shader::fragments::Fragments;
+use orrery::stability::{Faults, SWEEPS, SweepBench, SweepReport, run};
+use orrery::time::Instant;
+use std::collections::BTreeMap;
+
+fn swept(session: &Session, name: &str, faults: Faults) -> SweepReport {
+    let sweep = SWEEPS.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no sweep {name}"));
+    let bench = SweepBench::new(session, Effort::Short, 1, faults).expect("a bench");
+    let report = run(sweep, &bench).unwrap_or_else(|e| panic!("{name}: {e}"));
+    println!(
+        "{name}: {} cases, {:e} of {:e} {}, {}",
+        report.found.cases, report.found.worst, report.bound, report.found.location, report.found.cause
+    );
+    report
+}
+
+/// A session whose fragments have other texts: file, what it says, what it says instead.
+fn edited(changes: &[(&str, &str, &str)]) -> Session {
+    let cache = std::env::temp_dir().join(format!("orrery-stability-{}", std::process::id()));
+    let session = Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens");
+    let mut files: BTreeMap<String, String> = BTreeMap::new();
+    for (path, from, to) in changes {
+        let built_in = || Fragments::default().text(path).expect("a fragment").to_owned();
+        let text = files.entry((*path).to_owned()).or_insert_with(built_in);
+        assert!(text.contains(from), "{path} has no longer `{from}`");
+        *text = text.replace(from, to);
+    }
+    session.make_shaders_of(Fragments::with_files(files));
+    session
+}
+
+/// The limbs' closed form reaches the whole Sun to its last digit but one: without the early return and the clamps an umbra is not 0.
+#[test]
+fn shadows_are_stable_and_a_dropped_clamp_in_an_umbra_is_found() {
+    assert!(!swept(&SESSION, "shadows", Faults::default()).has_failed());
+    let obscuration = "lib/eclipse/obscuration.wesl";
+    let unclamped = edited(&[
+        ("lib/eclipse/disc_overlap.wesl", "    if overhang <= 0.0 {\n        return WHOLE_SUN;\n    }\n", ""),
+        (obscuration, "let over_centre = round && circle.x >= 1.0 && circle.y < circle.x;", "let over_centre = false;"),
+        (obscuration, "o.left = max(WHOLE_SUN - o.hidden, vec3f(0.0));", "o.left = WHOLE_SUN - o.hidden;"),
+        (
+            obscuration,
+            "return clamp(select(1.0 - hidden / whole, left / whole, o.left.x < o.hidden.x), vec3f(0.0), vec3f(1.0));",
+            "return select(1.0 - hidden / whole, left / whole, o.left.x < o.hidden.x);",
+        ),
+    ]);
+    assert!(swept(&unclamped, "shadows", Faults::default()).has_failed());
+}
+
+#[test]
+fn an_angle_by_the_arc_cosine_of_a_dot_product_is_found() {
+    let by_cosine = edited(&[(
+        "lib/eclipse/occluders.wesl",
+        "    s.semi = select(shape.zw * scale",
+        "    let towards = normalize(vec3f(s.centre / draw.eclipse_across[0].w, 1.0));
+    let angle = acos(min(dot(towards, vec3f(0.0, 0.0, 1.0)), 1.0));
+    s.centre = normalize(s.centre + vec2f(1.0e-12)) * tan(angle) * draw.eclipse_across[0].w;
+    s.semi = select(shape.zw * scale",
+    )]);
+    let report = swept(&by_cosine, "shadows", Faults::default());
+    assert!(report.has_failed());
+}
+
+#[test]
+fn an_umbra_is_black_at_every_exposure() {
+    let report = swept(&SESSION, "umbra-exposure", Faults::default());
+    assert!(!report.has_failed() && report.found.cases >= 30);
+}
+
+#[test]
+fn light_time_that_is_left_out_is_found() {
+    fn geometric(session: &Session, body: NaifId, time: Instant) -> Result<glam::DVec3, SessionError> {
+        Ok(session.ephemeris().state(body, NaifId::EARTH, time, None)?.state.pos_km)
+    }
+    assert!(!swept(&SESSION, "light-time", Faults::default()).has_failed());
+    let report = swept(&SESSION, "light-time", Faults { place: Some(geometric), ..Faults::default() });
+    assert!(report.has_failed() && report.found.worst > 20.0, "aberration alone is 20 arcseconds");
+}
+
+#[test]
+fn clouds_that_fight_with_the_ground_are_found() {
+    fn by_depth(plan: &mut Plan) {
+        for draw in plan.passes.iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.label.ends_with("clouds")) {
+            draw.depth = DepthState { test: true, write: true };
+        }
+    }
+    assert!(!swept(&SESSION, "depth", Faults::default()).has_failed());
+    assert!(swept(&SESSION, "depth", Faults { plan: Some(by_depth), ..Faults::default() }).has_failed());
+}
+
+#[test]
+fn a_feature_that_is_chosen_too_late_is_found() {
+    assert!(!swept(&SESSION, "needs-linear", Faults::default()).has_failed());
+    // Half of the light in place of a thousandth.
+    let late = Purpose::Linear { floor: 0.5 };
+    assert!(swept(&SESSION, "needs-linear", Faults { purpose: Some(late), ..Faults::default() }).has_failed());
+}
+
+/// Those that no other test runs, without their faults: the same cases as `orrery stability --short`.
+#[test]
+fn every_other_sweep_keeps_its_bound() {
+    let elsewhere = ["shadows", "umbra-exposure", "light-time", "depth", "needs-linear"];
+    let failed: Vec<String> = SWEEPS
+        .iter()
+        .filter(|s| !elsewhere.contains(&s.name))
+        .map(|s| swept(&SESSION, s.name, Faults::default()))
+        .filter(SweepReport::has_failed)
+        .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.found.worst, r.bound, r.found.location, r.found.cause))
+        .collect();
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
