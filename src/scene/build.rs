@@ -28,6 +28,7 @@ use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
+use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use crate::scene::sky::{background, comets, minor_planets, stars};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
@@ -212,7 +213,7 @@ impl<'a> SceneBuilder<'a> {
         let white = self.exposure.white();
         points.iter_mut().for_each(|p| point::spread_glare(p, white));
         let bodies_of = || {
-            let made = || Arc::new(minor_planets::MinorPlanetColumns::of(&self.catalog.small_bodies().minor_planets));
+            let made = || Arc::new(MinorPlanetColumns::of(&self.catalog.small_bodies().minor_planets));
             Arc::clone(self.caches.minor_planets.get_or_init(made))
         };
         let sun_km = self.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None).ok().map(|s| s.state.pos_km);

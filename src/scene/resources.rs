@@ -13,7 +13,7 @@ use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;
 use crate::scene::sky::background::SkyMap;
-use crate::scene::sky::minor_planets::MinorPlanetColumns;
+use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use glam::{DVec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};

@@ -36,7 +36,7 @@ fn lines_run_before_and_behind_the_planet() {
     };
     let (mut before, mut behind, mut beside) = ((0, 0), (0, 0), (0, 0));
     let parts = (0..16).map(|k| (f64::from(k) + 0.5) / 16.0);
-    for place in lined.scene.orbits.iter().flat_map(|arc| parts.clone().map(|part| arc.clip(part))) {
+    for place in lined.scene.orbits.iter().flat_map(|arc| parts.clone().map(move |part| arc.clip(part))) {
         let at = camera.pixel_from_clip(place.truncate());
         if at.min_element() < 0.0 || at.max_element() >= 256.0 {
             continue;

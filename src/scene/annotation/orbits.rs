@@ -440,7 +440,7 @@ mod tests {
         let conic = Conic::of(&states()[0].1, GM).expect("pulled");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 50.0, 1024, 1024);
         let place = DVec3::new(1e5, 0.0, 0.0);
-        let moved = arcs(&camera, &conic, place + conic.slope.any_orthonormal_vector() * 100.0, 1.0, DVec3::ONE);
+        let moved = arcs(&camera, &conic, place + conic.slope.normalize().any_orthonormal_vector() * 100.0, 1.0, DVec3::ONE);
         assert!(to_nearest(&camera, &moved, DVec2::ZERO) > 0.05);
     }
 
