@@ -8,6 +8,7 @@ use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
 mod body;
+mod data_layer;
 mod eclipse_radii;
 mod fields;
 pub mod moments;
@@ -26,6 +27,7 @@ pub use body::{
     Atmosphere, Body, BodyKind, Clouds, Estimates, MAX_OVERLAYS, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry,
     Projection, Ring, Rotation, ShapeModel, Species,
 };
+pub use data_layer::{DataLayer, DataPoint};
 pub use eclipse_radii::EclipseRadii;
 use small_bodies::SmallBodies;
 use stars::StarCatalog;
@@ -41,6 +43,7 @@ type FileLine = (String, usize);
 pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
+    data_layers: Vec<DataLayer>,
     eclipse_radii: EclipseRadii,
     /// The user's; `None`: those that ship.
     stars: Option<Arc<StarCatalog>>,
@@ -157,6 +160,20 @@ impl Catalog {
     /// Minor planets and comets, without those that are bodies of the catalog.
     pub fn small_bodies(&self) -> Arc<SmallBodies> {
         Arc::clone(self.small_bodies.get_or_init(|| Arc::new((*SmallBodies::embedded()).clone().without_bodies_of(self))))
+    }
+
+    /// The user's data, in the order of the files.
+    pub fn data_layers(&self) -> &[DataLayer] {
+        &self.data_layers
+    }
+
+    /// The same with the points of its data layers, each by [`DataLayer::with_table`].
+    ///
+    /// # Errors
+    /// Of the first table that cannot be read.
+    pub fn with_data<E>(self, read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
+        let data_layers = self.data_layers.into_iter().map(read).collect::<Result<_, _>>()?;
+        Ok(Self { data_layers, ..self })
     }
 
     /// Well-known moments, by kind and time.

@@ -120,6 +120,8 @@ pub struct DrawnFrame {
 
 /// Bytes of one catalog file at the most; the shipped ones have some 10 kB each.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
+/// Bytes of a data layer's table at the most: a million points.
+const MAX_DATA_BYTES: u64 = 1 << 28;
 /// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Bodies whose city lights are kept.
@@ -172,7 +174,11 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
         let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| failed(&path, e))?;
         files.push((path.display().to_string(), text));
     }
-    Ok(Catalog::with_files(&files)?)
+    Catalog::with_files(&files)?.with_data(|layer| {
+        let path = folder.join(&layer.file);
+        let text = read_text(&path, MAX_DATA_BYTES).map_err(|e| failed(&path, e))?;
+        layer.with_table(&path.display().to_string(), &text).map_err(|problem| CatalogError { problems: vec![problem] }.into())
+    })
 }
 
 /// The shipped ephemeris under the user's kernel, for a catalog whose every body it can follow.
@@ -478,7 +484,7 @@ impl ResourceProvider for Session {
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
             let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
-            let names = names.chain(' '..='~').chain("°′″−".chars());
+            let names = names.chain(' '..='~').chain("°".chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
         })
     }

@@ -17,6 +17,7 @@ fragments![
     "entry/blur.wesl",
     "entry/comet_tail.wesl",
     "entry/corona.wesl",
+    "entry/dot.wesl",
     "entry/equirectangular.wesl",
     "entry/fisheye.wesl",
     "entry/glow.wesl",

@@ -44,11 +44,12 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 22] = [
+pub const SIMPLE_MODULES: [&str; 23] = [
     "anaglyph",
     "blur",
     "comet_tail",
     "corona",
+    "dot",
     "equirectangular",
     "fisheye",
     "glow",

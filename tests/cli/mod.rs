@@ -3,6 +3,7 @@
 mod bench;
 #[cfg(unix)]
 mod bounded;
+mod composition;
 mod error_bound;
 mod frames;
 mod hostile;

@@ -44,6 +44,8 @@ layers! {
     traces: "traces" false,
     /// Names and markers of bodies.
     labels: "labels" false,
+    /// Points of the catalog's data layers.
+    data: "data" true,
     /// Names of surface features.
     features: "features" false,
     /// Body, date, standpoint and field of view.

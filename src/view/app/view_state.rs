@@ -128,6 +128,12 @@ pub struct ViewState {
     pub minor_planets: bool,
     #[serde(default)]
     pub comets: bool,
+    /// Names of surface features.
+    #[serde(default)]
+    pub features: bool,
+    /// A round length at the target's distance.
+    #[serde(default)]
+    pub scale_bar: bool,
     /// Light beyond white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
@@ -167,6 +173,8 @@ impl ViewState {
             traces: false,
             minor_planets: false,
             comets: false,
+            features: false,
+            scale_bar: false,
             bloom: false,
             pixels: PixelView::default(),
             quality: Quality::default(),
@@ -199,6 +207,8 @@ impl ViewState {
         request.layers.traces = self.traces;
         request.layers.minor_planets = self.minor_planets;
         request.layers.comets = self.comets;
+        request.layers.features = self.features;
+        request.layers.scale_bar = self.scale_bar;
         request.layers.bloom = self.bloom;
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;

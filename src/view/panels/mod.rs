@@ -268,6 +268,10 @@ impl Interface {
                 ui.toggle_value(&mut view.minor_planets, "Minor planets")
                     .on_hover_text("Show minor planets, marked where they are too faint");
                 ui.toggle_value(&mut view.comets, "Comets").on_hover_text("Show comets and their tails");
+                let features = ui.toggle_value(&mut self.viewer.view.features, "Features");
+                features.on_hover_text("Name craters, mountains and landing sites of bodies that are large enough");
+                let scale_bar = ui.toggle_value(&mut self.viewer.view.scale_bar, "Scale");
+                scale_bar.on_hover_text("Show a scale bar: a length at the target's distance, or an angle");
                 ui.toggle_value(&mut self.settings.outline, "Outline")
                     .on_hover_text("Outline the selected body, unless it is the target (x)");
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
