@@ -52,7 +52,7 @@ fn far(d: &Difference) -> bool {
 
 /// The golden views, and two with everything that can be drawn: a planet with its moons, and the system, farther off than depth reaches on GL.
 fn compared_views() -> Vec<(&'static str, ViewRequest)> {
-    let layers = Layers { orbits: true, labels: true, outline: true, bloom: true, stars: true };
+    let layers = Layers { orbits: true, labels: true, outline: true, bloom: true, ..Layers::default() };
     let moons = views().into_iter().find(|(name, _)| *name == "jupiter-moons").expect("in the table").1;
     let system =
         standard_scenes(moons.width, moons.height).into_iter().find(|s| s.name == "whole-system").expect("a standard scene").request;
