@@ -108,7 +108,15 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         data_layers.push(layer);
     }
     problems.into_result()?;
-    Ok(Catalog { bodies, moments, data_layers, eclipse_radii: EclipseRadii::default(), stars: None, small_bodies: OnceLock::new(), field_lines })
+    Ok(Catalog {
+        bodies,
+        moments,
+        data_layers,
+        eclipse_radii: EclipseRadii::default(),
+        stars: None,
+        small_bodies: OnceLock::new(),
+        field_lines,
+    })
 }
 
 /// The body of a layer; a problem where there is none of that name.
@@ -116,7 +124,7 @@ fn body_named(bodies: &[Body], of: &WithLine<String>, problems: &Problems) -> Op
     let found = bodies.iter().find(|b| b.name.eq_ignore_ascii_case(&of.value)).map(|b| b.id);
     if found.is_none() {
         let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
-        let hint = nearest(&of.value, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+        let hint = problems.nearest(&of.value, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
         problems.add(&of.place, format!("\"{}\" is not the name of a body{hint}", of.value));
     }
     found
