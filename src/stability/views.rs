@@ -66,7 +66,7 @@ pub(super) fn looking(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f6
 pub(super) fn distance(bench: &SweepBench<'_>) -> Result<Found, SessionError> {
     let bodies = bench.pick(named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
     let (steps, side) = bench.pick((10, 16), (27, 32));
-    let fovs = [1.0 * RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
+    let fovs = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
     let time = instant();
     let views = bodies.iter().flat_map(|body| {
         let radius_km = body.radii_km.max_element();
