@@ -65,7 +65,7 @@ pub const DISCARDED: usize = 0;
 
 /// Statements that a module may come to once its calls are inlined and its loops looked through: each of thirty functions that calls the next twice doubles it. The modules that
 /// ship have some 10^4.
-const MAX_LOWERED: usize = 1 << 18;
+const MAX_LOWERED: usize = 1 << 19;
 /// Scalars of the environment whose copying counts as a statement.
 const SCALARS_PER_STATEMENT: usize = 64;
 /// Steps, likewise: a store under a changing index has one for each place.
