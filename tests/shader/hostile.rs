@@ -45,7 +45,7 @@ fn functions(count: usize, made: impl Fn(usize) -> String) -> String {
 fn refused() -> Vec<(String, String, &'static str)> {
     let many_turns = "for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }";
     let deep_loops = format!("{}k += 1u;{}", "for (var i = k; i < 4000000000u; i++) { ".repeat(40), " }".repeat(40));
-    let all = [
+    let all: [(&str, &str, &'static str); 15] = [
         ("", "loop { }", "end"),
         ("", "while true { let a = 1; }", "end"),
         // Nobody can know that these do not end.

@@ -20,7 +20,7 @@ pub fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
 }
 
 /// Numbers of an array: each is a value of its own, and a changing index is a choice among all.
-const MAX_SCALARS: usize = 1 << 12;
+const MAX_SCALARS: usize = 1 << 14;
 
 impl Lowerer<'_> {
     /// Scalars in a value of this type.
