@@ -72,7 +72,7 @@ fn layers_are_read_or_refused_by_name() {
     assert_eq!(Layers::parse(&switched.to_text()).expect("layers"), switched);
     for (text, why) in [
         ("orbits", "write + or -"),
-        ("+trails", "one of orbits, traces, labels, outline, bloom, stars, minor-planets, comets"),
+        ("+weather", "one of orbits, traces, labels, outline, bloom, stars, minor-planets, comets"),
         ("labels", "write + or -"),
     ] {
         let error = Layers::parse(text).expect_err("refused").to_string();
