@@ -131,8 +131,8 @@ fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 2] {
         look: Look::Along { direction: DVec3::new(0.473, -0.797, -0.375), axes: Axes::Icrf },
         up: Up::Celestial,
         fov_deg: Some(12.0),
-        exposure: ExposureRequest::Stops(25.5),
-        layers: Layers { comets: true, ..Layers::default() },
+        exposure: ExposureRequest::Stops(25.0),
+        layers: Layers { comets: true, stars: false, ..Layers::default() },
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("1986-03-16T00:00:00Z").expect("a time"))
     };
     let orbits = ViewRequest {

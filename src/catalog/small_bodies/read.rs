@@ -121,7 +121,7 @@ fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
             Ok(found) => columns = Some(found),
             // A comment above the line that names the columns.
             Err(_) if line.starts_with('#') => {}
-            Err(why) if names.len() > 3 => return Err((line_number, why)),
+            Err(why) if names.len() > 2 => return Err((line_number, why)),
             Err(_) => {
                 let shown = echo_within(line, 40);
                 let expected =
