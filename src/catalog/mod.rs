@@ -8,6 +8,7 @@ use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
 mod body;
+mod data_layer;
 mod eclipse_radii;
 mod fields;
 pub mod moments;
@@ -24,6 +25,7 @@ pub use body::{
     Atmosphere, Body, BodyKind, Clouds, Estimates, MAX_OVERLAYS, Map, MapLatitude, Maps, MeanElements, Motion, NaifId, Overlay, Photometry,
     Projection, Ring, Rotation, ShapeModel, Species,
 };
+pub use data_layer::{DataLayer, DataPoint};
 pub use eclipse_radii::EclipseRadii;
 use stars::StarCatalog;
 use std::sync::Arc;
@@ -38,6 +40,7 @@ type FileLine = (String, usize);
 pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
+    data_layers: Vec<DataLayer>,
     eclipse_radii: EclipseRadii,
     /// The user's; `None`: those that ship.
     stars: Option<Arc<StarCatalog>>,
@@ -131,6 +134,20 @@ impl Catalog {
     /// Of the brightest star; those that ship need not be read for it.
     pub fn brightest_magnitude(&self) -> f32 {
         self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST, |s| s.brightest_magnitude())
+    }
+
+    /// The user's data, in the order of the files.
+    pub fn data_layers(&self) -> &[DataLayer] {
+        &self.data_layers
+    }
+
+    /// The same with the points of its data layers, each by [`DataLayer::with_table`].
+    ///
+    /// # Errors
+    /// Of the first table that cannot be read.
+    pub fn with_data<E>(self, read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
+        let data_layers = self.data_layers.into_iter().map(read).collect::<Result<_, _>>()?;
+        Ok(Self { data_layers, ..self })
     }
 
     /// Well-known moments, by kind and time.

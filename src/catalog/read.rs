@@ -3,6 +3,7 @@
 //! In: (name, text) pairs. Out: the bodies, or every problem with file, line, field, value and what is allowed. A field of a later file
 //! replaces that field; photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced whole, maps one by one.
 
+use super::data_layer;
 use super::fields::{each, finite, is_name, number, percent};
 use super::overlay;
 use super::read_body::{BodyDraft, body};
@@ -76,6 +77,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let mut atmospheres = Vec::new();
     let mut overlays = Vec::new();
     let mut moments_drafts = Vec::new();
+    let mut layers = Vec::new();
     for (file, text) in files {
         let source = TomlFile::new(file, text, &problems);
         let mut root = source.root();
@@ -92,14 +94,31 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         rings.extend(of_file);
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
+        layers.extend(root.sections("layer").into_iter().filter_map(data_layer::layer));
         moments_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
         root.finish();
     }
     let field_lines = drafts.iter().flat_map(lines_of).collect();
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
     let moments = moments::assemble(moments_drafts, &bodies, &problems);
+    let mut data_layers = Vec::new();
+    for (of, mut layer) in layers {
+        layer.body = of.as_ref().and_then(|of| body_named(&bodies, of, &problems));
+        data_layers.push(layer);
+    }
     problems.into_result()?;
-    Ok(Catalog { bodies, moments, eclipse_radii: EclipseRadii::default(), stars: None, field_lines })
+    Ok(Catalog { bodies, moments, data_layers, eclipse_radii: EclipseRadii::default(), stars: None, field_lines })
+}
+
+/// The body of a layer; a problem where there is none of that name.
+fn body_named(bodies: &[Body], of: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
+    let found = bodies.iter().find(|b| b.name.eq_ignore_ascii_case(&of.value)).map(|b| b.id);
+    if found.is_none() {
+        let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
+        let hint = nearest(&of.value, &known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+        problems.add(&of.place, format!("\"{}\" is not the name of a body{hint}", of.value));
+    }
+    found
 }
 
 /// Where a body's fields stand that only the whole can check.

@@ -60,7 +60,7 @@ pub struct ViewWords {
     /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,
-    /// Layers: +orbits, +labels (names and markers), +features (names of craters and landing sites), +caption, +scale-bar, +compass, +outline (of the target), +bloom, -stars (on where the exposure shows them)
+    /// Layers: +orbits, +labels (names and markers), +features (names of craters and landing sites), +caption, +scale-bar, +compass, -data (on where a catalog has a [[layer]]), +outline (of the target), +bloom, -stars (on where the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
     /// What the pixels show: final, depth, normal, albedo, uv, sunlight, eclipse, ring, optical-depth or cost; the

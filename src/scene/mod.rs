@@ -77,6 +77,7 @@ pub use surface::overlays;
 /// Names and markers of bodies, and which of them a click means.
 #[doc(hidden)]
 pub mod marks {
+    pub use super::annotation::data::Dot;
     pub use super::annotation::labels::*;
     pub use super::annotation::margin::Margin;
     pub use super::annotation::picking::{REACH_PX, hit};

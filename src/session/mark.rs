@@ -74,7 +74,7 @@ pub(super) fn of_sources(catalog: &Catalog, kernel: Option<&Path>, stars: Option
     let of = |name: &str, value: String| (name.to_owned(), value);
     BTreeMap::from([
         of("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
-        of("catalogs", hex_digest(bodies)),
+        of("catalogs", hex_digest(bodies.chain(catalog.data_layers().iter().map(|l| format!("{l:?}").into_bytes())))),
         of("kernel", kernel.map_or("embedded".into(), file_digest)),
         of("stars", stars.map_or("embedded".into(), file_digest)),
         of("images", images),

@@ -110,6 +110,8 @@ pub struct DrawnFrame {
 
 /// Bytes of one catalog file at the most; the shipped ones have some 10 kB each.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
+/// Bytes of a data layer's table at the most: a million points.
+const MAX_DATA_BYTES: u64 = 1 << 28;
 /// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Bodies whose lamps are kept.
@@ -159,7 +161,11 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
         let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| failed(&path, e))?;
         files.push((path.display().to_string(), text));
     }
-    Ok(Catalog::with_files(&files)?)
+    Catalog::with_files(&files)?.with_data(|layer| {
+        let path = folder.join(&layer.file);
+        let text = read_text(&path, MAX_DATA_BYTES).map_err(|e| failed(&path, e))?;
+        layer.with_table(&path.display().to_string(), &text).map_err(|problem| CatalogError { problems: vec![problem] }.into())
+    })
 }
 
 /// The shipped ephemeris under the user's kernel, for a catalog whose every body it can follow.

@@ -16,6 +16,7 @@ fragments![
     "entry/anaglyph.wesl",
     "entry/blur.wesl",
     "entry/corona.wesl",
+    "entry/dot.wesl",
     "entry/equirectangular.wesl",
     "entry/fisheye.wesl",
     "entry/glow.wesl",

@@ -44,10 +44,11 @@ impl FromStr for ModuleId {
 }
 
 /// Simple modules: everything that is not a planet. The name is the key; the fragment is `entry/<name>.wesl`.
-pub const SIMPLE_MODULES: [&str; 18] = [
+pub const SIMPLE_MODULES: [&str; 19] = [
     "anaglyph",
     "blur",
     "corona",
+    "dot",
     "equirectangular",
     "fisheye",
     "glow",

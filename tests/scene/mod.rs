@@ -1,5 +1,6 @@
 //! What one frame needs: which body is drawn how, with how much light, and what each option changes.
 
+mod data_layers;
 mod depth_order;
 mod exposure;
 mod features;

@@ -12,7 +12,8 @@ use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::camera::ViewRays;
 use crate::scene::draw::{PixelView, Point, StarSprite};
 use crate::scene::marks::{
-    Bar, FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR, TextMark,
+    Bar, Dot, FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR,
+    TextMark,
 };
 use crate::scene::orbits::{self, LineSegment};
 use crate::scene::refracted_limb::RefractedLimb;
@@ -62,6 +63,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (!scene.bloom, "tone_map"),
         (scene.outlined.is_some(), "outline"),
         (scene.labels.is_some(), "label"),
+        (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
     ];
     wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, name)| name).collect()
 }
@@ -434,17 +436,36 @@ fn margin_stamps(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<Stamp> {
     margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
 }
 
+/// Points of data, in one draw.
+fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    if all.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (vertices, instances) = rectangles::<Dot>(
+        all,
+        &[
+            (2, |d| d.centre_px.as_vec2().to_array().to_vec()),
+            (1, |d| vec![d.radius_px as f32]),
+            (4, |d| colour(d.colour).extend(d.opacity as f32).to_array().to_vec()),
+        ],
+    );
+    let draw = of_module("dot", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+    Ok(vec![PlanDraw { label: "data".into(), vertices, instances, blend: Blend::PremultipliedOver, ..draw }])
+}
+
 /// Names and markers of bodies.
 pub(super) fn labels(scene: &Scene, labels: &LabelLayer, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let glyphs = provider.glyphs(labels.size_px);
     let mut all = stamps(labels, &glyphs, scene.camera.height);
     all.extend(margin_stamps(labels, &glyphs));
+    let mut draws = dots(scene, &labels.dots, provider)?;
     if all.is_empty() {
-        return Ok(Vec::new());
+        return Ok(draws);
     }
     let (vertices, instances) =
         rectangles::<Stamp>(&all, &[(2, |s| s.corner_px.to_vec()), (4, |s| s.cell.to_vec()), (4, |s| s.colour.to_vec())]);
     let draw = of_module("label", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
     let textures = vec![TextureBinding { binding: READS_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
-    Ok(vec![PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw }])
+    draws.push(PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw });
+    Ok(draws)
 }

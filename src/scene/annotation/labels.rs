@@ -4,11 +4,13 @@
 //! Always: two shown names do not overlap, as far as a letter's mean width tells; the selected body is shown whenever it is before the camera. A body behind
 //! the disc of a nearer one has none. Not here: letters.
 
+use super::data::{self, Dot};
 use super::features;
 use super::margin::Margin;
 use super::text::Rect;
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::draw::PixelView;
 use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::ViewRequest;
@@ -89,6 +91,8 @@ pub struct LabelLayer {
     pub marks: Vec<Label>,
     /// Names of features and what stands in the margin.
     pub margin: Margin,
+    /// Points of data, below all names.
+    pub dots: Vec<Dot>,
 }
 
 impl LabelLayer {
@@ -102,10 +106,14 @@ impl LabelLayer {
     ) -> Option<Self> {
         let layers = &request.layers;
         let margin_wanted = with_margin && (layers.caption || layers.scale_bar || layers.compass);
-        if !(layers.labels || layers.features || margin_wanted) {
+        let shows_data = layers.data && request.pixel_view == PixelView::Final && !catalog.data_layers().is_empty();
+        if !(layers.labels || layers.features || margin_wanted || shows_data) {
             return None;
         }
         let mut layer = Self::empty(request);
+        if shows_data {
+            layer.dots = data::dots(picture, catalog, bodies, request.time);
+        }
         let metrics = LabelMetrics::of_size(layer.size_px);
         if margin_wanted {
             layer.add(Margin::of(picture, request, catalog, bodies, &metrics));
@@ -134,7 +142,7 @@ impl LabelLayer {
     /// Without anything.
     pub fn empty(request: &ViewRequest) -> Self {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        Self { size_px: glyph_size_px(request.height), selected, marks: Vec::new(), margin: Margin::default() }
+        Self { size_px: glyph_size_px(request.height), selected, marks: Vec::new(), margin: Margin::default(), dots: Vec::new() }
     }
 
     /// Adds texts, bars and rings.

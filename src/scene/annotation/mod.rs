@@ -1,5 +1,6 @@
 //! What explains a picture: names and markers of bodies, orbit lines, and the legend of its colours.
 
+pub mod data;
 pub mod features;
 pub mod labels;
 pub mod legend;

@@ -173,6 +173,8 @@ pub struct Layers {
     pub orbits: bool,
     /// Names and markers of bodies.
     pub labels: bool,
+    /// Points of the catalog's data layers.
+    pub data: bool,
     /// Names of surface features.
     pub features: bool,
     /// Body, date, standpoint and field of view.
@@ -194,6 +196,7 @@ impl Default for Layers {
         Self {
             orbits: false,
             labels: false,
+            data: true,
             features: false,
             caption: false,
             scale_bar: false,
@@ -207,12 +210,13 @@ impl Default for Layers {
 
 impl Layers {
     /// Every layer's name.
-    pub const NAMES: [&str; 9] = ["orbits", "labels", "features", "caption", "scale-bar", "compass", "outline", "bloom", "stars"];
+    pub const NAMES: [&str; 10] = ["orbits", "labels", "data", "features", "caption", "scale-bar", "compass", "outline", "bloom", "stars"];
 
     fn by_name(&mut self, name: &str) -> Option<&mut bool> {
         match name {
             "orbits" => Some(&mut self.orbits),
             "labels" => Some(&mut self.labels),
+            "data" => Some(&mut self.data),
             "features" => Some(&mut self.features),
             "caption" => Some(&mut self.caption),
             "scale-bar" => Some(&mut self.scale_bar),

@@ -121,6 +121,12 @@ pub struct ViewState {
     /// Lines of the orbits.
     #[serde(default)]
     pub orbits: bool,
+    /// Names of surface features.
+    #[serde(default)]
+    pub features: bool,
+    /// A round length at the target's distance.
+    #[serde(default)]
+    pub scale_bar: bool,
     /// Light beyond white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
@@ -157,6 +163,8 @@ impl ViewState {
             tone_map: ToneMap::default(),
             effects: EffectOverrides::default(),
             orbits: false,
+            features: false,
+            scale_bar: false,
             bloom: false,
             pixels: PixelView::default(),
             quality: Quality::default(),
@@ -186,6 +194,8 @@ impl ViewState {
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
         request.layers.orbits = self.orbits;
+        request.layers.features = self.features;
+        request.layers.scale_bar = self.scale_bar;
         request.layers.bloom = self.bloom;
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;

@@ -255,6 +255,10 @@ impl Interface {
                 ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
                 ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
                 ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
+                let features = ui.toggle_value(&mut self.viewer.view.features, "Features");
+                features.on_hover_text("Name craters, mountains and landing sites of bodies that are large enough");
+                let scale_bar = ui.toggle_value(&mut self.viewer.view.scale_bar, "Scale");
+                scale_bar.on_hover_text("Show a scale bar: a length at the target's distance, or an angle");
                 ui.toggle_value(&mut self.settings.outline, "Outline")
                     .on_hover_text("Outline the selected body, unless it is the target (x)");
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
