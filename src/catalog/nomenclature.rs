@@ -1,6 +1,6 @@
 //! Names on the surfaces of bodies: those of the IAU's gazetteer, and where people landed.
 //!
-//! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by diameter.
+//! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by prominence.
 //! Always: directions are planetocentric, east longitudes, as the gazetteer has them of Mars and of all that is nearly round; of flattened moons, for which it has
 //! planetographic latitudes, a place is off by up to 2 degrees (Enceladus, Mimas). Not here: which names a picture has room for.
 
@@ -17,19 +17,27 @@ pub struct Feature {
     pub direction: DVec3,
     /// 0 where the table gives none, and of landing sites.
     pub diameter_km: f64,
+    /// How much of a picture it takes: the diameter, of valleys, ridges and rilles, which have a length instead, a quarter of it.
+    pub prominence_km: f64,
     /// Where people landed.
     pub is_landing_site: bool,
 }
 
+/// Types of the gazetteer that are long and narrow: catena, chasma, dorsum, fossa, linea, flumen, rima, rupes, scopulus, sulcus, vallis.
+const LONG: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "RU", "SC", "SU", "VA"];
+/// Their width counts as this part of their length.
+const LONG_PART: f64 = 0.25;
+
 impl Feature {
-    fn at(name: &'static str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
+    fn at(name: &'static str, kind: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());
-        let diameter = diameter_km.map(|d| if d.is_empty() { Some(0.0) } else { d.parse().ok() });
+        let diameter: Option<Option<f64>> = diameter_km.map(|d| if d.is_empty() { Some(0.0) } else { d.parse().ok() });
         Some(Self {
             name,
             direction: DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
-            diameter_km: diameter.unwrap_or(Some(0.0))?,
+            diameter_km: diameter.flatten().or_else(|| diameter_km.is_none().then_some(0.0))?,
+            prominence_km: diameter.flatten().unwrap_or(0.0) * if LONG.contains(&kind) { LONG_PART } else { 1.0 },
             is_landing_site: diameter_km.is_none(),
         })
     }
@@ -37,8 +45,8 @@ impl Feature {
     /// Body and feature of a line of either table.
     fn of_line(line: &'static str) -> Option<(&'static str, Self)> {
         match line.split(',').collect::<Vec<_>>()[..] {
-            [body, _, name, _, lat, lon, diameter] => Some((body, Self::at(name, lat, lon, Some(diameter))?)),
-            [body, name, lat, lon] => Some((body, Self::at(name, lat, lon, None)?)),
+            [body, _, name, kind, lat, lon, diameter] => Some((body, Self::at(name, kind, lat, lon, Some(diameter))?)),
+            [body, name, lat, lon] => Some((body, Self::at(name, "", lat, lon, None)?)),
             _ => None,
         }
     }
@@ -56,7 +64,7 @@ static BY_BODY: LazyLock<BTreeMap<String, Vec<Feature>>> = LazyLock::new(|| {
         all.entry(body.to_lowercase()).or_default().push(feature);
     }
     let order = |a: &Feature, b: &Feature| {
-        b.is_landing_site.cmp(&a.is_landing_site).then(b.diameter_km.total_cmp(&a.diameter_km)).then(a.name.cmp(b.name))
+        b.is_landing_site.cmp(&a.is_landing_site).then(b.prominence_km.total_cmp(&a.prominence_km)).then(a.name.cmp(b.name))
     };
     all.values_mut().for_each(|features| features.sort_by(order));
     all
@@ -100,7 +108,7 @@ mod tests {
             assert!((found_diameter - diameter).abs() <= 0.05 * diameter, "{name}: {found_diameter}");
         }
         let moon = features("Moon");
-        assert!(moon[..6].iter().all(|f| f.is_landing_site) && moon[6..].windows(2).all(|w| w[0].diameter_km >= w[1].diameter_km));
+        assert!(moon[..6].iter().all(|f| f.is_landing_site) && moon[6..].windows(2).all(|w| w[0].prominence_km >= w[1].prominence_km));
         assert!(features("Nibiru").is_empty());
     }
 }

@@ -7,11 +7,13 @@ use super::pixel::view_request;
 use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::camera::Placement;
-use crate::scene::request::CameraFile;
+use crate::scene::camera::sphere::PicturePlaces;
+use crate::scene::composite::{Arrangement, Frames};
+use crate::scene::request::{CameraFile, Composition, Projection, ViewRequest};
 use crate::scene::sky::stars::StarPlacer;
 use crate::scene::viewpoint::viewer;
 use crate::scene::{BodyInView, Scene};
-use crate::wording::echo_within;
+use crate::wording::{echo_within, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -22,6 +24,7 @@ struct Fields {
     view: CameraFile,
     time: Option<String>,
     size: Option<[u32; 2]>,
+    projection: Option<String>,
     body: Option<String>,
     star: Option<String>,
     ra_deg: Option<f64>,
@@ -35,6 +38,7 @@ pub(super) static KIND: QuestionKind = QuestionKind {
         must("view", "a camera file's object, as --camera-json takes it"),
         or("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000"),
         or("size", "[width, height] in pixels", "[1024, 1024]"),
+        or("projection", "perspective, fisheye or equirectangular, as --projection takes it", "perspective"),
         one_of("body", "a body's name"),
         one_of("star", "a number of the Hipparcos catalogue, as HIP 32349"),
         one_of("ra_deg", "right ascension in degrees, ICRF, beside dec_deg"),
@@ -54,6 +58,10 @@ fn hip_number(text: &str) -> Option<u32> {
 fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(question)?;
     let request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
+    let names = Projection::ALL.map(Projection::name);
+    let asked = f.projection.as_deref().unwrap_or(names[0]);
+    let projection = Projection::by_name(asked)
+        .ok_or_else(|| format!("field `projection`: `{}`: {}", echo_within(asked, 40), suggestion_or_list(asked, &names)))?;
     let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;
     let viewer = viewer(prober.catalog(), prober.ephemeris(), &request).map_err(|e| e.to_string())?;
     let (direction, distance_km) = match (&f.body, &f.star, f.ra_deg, f.dec_deg) {
@@ -78,12 +86,22 @@ fn ask(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
         (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
         _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),
     };
+    let hidden = is_hidden(&scene, direction, distance_km);
+    if projection != Projection::Perspective {
+        let composition = Composition { projection, ..Composition::default() };
+        let composed = ViewRequest { composition, ..request };
+        let frames = Frames::of(prober.catalog(), prober.ephemeris(), &composed).map_err(|e| e.to_string())?;
+        let Arrangement::Faces(faces) = frames.arrangement else { return Err("the projection has no picture".into()) };
+        let at = faces.picture.place_px(direction);
+        let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
+        return Ok(json!({ "x": x, "y": y, "in_frame": at.is_some(), "hidden": hidden }));
+    }
     let camera = &scene.camera;
     let before = camera.clip(direction);
     let at = before.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
     let in_frame = before.is_some_and(|clip| clip.abs().max_element() <= 1.0);
     let [x, y] = at.map_or([Value::Null, Value::Null], |at| [at.x.into(), at.y.into()]);
-    Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": is_hidden(&scene, direction, distance_km) }))
+    Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 
 /// Whether the line of sight to a place meets a nearer body.

@@ -479,7 +479,7 @@ impl ResourceProvider for Session {
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
             let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
-            let names = names.chain(' '..='~').chain("°′″−".chars());
+            let names = names.chain(' '..='~').chain("°".chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
         })
     }

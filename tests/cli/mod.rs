@@ -1,6 +1,7 @@
 //! The built program: verbs, messages, files.
 
 mod bench;
+mod composition;
 mod frames;
 mod hostile;
 mod messages;

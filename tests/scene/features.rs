@@ -56,10 +56,10 @@ fn names_stand_on_their_features() {
         (499, "Olympus Mons", 18.65, 226.2),
     ];
     for (body, name, lat, lon) in cases {
-        let mut request = view(body, "+features", Some(5.0));
+        let mut request = view(body, "+features", Some(7.0));
         if body == 499 {
             let km = SESSION.catalog().body(NaifId(499)).expect("Mars").radii_km.x;
-            let towards = DVec3::new(f64::cos(3.9), f64::sin(3.9), 0.2).normalize() * 5.0 * km;
+            let towards = DVec3::new(f64::cos(3.9), f64::sin(3.9), 0.2).normalize() * 7.0 * km;
             request.position = Position::Offset { body: NaifId(499), offset_km: towards, axes: orrery::scene::request::Axes::BodyFixed };
         }
         let scene = scene(&request);
@@ -143,7 +143,7 @@ fn a_scale_bar_is_as_long_as_it_says() {
         let margin = &layer(&scene).margin;
         let length_px = margin.bars[0].rect.most.x - margin.bars[0].rect.least.x;
         let text = &margin.texts[0].text;
-        let (number, unit) = text.rsplit_once(' ').unwrap_or_else(|| text.split_at(text.find(['°', '′', '″']).expect("a unit")));
+        let (number, unit) = text.rsplit_once(' ').unwrap_or_else(|| text.split_at(text.find(['°', '\'', '"']).expect("a unit")));
         let number: f64 = number.replace(' ', "").parse().expect("a number");
         let km = scene.body(NaifId(target)).expect("it").distance_km;
         let angle = length_px * scene.camera.pixel_tangent();
@@ -151,7 +151,7 @@ fn a_scale_bar_is_as_long_as_it_says() {
             "km" => number / km,
             "m" => number * 1e-3 / km,
             "°" => number.to_radians(),
-            "′" => (number / 60.0).to_radians(),
+            "'" => (number / 60.0).to_radians(),
             _ => (number / 3600.0).to_radians(),
         };
         assert!((angle / expected - 1.0).abs() < 0.02, "{target}: {text} is {length_px} pixels, {angle} for {expected}");

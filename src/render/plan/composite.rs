@@ -10,9 +10,8 @@ use super::graph;
 use super::passes::{Attribute, Blend, ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource, Vertices};
 use super::provider::ResourceProvider;
 use super::shared::over_all;
-use crate::mesh::warp::WarpMesh;
 use crate::scene::composite::{Arrangement, BORDER_PX, Composite, Eyes, Faces};
-use crate::scene::request::{Projection, StereoLayout};
+use crate::scene::request::{Projection, StereoLayout, WarpMesh};
 use crate::shader::ModuleId;
 use glam::{DVec2, Vec2};
 use std::sync::Arc;
@@ -190,12 +189,12 @@ fn warp_draw(
     let gradients = mesh.gradients();
     // Texels per pixel: v runs upwards and rows downwards, and so do y and the rows of the screen.
     let texels = |per_unit: Vec2| per_unit * (picture / per_unit_px).as_vec2() * flipped;
+    let place = |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
     let attributes = vec![
         two(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),
-        two(&|k| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).as_vec2()),
+        Attribute { components: 3, values: Arc::new((0..nodes.len()).flat_map(|k| place(k).to_array()).collect()) },
         two(&|k| texels(gradients[k][0])),
         two(&|k| -texels(gradients[k][1])),
-        Attribute { components: 1, values: Arc::new(nodes.iter().map(|n| n.brightness as f32).collect()) },
     ];
     let draw = over_all("warp", [width, height], provider, |w| w.f32("taps", taps(sampling)))?;
     Ok(PlanDraw { vertices: Vertices::Mesh { attributes, indices: Arc::new(mesh.triangles().to_vec()) }, ..draw })

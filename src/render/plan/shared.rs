@@ -444,8 +444,7 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
     let (vertices, instances) = rectangles::<Dot>(
         all,
         &[
-            (2, |d| d.centre_px.as_vec2().to_array().to_vec()),
-            (1, |d| vec![d.radius_px as f32]),
+            (3, |d| d.centre_px.extend(d.radius_px).as_vec3().to_array().to_vec()),
             (4, |d| colour(d.colour).extend(d.opacity as f32).to_array().to_vec()),
         ],
     );

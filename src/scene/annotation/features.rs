@@ -1,12 +1,11 @@
 //! Names of surface features: which of them a picture has room for, and where.
 //!
 //! In: the bodies that a picture shows and the places that other names take. Out: [`TextMark`]s. Always: two names do not overlap; of two that would, the
-//! landing site, then the larger feature, stays. A name stands in the middle of its feature and never changes sides, so that it is still while the view moves; it fades with
+//! landing site, then the more prominent feature, stays. A name stands in the middle of its feature, so that it is still while the view moves; it fades with
 //! the size of its feature in the picture and towards the limb. What is on the far side of its body or behind a nearer one has no name.
 
-use super::text::{Rect, TextMark};
+use super::text::{LabelMetrics, Rect, TextMark};
 use crate::catalog::nomenclature;
-use crate::scene::annotation::labels::LabelMetrics;
 use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::in_view::BodyInView;
 use crate::scene::numeric::smoothstep;
@@ -60,14 +59,14 @@ pub fn features(
             let to_camera = camera - ground;
             let distance_km = to_camera.length();
             let mut opacity = rise(LIMB, to_camera.dot(normal) / distance_km);
-            let feature_px = feature.diameter_km / distance_km * pixels_per_radian;
+            let feature_px = feature.prominence_km / distance_km * pixels_per_radian;
             opacity *=
                 if feature.is_landing_site { rise(SITES_FADE_IN, body_px / letter_px) } else { rise(FADES_IN, feature_px / letter_px) };
             if opacity < 0.02 {
                 if !feature.is_landing_site && feature_px < FADES_IN.0 * letter_px {
                     // The rest are smaller, and no part of the ground is much nearer than this.
                     let nearest_km = (body.distance_km - place.radii_km.max_element()).max(1e-3);
-                    if feature.diameter_km / nearest_km * pixels_per_radian < FADES_IN.0 * letter_px {
+                    if feature.prominence_km / nearest_km * pixels_per_radian < FADES_IN.0 * letter_px {
                         break;
                     }
                 }
@@ -83,17 +82,19 @@ pub fn features(
                 continue;
             }
             let width = lettering.width_px(feature.name);
-            let corner = if feature.is_landing_site {
-                at + DVec2::new(0.7 * letter_px, -0.5 * lettering.line_height_px)
-            } else {
-                at - 0.5 * DVec2::new(width, lettering.line_height_px)
+            let extent = DVec2::new(width, lettering.line_height_px);
+            let centred = at - 0.5 * extent;
+            let aside = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
+            // A landing site's name stands on its right, or on its left where another name is.
+            let corners = if feature.is_landing_site { vec![centred + aside, centred - aside] } else { vec![centred] };
+            let free = |corner: &DVec2| {
+                let rect = Rect { least: *corner, most: *corner + extent };
+                let inside = rect.least.cmpge(DVec2::ZERO).all() && rect.most.cmple(size).all();
+                let around = rect.padded(DVec2::new(0.6, 0.3) * letter_px);
+                inside && !taken.iter().any(|t| t.overlaps(&around))
             };
-            let rect = Rect { least: corner, most: corner + DVec2::new(width, lettering.line_height_px) };
-            let inside = rect.least.cmpge(DVec2::ZERO).all() && rect.most.cmple(size).all();
-            let around = rect.padded(DVec2::new(0.6, 0.3) * letter_px);
-            if !inside || taken.iter().any(|t| t.overlaps(&around)) {
-                continue;
-            }
+            let Some(corner) = corners.into_iter().find(free) else { continue };
+            let rect = Rect { least: corner, most: corner + extent };
             taken.push(rect);
             sites.extend(feature.is_landing_site.then_some(at));
             let left_px = DVec2::new(corner.x, corner.y + 0.5 * lettering.line_height_px);

@@ -8,6 +8,7 @@ use super::data::{self, Dot};
 use super::features;
 use super::margin::Margin;
 use super::text::Rect;
+pub use super::text::{LETTER_WIDTH, LINE_HEIGHT, LabelMetrics, MARKER_RADIUS, NAME_COLOUR};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::draw::PixelView;
@@ -62,24 +63,10 @@ fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option
     (class, body.magnitude.unwrap_or(99.0))
 }
 
-/// Room that a name takes: a letter's mean width and a line's height, pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LabelMetrics {
-    pub glyph_width_px: f64,
-    pub line_height_px: f64,
-}
-
-/// sRGB of a name and of the selected body's name, marker and outline.
-pub const NAME_COLOUR: [u8; 3] = [200, 208, 220];
+/// sRGB of the selected body's name, marker and outline.
 pub const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker beside that of a name, of a body that is not selected.
 pub const MARKER_OPACITY: f32 = 0.55;
-/// Radius of a marker in parts of the size of the letters; bodies smaller than it have one.
-pub const MARKER_RADIUS: f64 = 5.0 / 13.0;
-/// A letter's mean width in parts of its size (Ubuntu Light, over English names).
-pub const LETTER_WIDTH: f64 = 6.6 / 13.0;
-/// A line's height in parts of the size of its letters.
-pub const LINE_HEIGHT: f64 = 15.0 / 13.0;
 /// Part of the picture's height beyond which a body needs no name: it fills the picture.
 pub const FILLS_PICTURE: f64 = 0.45;
 
@@ -160,28 +147,6 @@ impl LabelLayer {
 /// Letters of a picture: readable in a small one, in proportion in a large one, pixels.
 pub fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
-}
-
-impl LabelMetrics {
-    pub fn of_size(size_px: f64) -> Self {
-        Self { glyph_width_px: LETTER_WIDTH * size_px, line_height_px: LINE_HEIGHT * size_px }
-    }
-
-    /// Size of the letters.
-    pub fn size_px(&self) -> f64 {
-        self.line_height_px / LINE_HEIGHT
-    }
-
-    /// Width of a text, by the mean width of a letter.
-    pub fn width_px(&self, text: &str) -> f64 {
-        text.chars().count() as f64 * self.glyph_width_px
-    }
-
-    /// Pixels from a body's centre to its name, right and up.
-    pub fn gap_px(&self, radius_px: f64) -> f64 {
-        let size_px = self.size_px();
-        (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
-    }
 }
 
 /// Marks nearer than this to a more important one are left out, pixels.

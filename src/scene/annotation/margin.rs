@@ -3,9 +3,8 @@
 //! In: the request, and the bodies as the picture shows them. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is that at the
 //! target's distance, across the line of sight. Where the target is no disc, the bar is an angle. The compass points to the target's north pole.
 
-use super::text::{Bar, Rect, TextMark};
+use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextMark};
 use crate::catalog::Catalog;
-use crate::scene::annotation::labels::{LabelMetrics, NAME_COLOUR};
 use crate::scene::camera::sphere::PicturePlaces;
 use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::{Position, ViewRequest};
@@ -183,9 +182,9 @@ fn angle_below(most_rad: f64) -> (String, f64) {
     let deg = most_rad.to_degrees();
     let (value, unit, per_deg) = match deg {
         _ if deg >= 1.0 => (round(deg, &[1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0]), "°", 1.0),
-        _ if deg >= 1.0 / 60.0 => (round(60.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "′", 60.0),
-        _ if deg >= 1.0 / 3600.0 => (round(3600.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "″", 3600.0),
-        _ => (round_below(3600.0 * deg), "″", 3600.0),
+        _ if deg >= 1.0 / 60.0 => (round(60.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "'", 60.0),
+        _ if deg >= 1.0 / 3600.0 => (round(3600.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "\"", 3600.0),
+        _ => (round_below(3600.0 * deg), "\"", 3600.0),
     };
     (format!("{}{unit}", significant(value)), (value / per_deg).to_radians())
 }
@@ -208,7 +207,7 @@ mod tests {
             assert_eq!(length_text(km), text);
         }
         assert_eq!(angle_below(0.2).0, "10°");
-        assert_eq!(angle_below(0.001).0, "2′");
-        assert_eq!(angle_below(1e-5).0, "2″");
+        assert_eq!(angle_below(0.001).0, "2'");
+        assert_eq!(angle_below(1e-5).0, "2\"");
     }
 }

@@ -34,8 +34,8 @@ impl PicturePlaces for Camera {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
         match deg {
             _ if deg >= 1.0 => format!("field of view {deg:.1}°"),
-            _ if deg >= 1.0 / 60.0 => format!("field of view {:.1}′", 60.0 * deg),
-            _ => format!("field of view {:.2}″", 3600.0 * deg),
+            _ if deg >= 1.0 / 60.0 => format!("field of view {:.1}'", 60.0 * deg),
+            _ => format!("field of view {:.2}\"", 3600.0 * deg),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! which are symmetric about the axis: each frame is wider than its picture by the parallax of infinity, which is a whole number of pixels, and the picture
 //! begins at a column of it. Always: no vertical parallax; the target has none at all, to a quarter of a pixel where the separation was given.
 
-use super::{Arrangement, FrameRequest, Frames};
+use super::arrangement::{Arrangement, Eyes, FrameRequest, Frames};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::viewpoint::{self, Viewer};
@@ -14,15 +14,6 @@ use crate::scene::request::view_request::{Layers, Position, ViewRequest};
 use crate::scene::request::{Stereo, StereoLayout};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
-
-/// Both eyes in one picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Eyes {
-    pub layout: StereoLayout,
-    pub separation_km: f64,
-    /// Column of each eye's frame, left and right, at which its picture begins.
-    pub columns: [u32; 2],
-}
 
 /// Parts of the picture's width by which infinity is apart where no separation is given: what an audience sees without effort is a few hundredths.
 const INFINITY_OF_WIDTH: f64 = 1.0 / 30.0;

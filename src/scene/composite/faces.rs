@@ -5,7 +5,7 @@
 //! sampled by its radius alone. The border lets the filter read beyond the edge what the neighbour shows there. Glare of the Sun is off unless it is asked
 //! for: in a picture of the whole sky the Sun always shines.
 
-use super::{Arrangement, FrameRequest, Frames};
+use super::arrangement::{Arrangement, Faces, FrameRequest, Frames};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::Camera;
@@ -26,18 +26,6 @@ pub const BORDER_PX: u32 = 2;
 const LEAST_FACE_PX: u32 = 16;
 /// Full angle of a fisheye where none is given, degrees.
 const FISHEYE_DEG: f64 = 180.0;
-
-/// The faces of a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Faces {
-    pub picture: SpherePicture,
-    /// Which frame shows the face: front, right, back, left, up, down.
-    pub frame_of: [Option<usize>; 6],
-    /// Pixels of a right angle; a frame has a border more on each side.
-    pub face_px: u32,
-    /// Pixels of each frame that the picture shows: x0, y0, x1, y1 (exclusive).
-    pub used: Vec<[u32; 4]>,
-}
 
 /// Right, up and forward of each face, in the picture's axes.
 pub const AXES: [[DVec3; 3]; 6] = [

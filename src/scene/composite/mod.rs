@@ -4,50 +4,26 @@
 //! meter; then, of the frames' scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points of a dome or sphere are
 //! placed in the finished picture, so that no resampling blurs or moves them.
 
+mod arrangement;
 mod eyes;
 mod faces;
 pub mod sprites;
 
-pub use eyes::Eyes;
-pub use faces::{BORDER_PX, Faces, MAX_FACE_PX};
+pub use arrangement::{Arrangement, Eyes, Faces, FrameRequest, Frames};
+pub use faces::{BORDER_PX, MAX_FACE_PX};
 
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
 use crate::scene::annotation::margin::Margin;
 use crate::scene::camera::Camera;
-use crate::scene::camera::viewpoint::{self, Viewer};
+use crate::scene::camera::viewpoint;
 use crate::scene::draw::PixelView;
 use crate::scene::error::SceneError;
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
 use crate::scene::request::{Composition, Projection};
-
-/// One perspective frame of a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrameRequest {
-    pub request: ViewRequest,
-    pub viewer: Viewer,
-}
-
-/// How the frames make the picture.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Arrangement {
-    Eyes(Eyes),
-    Faces(Faces),
-    /// A single frame, for a warp mesh.
-    Single,
-}
-
-/// The frames of a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Frames {
-    /// What the exposure is made for.
-    pub meter: FrameRequest,
-    pub frames: Vec<FrameRequest>,
-    pub arrangement: Arrangement,
-}
 
 impl Frames {
     /// The frames of a request.

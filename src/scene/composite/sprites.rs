@@ -35,7 +35,7 @@ fn placed(picture: &SpherePicture, face: usize, camera: &Camera, centre: Vec3, f
     let (picture_sr, stretch) = picture.pixel_sr_and_stretch(direction);
     let flux = flux.as_dvec3() * (face_sr / picture_sr);
     let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
-    let copies = stretch.ceil().clamp(1.0, size.x);
+    let copies = stretch.round().clamp(1.0, size.x);
     let share: DVec3 = flux / copies;
     let most_px = GLARE_OF_HEIGHT * size.y.min(size.x);
     let radius_px = point_radius_px(share.max_element() * point_peak() / white).min(most_px.max(LEAST_GLARE_PX));

@@ -9,6 +9,7 @@ pub mod effects;
 pub mod view_request;
 
 pub use super::purpose::Purpose;
+pub use crate::mesh::warp::WarpMesh;
 pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
 pub use composition::{Composition, Projection, Stereo, StereoLayout};
 pub use view_request::{
