@@ -4,8 +4,7 @@
 
 use super::CliError;
 use crate::files::read_text;
-use crate::mesh::warp::WarpMesh;
-use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
+use crate::scene::request::{Composition, Projection, Stereo, StereoLayout, WarpMesh};
 use crate::wording::echo;
 use std::path::PathBuf;
 use std::sync::Arc;

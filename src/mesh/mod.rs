@@ -7,6 +7,5 @@
 mod model;
 pub mod obj;
 pub mod self_shadow;
-pub mod warp;
 
 pub use model::{Model, ShapeError, ShapeFrame};

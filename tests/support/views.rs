@@ -1,8 +1,7 @@
 //! The views that are recorded as images, and compared between the renderers.
 
 use orrery::catalog::NaifId;
-use orrery::mesh::warp::WarpMesh;
-use orrery::scene::request::{Composition, Layers, Position, Projection, Stereo, StereoLayout, Up, ViewRequest};
+use orrery::scene::request::{Composition, Position, Projection, Stereo, StereoLayout, Up, ViewRequest, WarpMesh};
 use orrery::session::standard_scenes;
 use orrery::time::Instant;
 use std::sync::Arc;
@@ -86,15 +85,6 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     let dome = Composition { zenith_centred: true, ..sphere(Projection::Fisheye) };
     let near_mars = Position::Over { towards: None, distance_radii: Some(1.6) };
     vec![
-        (
-            "moon-names",
-            ViewRequest {
-                layers: Layers::parse("+features,+caption,+scale-bar,+compass").expect("layers"),
-                width: 320,
-                height: 320,
-                ..of(301, "2024-04-16T01:00:00Z", Composition::default())
-            },
-        ),
         ("saturn-anaglyph", saturn(StereoLayout::Anaglyph)),
         ("saturn-side-by-side", saturn(StereoLayout::SideBySide)),
         ("saturn-interlaced", saturn(StereoLayout::Interlaced)),

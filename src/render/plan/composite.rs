@@ -180,7 +180,7 @@ fn warp_draw(
     let screen = DVec2::new(f64::from(width), f64::from(height));
     let picture = DVec2::from_array(picture_px.map(f64::from));
     let per_unit_px = 0.5 * screen.y;
-    let flipped = Vec2::new(1.0, -1.0);
+    let flipped = DVec2::new(1.0, -1.0);
     let nodes = mesh.nodes();
     let two = |of: &dyn Fn(usize) -> Vec2| Attribute {
         components: 2,
@@ -188,7 +188,7 @@ fn warp_draw(
     };
     let gradients = mesh.gradients();
     // Texels per pixel: v runs upwards and rows downwards, and so do y and the rows of the screen.
-    let texels = |per_unit: Vec2| per_unit * (picture / per_unit_px).as_vec2() * flipped;
+    let texels = |per_unit: DVec2| (per_unit * picture / per_unit_px * flipped).as_vec2();
     let place = |k: usize| (DVec2::new(nodes[k].picture.x, 1.0 - nodes[k].picture.y) * picture).extend(nodes[k].brightness).as_vec3();
     let attributes = vec![
         two(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),

@@ -85,8 +85,12 @@ pub fn features(
             let extent = DVec2::new(width, lettering.line_height_px);
             let centred = at - 0.5 * extent;
             let aside = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
-            // A landing site's name stands on its right, or on its left where another name is.
-            let corners = if feature.is_landing_site { vec![centred + aside, centred - aside] } else { vec![centred] };
+            // A landing site's name stands on its right, or where that is taken on its left, below or above.
+            let below = DVec2::new(0.0, 1.4 * extent.y);
+            let corners = match feature.is_landing_site {
+                true => vec![centred + aside, centred - aside, centred + aside + below, centred + aside - below],
+                false => vec![centred],
+            };
             let free = |corner: &DVec2| {
                 let rect = Rect { least: *corner, most: *corner + extent };
                 let inside = rect.least.cmpge(DVec2::ZERO).all() && rect.most.cmple(size).all();

@@ -3,7 +3,7 @@
 //! In: names and numbers from the command line. Out: a [`Composition`], part of a view request. Always: a default one is a plain perspective picture.
 //! Not here: the frames themselves (`scene::composite`).
 
-use crate::mesh::warp::WarpMesh;
+use super::warp_mesh::WarpMesh;
 use crate::scene::error::SceneError;
 use std::sync::Arc;
 

@@ -7,12 +7,13 @@ pub mod camera_file;
 pub mod composition;
 pub mod effects;
 pub mod view_request;
+pub mod warp_mesh;
 
 pub use super::purpose::Purpose;
-pub use crate::mesh::warp::WarpMesh;
 pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
 pub use composition::{Composition, Projection, Stereo, StereoLayout};
 pub use view_request::{
     Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Layers, Look, Position, Quality,
     SETTLED_STOPS, ToneMap, Up, ViewRequest,
 };
+pub use warp_mesh::WarpMesh;

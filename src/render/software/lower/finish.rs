@@ -53,10 +53,10 @@ fn drop_dead(b: &mut Builder, outputs: &[Val]) {
     }
 }
 
-/// a*b+c, a*b-c, c-a*b where the product has no other use and stands in the same region.
-fn fuse(b: &mut Builder) {
+/// a*b+c, a*b-c, c-a*b where the product has no other use, is no output itself, and stands in the same region.
+fn fuse(b: &mut Builder, outputs: &[Val]) {
     let mut uses: HashMap<Val, u32> = HashMap::default();
-    for v in b.code.iter().flat_map(reads) {
+    for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
     let mut products: HashMap<Val, (usize, u32, Val, Val)> = HashMap::default();
@@ -159,7 +159,7 @@ impl Pool {
 /// `inputs`: lane values that hold slots 0.. from the start. `outputs` must be lane values. `join`: whether to join operations into chains.
 pub fn finish(mut b: Builder, inputs: &[Val], outputs: &[Val], join: bool) -> Result<Finished, LowerError> {
     drop_dead(&mut b, outputs);
-    fuse(&mut b);
+    fuse(&mut b, outputs);
     super::loops::straighten(&mut b.code);
     super::loops::hoist(&mut b.code);
     drop_dead(&mut b, outputs);

@@ -6,7 +6,7 @@
 //! below 0 where nothing is drawn. Always holds: every cell that is drawn is convex and all have one orientation, so that no place of the screen is
 //! lit twice by a fold; a polar mesh is closed from its last column to its first. Not done: the binary form.
 
-use glam::{DVec2, Vec2};
+use glam::DVec2;
 
 /// Nodes of a mesh at the most.
 const MAX_NODES: usize = 1 << 20;
@@ -34,9 +34,11 @@ pub struct WarpMesh {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {what}")]
 pub struct WarpError {
+    /// As it was named to the reader.
     pub file: String,
     /// First line is 1.
     pub line: usize,
+    /// What it says, and what is allowed.
     pub what: String,
 }
 
@@ -122,7 +124,7 @@ impl WarpMesh {
     }
 
     /// By how much the picture moves, in parts of its sides, per unit of screen x and of screen y, at each node: the mean over the triangles around it.
-    pub fn gradients(&self) -> Vec<[Vec2; 2]> {
+    pub fn gradients(&self) -> Vec<[DVec2; 2]> {
         let mut sums = vec![([DVec2::ZERO; 2], 0.0); self.nodes.len()];
         for corners in self.triangles.chunks_exact(3) {
             let [a, b, c] = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
@@ -139,13 +141,12 @@ impl WarpMesh {
                 *count += 1.0;
             }
         }
-        sums.into_iter().map(|(s, n)| s.map(|v| if n > 0.0 { (v / n).as_vec2() } else { Vec2::ZERO })).collect()
+        sums.into_iter().map(|(s, n)| s.map(|v| if n > 0.0 { v / n } else { DVec2::ZERO })).collect()
     }
 
     /// Picture heights that the picture moves per unit of the screen where it moves slowest, but for a tenth of the nodes. `aspect`: the picture's width in heights.
     pub fn slowest_motion(&self, aspect: f64) -> f64 {
-        let lengths =
-            |[x, y]: [Vec2; 2]| [x, y].map(|v| (v.as_dvec2() * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
+        let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
         let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
         all.sort_by(f64::total_cmp);
         all.get(all.len() / 10).copied().unwrap_or(0.5).max(1e-3)
@@ -207,7 +208,7 @@ mod tests {
         assert_eq!((mesh.nodes().len(), mesh.triangles().len()), (20, 4 * 3 * 6));
         for [per_x, per_y] in mesh.gradients() {
             // u = (x - 0.2 y) / 3 + 1/2, v = y / 2 + 1/2.
-            assert!((per_x - Vec2::new(1.0 / 3.0, 0.0)).length() < 1e-6 && (per_y - Vec2::new(-0.2 / 3.0, 0.5)).length() < 1e-6);
+            assert!((per_x - DVec2::new(1.0 / 3.0, 0.0)).length() < 1e-6 && (per_y - DVec2::new(-0.2 / 3.0, 0.5)).length() < 1e-6);
         }
         // Mirrored meshes, as rear projection has them, are no folds.
         assert!(WarpMesh::parse("m", &text(5, 4, |x, y| (-x, y))).is_ok());
