@@ -89,6 +89,7 @@ fragments![
     "lib/ring/shine.wesl",
     "lib/ring/surface.wesl",
     "lib/screen.wesl",
+    "lib/srgb_decoded.wesl",
     "lib/sunlight.wesl",
     "lib/foreground_limb.wesl",
     "lib/view_ray.wesl",

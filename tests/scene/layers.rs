@@ -70,8 +70,11 @@ fn layers_are_read_or_refused_by_name() {
     let switched = Layers::parse("-stars,+bloom").expect("layers");
     assert_eq!((switched.to_text().as_str(), switched.stars), ("+bloom,-stars", false));
     assert_eq!(Layers::parse(&switched.to_text()).expect("layers"), switched);
-    for (text, why) in [("orbits", "write + or -"), ("+trails", "one of orbits, labels, outline, bloom, stars"), ("labels", "write + or -")]
-    {
+    for (text, why) in [
+        ("orbits", "write + or -"),
+        ("+trails", "one of orbits, labels, data, features, caption, scale-bar, compass, outline, bloom, stars"),
+        ("labels", "write + or -"),
+    ] {
         let error = Layers::parse(text).expect_err("refused").to_string();
         assert!(error.contains(why) && error.contains(text), "{error}");
     }
