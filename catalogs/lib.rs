@@ -35,3 +35,12 @@ pub static SATURN_THEORY: &str = include_str!("saturn_tass17.json");
 
 /// CSV of the stars to magnitude 7, epoch J1991.25.
 pub static STARS: &str = include_str!("stars_v7.csv");
+
+/// GeoJSON of the constellations' figures, J2000.
+pub static CONSTELLATION_LINES: &str = include_str!("constellation_lines.json");
+
+/// GeoJSON of the borders between constellations: the corners of Delporte's borders, which run along coordinates of B1875, in J2000.
+pub static CONSTELLATION_BORDERS: &str = include_str!("constellation_borders.json");
+
+/// JSON list of the constellations: abbreviation, name, genitive, rank, and where a chart writes the name, J2000.
+pub static CONSTELLATION_NAMES: &str = include_str!("constellation_names.json");

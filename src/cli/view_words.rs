@@ -60,7 +60,8 @@ pub struct ViewWords {
     /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,
-    /// Layers: +orbits, +labels (names and markers), +outline (of the target), +bloom; -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
+    /// Layers: +orbits, +labels (names and markers), +outline (of the target), +bloom, +constellations, +boundaries, +grid-equatorial, +grid-ecliptic, +grid-galactic,
+    /// +grid-horizon (from a surface), +grid-body and +terminator (of the target); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
     /// Stops by which stars, Milky Way and zodiacal light are brighter than they are, to show them beside a lit planet

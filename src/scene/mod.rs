@@ -46,7 +46,7 @@ pub mod tiers;
 mod visibility;
 
 #[doc(hidden)]
-pub use annotation::{legend, orbits};
+pub use annotation::{grids, legend, orbits, sky_lines, texts};
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]

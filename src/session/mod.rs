@@ -41,6 +41,7 @@ pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
 
+use crate::catalog::constellations::Constellations;
 use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -53,8 +54,8 @@ use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::lamps::NightLights;
 use crate::scene::marks;
 use crate::scene::request::ViewRequest;
-use crate::scene::sky::background::SkyMap;
 use crate::scene::sky::frames::SkyFrame;
+use crate::scene::sky::map::SkyMap;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
@@ -117,6 +118,8 @@ pub struct DrawnFrame {
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
+/// What coordinates are written with.
+const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
 /// Bodies whose lamps are kept.
 const LAMPS_KEPT: usize = 16;
 
@@ -478,7 +481,8 @@ impl ResourceProvider for Session {
     }
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
-            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars());
+            let constellations = Constellations::embedded().all.iter().flat_map(|c| c.name.chars());
+            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(constellations).chain(COORDINATE_LETTERS.chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
         })
     }

@@ -1,7 +1,7 @@
 //! The scenes that benchmarks draw, one list for the command line and criterion.
 
 use crate::catalog::NaifId;
-use crate::scene::request::{Look, Position, ViewRequest};
+use crate::scene::request::{Layers, Look, Position, ViewRequest};
 use crate::time::Instant;
 
 /// A named view of a fixed moment.
@@ -24,7 +24,7 @@ fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
 }
 
-/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, and the night sky around Orion.
+/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, and the night sky around Orion with its figure.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
     // Northwards, 38 degrees down: the horizon, 36 degrees down from there, crosses the picture above its middle.
@@ -43,6 +43,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         up: crate::scene::request::Up::Celestial,
         target: None,
         fov_deg: Some(45.0),
+        layers: Layers { constellations: true, ..Layers::default() },
         ..ViewRequest::of(NaifId::EARTH, time)
     };
     let named = [

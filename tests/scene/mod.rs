@@ -16,5 +16,6 @@ mod relief;
 mod shrinking;
 mod silhouette;
 mod six_cases;
+mod sky_lines;
 mod stars;
 mod toggles;

@@ -9,12 +9,14 @@ use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances,
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use crate::image::{Glyph, GlyphAtlas};
+use crate::scene::annotation::strokes::LineSegment;
+use crate::scene::annotation::texts::TextLayer;
 use crate::scene::camera::ViewRays;
 use crate::scene::draw::{PixelView, Point, StarSprite};
 use crate::scene::marks::{
     FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, SELECTED_COLOUR,
 };
-use crate::scene::orbits::{self, LineSegment};
+use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
 use crate::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, Scene, point_spread};
@@ -45,6 +47,8 @@ const OUTLINE_SIGMA_LEAST_PX: f32 = 1.5;
 /// Standard deviations that a blur reaches: shaders/entry/blur.wesl.
 const BLUR_REACH: f32 = 3.0;
 
+/// Opacity of a line's text.
+const TEXT_OPACITY: f32 = 0.85;
 /// Opacity of the shadow that keeps a name readable before something bright.
 const NAME_SHADOW: f32 = 0.7;
 
@@ -53,7 +57,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
         (scene.background.is_some(), super::sky::MODULE),
         (!scene.points.is_empty() || !scene.stars.is_empty(), "point"),
-        (!scene.lines.is_empty(), "line"),
+        (!scene.lines.is_empty() || !scene.sky_lines.is_empty() || scene.ground_lines.is_some(), "line"),
         (scene.corona.is_some(), "corona"),
         (!scene.limbs.is_empty(), "refracted_limb"),
         (scene.glow.is_some(), "glow"),
@@ -62,7 +66,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.bloom, "tone_map_bloom"),
         (!scene.bloom, "tone_map"),
         (scene.outlined.is_some(), "outline"),
-        (scene.labels.is_some(), "label"),
+        (scene.labels.is_some() || scene.texts.is_some(), "label"),
     ];
     wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, name)| name).collect()
 }
@@ -155,12 +159,33 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     sprites("points", &scene.points, &attributes, scene, provider)
 }
 
+/// Orbits, among the bodies.
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    if scene.lines.is_empty() {
+    strokes("orbits", &scene.lines, BEHIND, scene, provider)
+}
+
+/// Lines that are drawn in the order of steps, without depth.
+pub(super) fn lines_in_order(
+    label: &str,
+    pieces: &[LineSegment],
+    scene: &Scene,
+    provider: &impl ResourceProvider,
+) -> Result<Vec<PlanDraw>, PlanError> {
+    strokes(label, pieces, DepthState { test: false, write: false }, scene, provider)
+}
+
+fn strokes(
+    label: &str,
+    pieces: &[LineSegment],
+    depth: DepthState,
+    scene: &Scene,
+    provider: &impl ResourceProvider,
+) -> Result<Vec<PlanDraw>, PlanError> {
+    if pieces.is_empty() {
         return Ok(Vec::new());
     }
     let (vertices, instances) = rectangles::<LineSegment>(
-        &scene.lines,
+        pieces,
         &[
             (3, |p| p.ends[0].to_array().to_vec()),
             (3, |p| p.ends[1].to_array().to_vec()),
@@ -175,7 +200,7 @@ pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
     })?;
-    Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
+    Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::PremultipliedOver, depth, ..draw }])
 }
 
 pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
@@ -399,10 +424,28 @@ fn stamps(labels: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Stamp> {
     all
 }
 
-/// Names and markers of bodies.
-pub(super) fn labels(scene: &Scene, labels: &LabelLayer, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let glyphs = provider.glyphs(labels.size_px);
-    let all = stamps(labels, &glyphs, scene.camera.height);
+/// Texts of lines, each over its own shadow.
+fn text_stamps(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<Stamp> {
+    let shade_px = (layer.size_px / 13.0).round().max(1.0);
+    let mut all = Vec::new();
+    for text in &layer.texts {
+        let pen = [text.left_px.x, text.left_px.y + f64::from(glyphs.baseline_offset)];
+        for (away_px, ink, opacity) in [(shade_px, [0.0; 3], NAME_SHADOW), (0.0, text.colour, TEXT_OPACITY)] {
+            let written = glyphs.layout(&text.text).filter(|(_, cell)| cell.size[0] > 0);
+            all.extend(written.map(|(along, cell)| stamp(&cell, [pen[0] + f64::from(along) + away_px, pen[1] + away_px], ink, opacity)));
+        }
+    }
+    all
+}
+
+/// Names and markers of bodies, and texts of lines.
+pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let Some(size_px) = scene.labels.as_ref().map(|l| l.size_px).or(scene.texts.as_ref().map(|t| t.size_px)) else {
+        return Ok(Vec::new());
+    };
+    let glyphs = provider.glyphs(size_px);
+    let mut all = scene.texts.as_ref().map_or(Vec::new(), |texts| text_stamps(texts, &glyphs));
+    all.extend(scene.labels.iter().flat_map(|labels| stamps(labels, &glyphs, scene.camera.height)));
     if all.is_empty() {
         return Ok(Vec::new());
     }

@@ -6,40 +6,23 @@
 //! only clip coordinates are narrowed. Open orbits have no line.
 
 use crate::ephemeris::{Ephemeris, State};
-use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
+pub use crate::scene::annotation::strokes::LineSegment;
+use crate::scene::annotation::strokes::{Curve, Run, segments};
+use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
 use crate::scene::decision::Decision;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// A chord leaves its arc by less than this many pixels.
-pub const MAX_BEND_PX: f64 = 0.1;
 /// Half the width of a line, pixels.
 pub const HALF_WIDTH_PX: f32 = 0.6;
 /// Radiance of a white line, of the radiance that is shown as white.
 pub const LEVEL: f32 = 0.3;
-/// Pixels beyond the frame up to which pieces go on: more than half a line.
-const MARGIN_PX: f64 = 4.0;
 /// An ellipse whose half length is less than this many pixels is not drawn, and is drawn in full from the second on.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
-/// Halvings of the whole turn at most: at 100 au the arc is then 30 metres long.
-const MAX_HALVINGS: u32 = 40;
 /// Strength a whole turn away from the body, of the strength beside it: the line fades the way the body has come.
 const FAINTEST: f64 = 0.25;
-
-/// A straight piece of a line on the screen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineSegment {
-    /// Clip x and y, reversed depth.
-    pub ends: [Vec3; 2],
-    /// From each end to the line's edge, per pixel of half width: pixels, x right, y up. Neighbouring pieces share theirs.
-    pub across: [Vec2; 2],
-    /// Opacity at each end.
-    pub strength: [f32; 2],
-    /// Linear RGB.
-    pub colour: Vec3,
-}
 
 /// An ellipse about the parent, counted from the body's place on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,130 +77,27 @@ pub fn half_length_px(camera: &Camera, ellipse: &Ellipse, body_from_camera_km: D
     axis_km / centre.length().max(axis_km) / camera.pixel_tangent()
 }
 
-struct Walk<'a> {
-    camera: &'a Camera,
-    ellipse: &'a Ellipse,
-    body_km: DVec3,
-    /// Runs of points inside the frame: camera axes (right, up, forward), and how far ahead of the body.
-    runs: Vec<Vec<(DVec3, f64)>>,
-}
-
-impl Walk<'_> {
-    fn point(&self, ahead: f64) -> DVec3 {
-        let p = self.body_km + self.ellipse.from_body_km(ahead);
-        DVec3::new(p.dot(self.camera.right), p.dot(self.camera.up), p.dot(self.camera.forward))
-    }
-
-    /// Whether a ball can be seen: before the near plane and within the frame's four planes, each moved out by the margin.
-    fn may_show(&self, centre: DVec3, radius: f64) -> bool {
-        let half = self.camera.half_size();
-        let beside = |across: f64, tan: f64, half: f64| {
-            let tan = tan * (1.0 + MARGIN_PX / half);
-            (across.abs() - tan * centre.z) > radius * (1.0 + tan * tan).sqrt()
-        };
-        let tan = self.camera.tan_half_fov;
-        centre.z + radius > NEAR_DEPTH_KM && !beside(centre.x, tan.x, half.x) && !beside(centre.y, tan.y, half.y)
-    }
-
-    fn arc(&mut self, from: (DVec3, f64), to: (DVec3, f64), halvings: u32) {
-        let middle_at = 0.5 * (from.1 + to.1);
-        let middle = self.point(middle_at);
-        let span = to.1 - from.1;
-        let axis_km = self.ellipse.major_km.length();
-        // No arc of an ellipse is longer than that of its outer circle.
-        let radius = 0.5 * axis_km * span;
-        if !self.may_show(middle, radius) {
-            return;
-        }
-        let bend_km = axis_km * span * span / 8.0;
-        let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let allowed_km = MAX_BEND_PX * self.camera.pixel_tangent() * nearest;
-        if halvings >= MAX_HALVINGS || (span < 0.2 && bend_km < allowed_km) {
-            return self.chord(from, to);
-        }
-        self.arc(from, (middle, middle_at), halvings + 1);
-        self.arc((middle, middle_at), to, halvings + 1);
-    }
-
-    /// Appends what of a chord lies within the frame.
-    fn chord(&mut self, from: (DVec3, f64), to: (DVec3, f64)) {
-        let half = self.camera.half_size();
-        let tan = self.camera.tan_half_fov * (1.0 + MARGIN_PX / half);
-        // Distances to the planes that an end must be above.
-        let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
-        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-        for (a, b) in planes(from.0).into_iter().zip(planes(to.0)) {
-            match (a < 0.0, b < 0.0) {
-                (true, true) => return,
-                (true, false) => enter = enter.max(a / (a - b)),
-                (false, true) => leave = leave.min(a / (a - b)),
-                (false, false) => {}
-            }
-        }
-        if enter >= leave {
-            return;
-        }
-        let at = |t: f64| {
-            if t == 0.0 {
-                from
-            } else if t == 1.0 {
-                to
-            } else {
-                (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1))
-            }
-        };
-        let goes_on = enter == 0.0 && from.1 != 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
-        if !goes_on {
-            self.runs.push(vec![at(enter)]);
-        }
-        if let Some(run) = self.runs.last_mut() {
-            run.push(at(leave));
-        }
-    }
-}
-
 /// The pieces of one orbit. `body_km`: the body's apparent place from the camera, ICRF; `strength`: opacity beside the body.
 pub fn pieces(camera: &Camera, ellipse: &Ellipse, body_km: DVec3, strength: f64, colour: DVec3) -> Vec<LineSegment> {
     let strength = strength * by_size(half_length_px(camera, ellipse, body_km));
-    let mut walk = Walk { camera, ellipse, body_km, runs: Vec::new() };
     if strength <= 0.0 || !ellipse.major_km.is_finite() || !body_km.is_finite() {
         return Vec::new();
     }
+    let point = |ahead: f64| body_km + ellipse.from_body_km(ahead);
+    // No arc of an ellipse is longer, or bends more, than that of its outer circle.
+    let curve = Curve { camera, point: &point, size: ellipse.major_km.length(), finer: 1.0 };
     // Counted from the body, so that the line is exact there.
-    for quarter in [-2.0, -1.0, 0.0, 1.0] {
-        let [from, to] = [quarter * 0.5 * PI, (quarter + 1.0) * 0.5 * PI].map(|at| (walk.point(at), at));
-        walk.arc(from, to, 2);
-    }
-    let mut all = Vec::new();
-    for run in &walk.runs {
-        let screen: Vec<DVec2> = run.iter().map(|(p, _)| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size()).collect();
-        let direction = |k: usize| (screen[k + 1] - screen[k]).try_normalize().unwrap_or(DVec2::X);
-        let across = |k: usize| {
-            let mean = match k {
-                0 => direction(0),
-                k if k + 1 == screen.len() => direction(k - 1),
-                k => (direction(k - 1) + direction(k)).try_normalize().unwrap_or(direction(k)),
-            };
-            narrow2(DVec2::new(-mean.y, mean.x))
-        };
-        let end = |k: usize| {
-            let clip = screen[k] / camera.half_size();
-            narrow(DVec3::new(clip.x, clip.y, (NEAR_DEPTH_KM / run[k].0.z).min(1.0)))
-        };
+    let runs = curve.runs(&[-PI, -0.5 * PI, 0.0, 0.5 * PI, PI], 2);
+    let of_run = |run: &Run| {
         // Where the body goes counts on from where it came: at its place the line jumps from the strongest to the faintest.
         let ahead = run[0].1 + run[run.len() - 1].1 > 0.0;
-        let strength_at = |k: usize| {
-            let turn = if ahead { run[k].1 / TAU } else { 1.0 + run[k].1 / TAU };
-            narrow_scalar(strength * (FAINTEST + (1.0 - FAINTEST) * turn))
+        let fading = |at: f64| {
+            let turn = if ahead { at / TAU } else { 1.0 + at / TAU };
+            strength * (FAINTEST + (1.0 - FAINTEST) * turn)
         };
-        all.extend((0..screen.len() - 1).map(|k| LineSegment {
-            ends: [end(k), end(k + 1)],
-            across: [across(k), across(k + 1)],
-            strength: [strength_at(k), strength_at(k + 1)],
-            colour: narrow(colour),
-        }));
-    }
-    all
+        segments(camera, run, |p| (NEAR_DEPTH_KM / p.z).min(1.0), fading, colour)
+    };
+    runs.iter().flat_map(of_run).collect()
 }
 
 /// Opacity of a line beside its body.
@@ -251,6 +131,8 @@ pub(crate) fn line(camera: &Camera, ephemeris: &Ephemeris, p: &PlacedBody<'_>) -
 mod tests {
     use super::*;
     use crate::ephemeris::two_body;
+    use crate::scene::annotation::strokes::MAX_BEND_PX;
+    use glam::{DVec2, Vec3};
 
     /// A camera 100 au over the plane of a planet's orbit, and that orbit.
     fn system() -> (Camera, Ellipse, DVec3) {

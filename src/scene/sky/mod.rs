@@ -2,6 +2,7 @@
 
 pub mod background;
 pub mod frames;
+pub mod map;
 mod star_colour;
 pub mod stars;
 pub mod zodiacal;

@@ -8,6 +8,7 @@ mod body_browser;
 mod compare;
 mod effects;
 mod information;
+mod layers;
 mod moments;
 mod performance;
 mod render_loop;
