@@ -34,7 +34,7 @@ use crate::scene::sky::background;
 use crate::scene::sky::stars;
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// A view whose bodies are placed and whose light is metered, before anything is decided.
 pub struct SceneBuilder<'a> {
@@ -198,7 +198,11 @@ impl<'a> SceneBuilder<'a> {
         let labels = request.layers.labels.then(|| self.labels(camera, &bodies, selected));
         let (of_sky, of_ground) = self.drawn_lines();
         sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions));
-        let wanted: Vec<_> = of_sky.texts.into_iter().chain(of_ground.texts).collect();
+        // A body, the ground too, hides what is written on the sky behind it.
+        let is_before =
+            |p: &PlacedBody<'_>, at_px: DVec2| !self.is_inside(p.body) && camera.surface_under_pixel(&p.placement, at_px).is_some();
+        let on_sky = of_sky.texts.into_iter().filter(|t| !placed.iter().any(|p| is_before(p, t.at_px)));
+        let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
         let texts = (!wanted.is_empty())
             .then(|| texts::placed(wanted, labels.as_ref(), labels::glyph_size_px(camera.height), camera.half_size() * 2.0));
         let ground_lines = self.lined_body().map(|p| (p.body.id, of_ground.pieces)).filter(|(_, pieces)| !pieces.is_empty());

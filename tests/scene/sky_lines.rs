@@ -179,7 +179,7 @@ fn lines_of_the_ground_lie_where_they_say() {
             width: 400,
             height: 400,
             layers: only("terminator"),
-            ..ViewRequest::of(NaifId(target), Instant::parse("2024-04-14T20:00:00Z").expect("a time"))
+            ..ViewRequest::of(NaifId(target), Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
         };
         let body_of = |made: &Scene| made.body(NaifId(target)).expect("in the catalog").placement;
         let made = scene(&base);

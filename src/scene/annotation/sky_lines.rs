@@ -48,6 +48,9 @@ const BORDER: Ink = ink(1.0, 0.35, 0.3, 0.45);
 /// A constellation's name is written from a field of view on that its figure does not fill twice, degrees of the picture's height.
 const NAMES_FROM_DEG: f64 = 4.0;
 
+/// Bound of the derivatives of a great circle by its angle; aberration changes it by a ten-thousandth.
+const UNIT: f64 = 1.001;
+
 struct Sheet<'a> {
     camera: &'a Camera,
     velocity_km_s: DVec3,
@@ -57,12 +60,12 @@ struct Sheet<'a> {
 }
 
 impl Sheet<'_> {
-    /// Draws an arc on the unit sphere between parameters in radians; the runs that are in the frame.
-    fn arc(&mut self, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], strength: impl Fn(f64) -> f64, ink: Ink) -> Vec<Run> {
+    /// Draws an arc on the unit sphere between parameters in radians, by which it runs and bends no faster than `size`; the runs that are in the frame.
+    fn arc(&mut self, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], size: f64, strength: impl Fn(f64) -> f64, ink: Ink) -> Vec<Run> {
         // Quarters of a turn at most, so that the ball around an arc is no larger than the sphere.
         let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
         let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-        let curve = Curve { camera: self.camera, point, size: 1.001, finer: self.finer };
+        let curve = Curve { camera: self.camera, point, size, finer: self.finer };
         let runs = curve.runs(&parameters, 0);
         for run in &runs {
             self.all.pieces.extend(segments(self.camera, run, |_| 0.0, |at| ink.opacity * strength(at), ink.colour));
@@ -74,7 +77,7 @@ impl Sheet<'_> {
     fn great_circle(&mut self, from: DVec3, to: DVec3, ink: Ink) {
         let angle = from.angle_between(to);
         let Some(across) = (to - from * from.dot(to)).try_normalize() else { return };
-        self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], |_| 1.0, ink);
+        self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], UNIT, |_| 1.0, ink);
     }
 
     fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
@@ -108,18 +111,19 @@ impl Sheet<'_> {
         match line.along {
             Along::Longitude => {
                 let strength = line.strength(0.0, pixel_deg);
+                let radius = UNIT * at.to_radians().cos() + 1e-9;
                 // From opposite the middle of the picture, so that no end is in it.
                 let from = (cap.longitude_deg + 180.0).to_radians();
                 if strength <= 0.0 {
                     Vec::new()
                 } else {
-                    self.arc(&|t: f64| seen(t.to_degrees(), at), [from, from + TAU], |_| strength, ink)
+                    self.arc(&|t: f64| seen(t.to_degrees(), at), [from, from + TAU], radius, |_| strength, ink)
                 }
             }
             Along::Latitude => {
                 let [from, to] = line.latitudes_deg(pixel_deg).map(f64::to_radians);
                 let strength = |t: f64| line.strength(t.to_degrees(), pixel_deg);
-                self.arc(&|t: f64| seen(at, t.to_degrees()), [from, to], strength, ink)
+                self.arc(&|t: f64| seen(at, t.to_degrees()), [from, to], UNIT, strength, ink)
             }
         }
     }
@@ -195,7 +199,7 @@ fn boundaries(sheet: &mut Sheet<'_>) {
             let at = from.lerp(to, t / length);
             aberrated(icrf_from_b1875 * direction(at.x.to_degrees(), at.y.to_degrees()), velocity)
         };
-        sheet.arc(&point, [0.0, length], |_| 1.0, BORDER);
+        sheet.arc(&point, [0.0, length], UNIT, |_| 1.0, BORDER);
     }
     let count = sheet.all.pieces.len() - before;
     sheet.decide("boundaries", count > 0, if count > 0 { "borders of B1875 in the frame".into() } else { "no border in the frame".into() });
