@@ -47,3 +47,12 @@ pub static SMALL_BODIES: &str = include_str!("small_bodies.csv");
 
 /// CSV of bright and well-known comets: osculating elements and total magnitudes.
 pub static COMETS: &str = include_str!("comets.csv");
+
+/// GeoJSON of the constellations' figures, J2000.
+pub static CONSTELLATION_LINES: &str = include_str!("constellation_lines.json");
+
+/// GeoJSON of the borders between constellations: the corners of Delporte's borders, which run along coordinates of B1875, in J2000.
+pub static CONSTELLATION_BORDERS: &str = include_str!("constellation_borders.json");
+
+/// JSON list of the constellations: abbreviation, name, genitive, rank, and where a chart writes the name, J2000.
+pub static CONSTELLATION_NAMES: &str = include_str!("constellation_names.json");

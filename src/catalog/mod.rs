@@ -8,6 +8,8 @@ use orrery_catalogs::TABLES;
 use std::collections::BTreeMap;
 
 mod body;
+#[doc(hidden)]
+pub mod constellations;
 mod data_layer;
 mod eclipse_radii;
 mod fields;

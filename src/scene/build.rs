@@ -5,7 +5,9 @@
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
-use crate::scene::annotation::{labels, orbits, traces};
+use crate::ephemeris::topocentric::ground_point_km;
+use crate::scene::annotation::sky_lines::{SkyLines, horizon_axes};
+use crate::scene::annotation::{body_lines, labels, orbits, sky_lines, texts, traces};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
@@ -26,13 +28,13 @@ use crate::scene::placed::{PlacedBody, place};
 use crate::scene::point;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
-use crate::scene::request::view_request::ViewRequest;
+use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use crate::scene::sky::{background, comets, minor_planets, stars};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
 /// A view whose bodies are placed and whose light is metered, before anything is decided.
@@ -231,6 +233,16 @@ impl<'a> SceneBuilder<'a> {
         let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);
         let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
         let labels = labels::LabelLayer::of(camera, request, self.catalog, &bodies, true);
+        let (of_sky, of_ground) = self.drawn_lines();
+        sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions));
+        // A body, the ground too, hides what is written on the sky behind it.
+        let is_before =
+            |p: &PlacedBody<'_>, at_px: DVec2| !self.is_inside(p.body) && camera.surface_under_pixel(&p.placement, at_px).is_some();
+        let on_sky = of_sky.texts.into_iter().filter(|t| !placed.iter().any(|p| is_before(p, t.at_px)));
+        let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
+        let texts = (!wanted.is_empty())
+            .then(|| texts::placed(wanted, labels.as_ref(), labels::glyph_size_px(camera.height), camera.half_size() * 2.0));
+        let ground_lines = self.lined_body().map(|p| (p.body.id, of_ground.pieces)).filter(|(_, pieces)| !pieces.is_empty());
         Scene {
             time: request.time,
             camera: camera.clone(),
@@ -243,18 +255,45 @@ impl<'a> SceneBuilder<'a> {
             minor_planets,
             comets,
             sky,
+            sky_lines: of_sky.pieces,
             draws,
             points,
             orbits: arcs,
             lines,
+            ground_lines,
             corona,
             limbs,
             glow,
             outlined,
             bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
             labels,
+            texts,
             purpose: request.purpose,
         }
+    }
+
+    /// The body whose ground has lines: the target, or what is stood on.
+    fn lined_body(&self) -> Option<&PlacedBody<'a>> {
+        let id = self.request.target.or(self.viewer.stands_on.map(|(id, _)| id))?;
+        self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
+    }
+
+    /// Lines of the sky and of the ground; none where the picture shows a number.
+    fn drawn_lines(&self) -> (SkyLines, SkyLines) {
+        if self.request.pixel_view != PixelView::Final {
+            return Default::default();
+        }
+        let horizon = match (self.request.position, self.viewer.stands_on) {
+            (Position::Ground { latitude_deg, longitude_deg, .. }, Some((id, _))) => {
+                let body_from_icrf = self.ephemeris.body_from_icrf(id, self.request.time).ok();
+                let radii_km = self.catalog.body(id).map_or(DVec3::ONE, |b| b.radii_km);
+                let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                body_from_icrf.map(|m| horizon_axes(m.transpose() * normal, m.row(2)))
+            }
+            _ => None,
+        };
+        let of_sky = sky_lines::sky_lines(self.request, &self.viewer, horizon);
+        (of_sky, body_lines::body_lines(self.request, &self.viewer.camera, self.lined_body()))
     }
 }
 

@@ -3,7 +3,8 @@
 //! Plain values. `build` makes them; nothing changes them afterwards.
 
 use crate::catalog::NaifId;
-use crate::scene::annotation::{labels, orbits, traces};
+use crate::scene::annotation::strokes::LineSegment;
+use crate::scene::annotation::{labels, orbits, texts};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
@@ -43,6 +44,8 @@ pub struct Scene {
     pub comets: Comets,
     /// What was decided about the sky beyond all bodies.
     pub sky: Vec<Decision>,
+    /// Of grids and constellations: between the sky's diffuse light and its stars.
+    pub sky_lines: Vec<LineSegment>,
     /// Far to near: `order`.
     pub draws: Vec<Draw>,
     /// Bodies too small for a disc.
@@ -50,7 +53,9 @@ pub struct Scene {
     /// Over the bodies, hidden by what is nearer.
     pub orbits: Vec<orbits::OrbitArc>,
     /// Like them: where bodies have been.
-    pub lines: Vec<traces::LineSegment>,
+    pub lines: Vec<LineSegment>,
+    /// Over the ground of one body, the side that faces the camera.
+    pub ground_lines: Option<(NaifId, Vec<LineSegment>)>,
     /// Among the draws.
     pub corona: Option<corona::Corona>,
     /// Around bodies that stand before the Sun.
@@ -63,6 +68,8 @@ pub struct Scene {
     pub bloom: bool,
     /// Over the finished picture, where they are wanted.
     pub labels: Option<labels::LabelLayer>,
+    /// The same, of lines.
+    pub texts: Option<texts::TextLayer>,
     /// What the picture is for.
     pub purpose: Purpose,
 }

@@ -48,7 +48,7 @@ pub mod tiers;
 mod visibility;
 
 #[doc(hidden)]
-pub use annotation::{legend, orbits, traces};
+pub use annotation::{grids, legend, orbits, sky_lines, texts, traces};
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]

@@ -12,7 +12,7 @@ use crate::scene::light::night_lights::NightLights;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShines;
 use crate::scene::rings::ring_table::RingTables;
-use crate::scene::sky::background::SkyMap;
+use crate::scene::sky::map::SkyMap;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use glam::{DVec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};

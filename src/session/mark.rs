@@ -10,7 +10,7 @@ use crate::catalog::{Body, Catalog, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, is_whole_exr, is_whole_png, png_head_text};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
-use crate::scene::sky::background::{MILKY_WAY_FILE, SkyMap};
+use crate::scene::sky::map::{MILKY_WAY_FILE, SkyMap};
 use crate::shader::generator;
 use crate::wording::echo_within;
 use sha2::{Digest, Sha256};

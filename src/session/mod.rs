@@ -44,6 +44,7 @@ pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
 
+use crate::catalog::constellations::Constellations;
 use crate::catalog::nomenclature;
 use crate::catalog::small_bodies::SmallBodies;
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
@@ -57,8 +58,8 @@ use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::marks;
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
-use crate::scene::sky::background::SkyMap;
 use crate::scene::sky::frames::SkyFrame;
+use crate::scene::sky::map::SkyMap;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{Library, Statistics};
@@ -124,6 +125,8 @@ const MAX_CATALOG_BYTES: u64 = 1 << 24;
 const MAX_DATA_BYTES: u64 = 1 << 28;
 /// Bytes of a kernel at the most: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
+/// What coordinates are written with.
+const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
 /// Bodies whose city lights are kept.
 const LAMPS_KEPT: usize = 16;
 
@@ -484,7 +487,8 @@ impl ResourceProvider for Session {
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
             let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
-            let names = names.chain(' '..='~').chain("°".chars());
+            let constellations = Constellations::embedded().all.iter().flat_map(|c| c.name.chars());
+            let names = names.chain(constellations).chain(' '..='~').chain(COORDINATE_LETTERS.chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, marks::MARKER_RADIUS as f32))
         })
     }

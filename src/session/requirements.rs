@@ -9,7 +9,7 @@ use crate::render::plan;
 use crate::scene::draw::{MapRole, Shape};
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
-use crate::scene::sky::background::MILKY_WAY_FILE;
+use crate::scene::sky::map::MILKY_WAY_FILE;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder, SceneError};
 use std::collections::BTreeSet;
 use std::fmt::Display;

@@ -34,7 +34,7 @@ fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
 }
 
-/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, the night sky around Orion, and the main belt.
+/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, the night sky around Orion with its figure, and the main belt.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
     // Northwards, 38 degrees down: the horizon, 36 degrees down from there, crosses the picture above its middle.
@@ -53,6 +53,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         up: crate::scene::request::Up::Celestial,
         target: None,
         fov_deg: Some(45.0),
+        layers: Layers { constellations: true, ..Layers::default() },
         ..ViewRequest::of(NaifId::EARTH, time)
     };
     // From 6.3 au north of the ecliptic; [`StandardScene::bodies`] makes the belt.

@@ -4,6 +4,7 @@ use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
+use orrery::scene::effects::EffectOverrides;
 use orrery::scene::photometry::{irradiance_of_magnitude, magnitude};
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purpose, Up, ViewRequest};
 use orrery::scene::sky::frames::{SkyFrame, direction, ecliptic_pole};
@@ -28,6 +29,7 @@ fn towards(look: DVec3, fov_deg: f64, layers: Layers) -> ViewRequest {
         purpose: Purpose::LINEAR,
         exposure: ExposureRequest::Stops(0.0),
         layers,
+        effects: EffectOverrides::parse("-glow,-corona,-points").expect("effects"),
         ..ViewRequest::of(NaifId::EARTH, Instant::parse(TIME).expect("a time"))
     }
 }
@@ -79,7 +81,7 @@ fn it_is_as_bright_as_published() {
     for pole in [90.0, -90.0] {
         let dim = surface_magnitude(around(0.0, pole, 20.0));
         println!("pole {pole}: {dim:.2}");
-        assert!((22.8..25.2).contains(&dim), "{pole}: {dim}");
+        assert!((22.8..25.5).contains(&dim), "{pole}: {dim}");
     }
     // The scale itself: a square second of a star of its magnitude.
     let one = irradiance_of_magnitude(21.0) * PI / (PI / 180.0 / 3600.0_f64).powi(2);

@@ -20,5 +20,6 @@ mod relief;
 mod shrinking;
 mod silhouette;
 mod six_cases;
+mod sky_lines;
 mod stars;
 mod toggles;

@@ -128,6 +128,7 @@ impl StarCatalog {
         Self { epoch_jd, stars, cells }
     }
 
+    /// In the order of their cells.
     pub fn stars(&self) -> &[Star] {
         &self.stars
     }

@@ -110,7 +110,8 @@ pub(super) fn light_steps(
     let over_light = |name, draws| Step { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
     let background = Step { name: "background", reads: vec![], writes: Write::New(light), draws: vec![] };
     let sky = over_light("sky", sky::background(scene, provider)?);
-    let mut steps = vec![background, sky, over_light("stars", shared::stars(scene, provider)?)];
+    let sky_lines = over_light("sky lines", shared::lines_in_order("sky lines", &scene.sky_lines, scene, provider)?);
+    let mut steps = vec![background, sky, sky_lines, over_light("stars", shared::stars(scene, provider)?)];
     steps.extend(over_stars.map(|draw| over_light("faces", vec![draw])));
     let of_body = |body| move |d: &Draw| d.body == body;
     let bodies = |steps: &mut Vec<Step>, first: usize, draws: &[Draw]| -> Result<(), PlanError> {
@@ -127,6 +128,10 @@ pub(super) fn light_steps(
             for of_kind in run.chunk_by(|a, b| kind(a) == kind(b)) {
                 let draws = of_kind.iter().map(|draw| body_draw(draw, width, height, provider, sampling)).collect::<Result<Vec<_>, _>>()?;
                 steps.push(over_light(kind(&of_kind[0]), draws));
+                let lines = scene.ground_lines.as_ref().filter(|(id, _)| *id == body && of_kind[0].part == Part::Globe);
+                if let Some((_, pieces)) = lines {
+                    steps.push(over_light("ground lines", shared::lines_in_order("ground lines", pieces, scene, provider)?));
+                }
             }
             steps.extend(bent.filter(|_| ends).map(|draw| over_light("refracted limb", vec![draw])));
         }
@@ -159,9 +164,8 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         let shape = body_draw(draw, width, height, provider, sampling)?;
         steps.extend(shared::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
-    if let Some(labels) = &scene.labels {
-        let draws = shared::labels(scene, labels, provider)?;
-        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(DISPLAY_TARGET), draws });
+    if scene.labels.is_some() || scene.texts.is_some() {
+        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(DISPLAY_TARGET), draws: shared::labels(scene, provider)? });
     }
     Ok(steps)
 }

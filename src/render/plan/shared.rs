@@ -9,6 +9,8 @@ use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances,
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use crate::image::{Glyph, GlyphAtlas};
+use crate::scene::annotation::strokes::LineSegment;
+use crate::scene::annotation::texts::{PlacedText, TextLayer};
 use crate::scene::camera::ViewRays;
 use crate::scene::draw::{PixelView, Point, StarSprite};
 use crate::scene::marks::{
@@ -18,7 +20,6 @@ use crate::scene::marks::{
 use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
-use crate::scene::traces::LineSegment;
 use crate::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, Scene, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
@@ -47,6 +48,8 @@ const OUTLINE_SIGMA_LEAST_PX: f32 = 1.5;
 /// Standard deviations that a blur reaches: shaders/entry/blur.wesl.
 const BLUR_REACH: f32 = 3.0;
 
+/// Opacity of a line's text.
+const TEXT_OPACITY: f32 = 0.85;
 /// Opacity of the shadow that keeps a name readable before something bright.
 const NAME_SHADOW: f32 = 0.7;
 
@@ -55,7 +58,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
         (scene.background.is_some(), super::sky::MODULE),
         (!scene.points.is_empty() || !scene.stars.is_empty() || !scene.comets.heads.is_empty(), "point"),
-        (!scene.lines.is_empty(), "line"),
+        (!scene.lines.is_empty() || !scene.sky_lines.is_empty() || scene.ground_lines.is_some(), "line"),
         (!scene.orbits.is_empty(), "orbit"),
         (scene.minor_planets.is_some(), "minor_planets"),
         (!scene.comets.tails.is_empty(), "comet_tail"),
@@ -67,7 +70,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.bloom, "tone_map_bloom"),
         (!scene.bloom, "tone_map"),
         (scene.outlined.is_some(), "outline"),
-        (scene.labels.is_some(), "label"),
+        (scene.labels.is_some() || scene.texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
     ];
     wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, name)| name).collect()
@@ -163,12 +166,33 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     sprites("points", &scene.points, &attributes, scene, provider)
 }
 
+/// Orbits, among the bodies.
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    if scene.lines.is_empty() {
+    strokes("traces", &scene.lines, BEHIND, scene, provider)
+}
+
+/// Lines that are drawn in the order of steps, without depth.
+pub(super) fn lines_in_order(
+    label: &str,
+    pieces: &[LineSegment],
+    scene: &Scene,
+    provider: &impl ResourceProvider,
+) -> Result<Vec<PlanDraw>, PlanError> {
+    strokes(label, pieces, DepthState { test: false, write: false }, scene, provider)
+}
+
+fn strokes(
+    label: &str,
+    pieces: &[LineSegment],
+    depth: DepthState,
+    scene: &Scene,
+    provider: &impl ResourceProvider,
+) -> Result<Vec<PlanDraw>, PlanError> {
+    if pieces.is_empty() {
         return Ok(Vec::new());
     }
     let (vertices, instances) = rectangles::<LineSegment>(
-        &scene.lines,
+        pieces,
         &[
             (3, |p| p.ends[0].to_array().to_vec()),
             (3, |p| p.ends[1].to_array().to_vec()),
@@ -183,7 +207,7 @@ pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
     })?;
-    Ok(vec![PlanDraw { label: "traces".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: BEHIND, ..draw }])
+    Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::PremultipliedOver, depth, ..draw }])
 }
 
 pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
@@ -415,6 +439,13 @@ fn written(text: &str, left_px: [f64; 2], ink: [f32; 3], opacity: f32, glyphs: &
     all
 }
 
+/// Texts of lines.
+fn text_stamps(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<Stamp> {
+    let shade_px = (layer.size_px / 13.0).round().max(1.0);
+    let stamps = |t: &PlacedText| written(&t.text, t.left_px.to_array(), t.colour, TEXT_OPACITY, glyphs, shade_px);
+    layer.texts.iter().flat_map(stamps).collect()
+}
+
 /// A filled rectangle of whole pixels, in pieces no larger than the block of the letters' texture.
 fn filled(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<Stamp> {
     let [r, g, b] = colour(bar.colour).to_array();
@@ -463,12 +494,20 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
     Ok(vec![PlanDraw { label: "data".into(), vertices, instances, blend: Blend::PremultipliedOver, ..draw }])
 }
 
-/// Names and markers of bodies.
-pub(super) fn labels(scene: &Scene, labels: &LabelLayer, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let glyphs = provider.glyphs(labels.size_px);
-    let mut all = stamps(labels, &glyphs, scene.camera.height);
-    all.extend(margin_stamps(labels, &glyphs));
-    let mut draws = dots(scene, &labels.dots, provider)?;
+/// Names and markers of bodies, texts of lines, points of data.
+pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    let labels = scene.labels.as_ref();
+    let Some(size_px) = labels.map(|l| l.size_px).or(scene.texts.as_ref().map(|t| t.size_px)) else {
+        return Ok(Vec::new());
+    };
+    let glyphs = provider.glyphs(size_px);
+    let mut all = scene.texts.as_ref().map_or(Vec::new(), |texts| text_stamps(texts, &glyphs));
+    let mut draws = Vec::new();
+    if let Some(labels) = labels {
+        all.extend(stamps(labels, &glyphs, scene.camera.height));
+        all.extend(margin_stamps(labels, &glyphs));
+        draws = dots(scene, &labels.dots, provider)?;
+    }
     if all.is_empty() {
         return Ok(draws);
     }

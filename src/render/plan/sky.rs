@@ -10,7 +10,7 @@ use glam::Vec3;
 use std::sync::{Arc, LazyLock};
 
 /// Its module: shaders/entry/sky_background.wesl.
-pub(super) const MODULE: &str = "sky_background";
+const MODULE: &str = "sky_background";
 const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 

@@ -139,7 +139,8 @@ impl LabelLayer {
         self.margin.rings.extend(margin.rings);
     }
 
-    fn taken<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
+    /// Rectangles that caption, scale bar and compass take.
+    pub(crate) fn taken<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
         self.margin.taken(metrics)
     }
 }

@@ -1,11 +1,16 @@
-//! What explains a picture: names and markers of bodies, orbit lines, and the legend of its colours.
+//! What explains a picture: names and markers of bodies, orbits, lines of the sky and of the ground with their texts, and the legend of its colours.
 
+pub mod body_lines;
 pub mod data;
 pub mod features;
+pub mod grids;
 pub mod labels;
 pub mod legend;
 pub mod margin;
 pub mod orbits;
 pub mod picking;
+pub mod sky_lines;
+pub mod strokes;
 pub mod text;
+pub mod texts;
 pub mod traces;

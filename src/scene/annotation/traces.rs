@@ -6,11 +6,12 @@
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};
+use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;
 use crate::units::SECONDS_PER_DAY;
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// Samples of the ephemeris along a body's shortest period, and of one path at most.
@@ -25,19 +26,6 @@ const MOST_DAYS: f64 = 12.0 * 365.25;
 const STRENGTH: f64 = 0.9;
 /// Pixels beyond the frame up to which pieces go on: more than half a line.
 const MARGIN_PX: f64 = 4.0;
-
-/// A straight piece of a line on the screen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineSegment {
-    /// Clip x and y, reversed depth.
-    pub ends: [Vec3; 2],
-    /// From each end to the line's edge, per pixel of half width: pixels, x right, y up. Neighbouring pieces share theirs.
-    pub across: [Vec2; 2],
-    /// Opacity at each end.
-    pub strength: [f32; 2],
-    /// Linear RGB.
-    pub colour: Vec3,
-}
 
 /// A path relative to the body's place now: kilometres, the newest first, and the part of the strength that is left there.
 fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {

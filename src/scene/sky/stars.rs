@@ -7,7 +7,7 @@
 
 use super::star_colour::star_colour;
 use crate::catalog::Catalog;
-use crate::catalog::stars::{Cell, Star};
+use crate::catalog::stars::{Cell, Star, StarCatalog};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::scene::atmosphere::air::Around;
@@ -48,8 +48,13 @@ pub struct StarPlacer {
 
 impl StarPlacer {
     pub fn of(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest) -> Self {
+        Self::of_stars(&catalog.stars(), viewer, request)
+    }
+
+    /// For stars of this catalogue.
+    pub fn of_stars(stars: &StarCatalog, viewer: &Viewer, request: &ViewRequest) -> Self {
         Self {
-            years: catalog.stars().years_since_epoch(request.time.jd_tt()),
+            years: stars.years_since_epoch(request.time.jd_tt()),
             viewer_au: viewer.camera.position_km / KM_PER_AU,
             velocity_km_s: viewer.body_velocity_km_s,
         }

@@ -6,7 +6,16 @@
 //! between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177), which is an extrapolation beyond. Left out: the cloud's tilt of 1.5 degrees, the seasons that
 //! follow from it, observers far off the ecliptic, and the dust's reddening.
 
+use crate::scene::light::photometry::irradiance_of_magnitude;
 use glam::DVec4;
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+/// Square degrees in a steradian.
+const SQUARE_DEGREES: f64 = (180.0 / PI) * (180.0 / PI);
+
+/// Radiance of one star of tenth magnitude in a square degree.
+pub static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES * PI);
 
 /// S10 unit (one star of tenth magnitude of the Sun's colour in a square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
 const TABLE_PER_S10: f64 = 1.28;
@@ -38,7 +47,7 @@ pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
 
 /// Radiance where the law is 1, as seen from a distance from the Sun.
 pub fn unit_radiance(sun_distance_au: f64) -> f64 {
-    *super::background::S10 / TABLE_PER_S10 * sun_distance_au.powf(FALL)
+    *S10 / TABLE_PER_S10 * sun_distance_au.powf(FALL)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{Quality, ToneMap};
+use crate::scene::request::{Layers, Quality, ToneMap};
 use crate::wording::{echo_within, suggestion_or_list};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
@@ -64,6 +64,19 @@ pub mod effects {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<EffectOverrides, D::Error> {
         EffectOverrides::parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}
+
+/// Layers as `--layers` takes them, for `#[serde(with)]`.
+pub mod layers {
+    use super::{Deserialize, Deserializer, Error, Layers, Serializer};
+
+    pub fn serialize<S: Serializer>(layers: &Layers, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&layers.to_text())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Layers, D::Error> {
+        Layers::parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
     }
 }
 

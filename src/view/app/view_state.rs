@@ -8,7 +8,7 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::scene::SceneError;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
-use crate::scene::request::{Axes, ExposureRequest, Look, Position, Quality, ToneMap, Up, ViewRequest};
+use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Quality, ToneMap, Up, ViewRequest};
 use crate::time::Instant;
 use crate::view::app::option_text;
 use crate::view::app::orbit::Orbit;
@@ -121,22 +121,15 @@ pub struct ViewState {
     /// Lines of the orbits.
     #[serde(default)]
     pub orbits: bool,
-    /// Where bodies have been, as seen from the target.
-    #[serde(default)]
-    pub traces: bool,
-    #[serde(default)]
-    pub minor_planets: bool,
-    #[serde(default)]
-    pub comets: bool,
-    /// Names of surface features.
-    #[serde(default)]
-    pub features: bool,
-    /// A round length at the target's distance.
-    #[serde(default)]
-    pub scale_bar: bool,
     /// Light beyond white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
+    /// Layers beside those two.
+    #[serde(default, with = "option_text::layers")]
+    pub layers: Layers,
+    /// Stops by which stars, Milky Way and zodiacal light are lifted.
+    #[serde(default)]
+    pub stars_boost: f64,
     #[serde(default, with = "option_text::by_name")]
     pub pixels: PixelView,
     #[serde(default, with = "option_text::by_name")]
@@ -170,12 +163,9 @@ impl ViewState {
             tone_map: ToneMap::default(),
             effects: EffectOverrides::default(),
             orbits: false,
-            traces: false,
-            minor_planets: false,
-            comets: false,
-            features: false,
-            scale_bar: false,
             bloom: false,
+            layers: Layers::default(),
+            stars_boost: 0.0,
             pixels: PixelView::default(),
             quality: Quality::default(),
             paused: None,
@@ -203,13 +193,8 @@ impl ViewState {
         (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
-        request.layers.orbits = self.orbits;
-        request.layers.traces = self.traces;
-        request.layers.minor_planets = self.minor_planets;
-        request.layers.comets = self.comets;
-        request.layers.features = self.features;
-        request.layers.scale_bar = self.scale_bar;
-        request.layers.bloom = self.bloom;
+        request.layers = Layers { orbits: self.orbits || self.layers.orbits, bloom: self.bloom || self.layers.bloom, ..self.layers };
+        request.stars_boost = self.stars_boost;
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;
         request.quality = self.quality;
@@ -236,6 +221,7 @@ impl ViewState {
         if let Some(stops) = self.exposure_stops {
             unless((-60.0..=60.0).contains(&stops), &|| format!("exposure_stops {stops}: must be -60 to 60 stops"));
         }
+        unless((-30.0..=30.0).contains(&self.stars_boost), &|| format!("stars_boost {}: must be -30 to 30 stops", self.stars_boost));
         for name in self.effects.bodies() {
             if let Err(e) = catalog.named(name) {
                 unless(false, &|| format!("effects: {e}"));

@@ -48,6 +48,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         ui.label("Show");
         accessible::pixel_views(ui, &mut view.pixels, "Show");
     });
+    super::layers::switches(interface, ui);
+    let view = &mut interface.viewer.view;
     ui.separator();
     let mut overrides = view.effects.clone();
     let name = interface.viewer.name(interface.viewer.selected).to_owned();

@@ -9,6 +9,7 @@ mod compare;
 mod effects;
 mod events;
 mod information;
+mod layers;
 mod moments;
 mod performance;
 mod render_loop;
@@ -264,13 +265,13 @@ impl Interface {
                 ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
                 ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
                 let view = &mut self.viewer.view;
-                ui.toggle_value(&mut view.traces, "Traces").on_hover_text("Show where bodies have been, as seen from the target");
-                ui.toggle_value(&mut view.minor_planets, "Minor planets")
+                ui.toggle_value(&mut view.layers.traces, "Traces").on_hover_text("Show where bodies have been, as seen from the target");
+                ui.toggle_value(&mut view.layers.minor_planets, "Minor planets")
                     .on_hover_text("Show minor planets, marked where they are too faint");
-                ui.toggle_value(&mut view.comets, "Comets").on_hover_text("Show comets and their tails");
-                let features = ui.toggle_value(&mut self.viewer.view.features, "Features");
+                ui.toggle_value(&mut view.layers.comets, "Comets").on_hover_text("Show comets and their tails");
+                let features = ui.toggle_value(&mut self.viewer.view.layers.features, "Features");
                 features.on_hover_text("Name craters, mountains and landing sites of bodies that are large enough");
-                let scale_bar = ui.toggle_value(&mut self.viewer.view.scale_bar, "Scale");
+                let scale_bar = ui.toggle_value(&mut self.viewer.view.layers.scale_bar, "Scale");
                 scale_bar.on_hover_text("Show a scale bar: a length at the target's distance, or an angle");
                 ui.toggle_value(&mut self.settings.outline, "Outline")
                     .on_hover_text("Outline the selected body, unless it is the target (x)");

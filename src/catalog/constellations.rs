@@ -1,0 +1,173 @@
+//! The constellations: names, figures and borders.
+//!
+//! In: the embedded files of catalogs/ (right ascension and declination of J2000, degrees). Out: [`Constellations`]: figures whose corners name their stars where the
+//! catalogue has them, so that they move with these, and borders as Delporte drew them, along circles of B1875. Not here: where anything is seen at a date.
+
+use super::stars::StarCatalog;
+use glam::DVec3;
+use serde::Deserialize;
+use std::sync::LazyLock;
+
+/// A corner of a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// Unit vector of J2000, ICRF.
+    pub direction: DVec3,
+    /// The star that stands there: its place among those of [`StarCatalog::embedded`].
+    pub star: Option<usize>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constellation {
+    /// As the IAU abbreviates it.
+    pub abbreviation: String,
+    pub name: String,
+    /// Where its name stands, unit vector, ICRF.
+    pub middle: DVec3,
+    /// Lines from star to star.
+    pub figure: Vec<Vec<Corner>>,
+}
+
+/// A piece of a border: from corner to corner along a circle of right ascension or declination of B1875.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Border {
+    /// Right ascension and declination of B1875, radians; right ascensions are less than half a turn apart.
+    pub ends: [[f64; 2]; 2],
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constellations {
+    pub all: Vec<Constellation>,
+    pub borders: Vec<Border>,
+}
+
+/// A corner within this angle of a star is that star: the files give four decimals of a degree, at other epochs for the swiftest stars.
+const SAME_STAR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
+
+#[derive(Deserialize)]
+struct Collection {
+    features: Vec<Feature>,
+}
+
+#[derive(Deserialize)]
+struct Feature {
+    id: Option<String>,
+    geometry: Geometry,
+}
+
+#[derive(Deserialize)]
+struct Geometry {
+    coordinates: Vec<Vec<[f64; 2]>>,
+}
+
+fn direction([longitude_deg, latitude_deg]: [f64; 2]) -> DVec3 {
+    let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude_deg.to_radians().sin_cos(), latitude_deg.to_radians().sin_cos());
+    DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
+}
+
+/// The mean equator and equinox of B1875.0, columns in ICRF: precession by Lieske's angles (1977, A&A 58, 1) over -1.2500 Julian centuries from J2000. The frame of the
+/// FK4 itself differs by up to an arc second, which no border shows.
+pub fn icrf_from_b1875() -> glam::DMat3 {
+    /// B1875.0 is JD 2405889.258.
+    const CENTURIES: f64 = (2_405_889.258 - crate::units::JD_J2000) / crate::units::DAYS_PER_JULIAN_CENTURY;
+    let t = CENTURIES;
+    let angle = |a: f64, b: f64, c: f64| (a * t + b * t * t + c * t * t * t) * crate::units::RAD_PER_ARCSEC;
+    let zeta = angle(2306.2181, 0.301_88, 0.017_998);
+    let z = angle(2306.2181, 1.094_68, 0.018_203);
+    let theta = angle(2004.3109, -0.426_65, -0.041_833);
+    (glam::DMat3::from_rotation_z(z) * glam::DMat3::from_rotation_y(-theta) * glam::DMat3::from_rotation_z(zeta)).transpose()
+}
+
+impl Constellations {
+    /// The 88 that ship inside the program. A test holds that they can be read, so it never panics in a built program.
+    pub fn embedded() -> &'static Self {
+        static EMBEDDED: LazyLock<Constellations> = LazyLock::new(|| match Constellations::read() {
+            Ok(all) => all,
+            Err(e) => panic!("the embedded constellations are broken: {e}"),
+        });
+        &EMBEDDED
+    }
+
+    fn read() -> Result<Self, serde_json::Error> {
+        type Name = (String, String, String, String, [f64; 2]);
+        let names: Vec<Name> = serde_json::from_str(orrery_catalogs::CONSTELLATION_NAMES)?;
+        let figures: Collection = serde_json::from_str(orrery_catalogs::CONSTELLATION_LINES)?;
+        let borders: Collection = serde_json::from_str(orrery_catalogs::CONSTELLATION_BORDERS)?;
+        let stars = StarCatalog::embedded();
+        let years = stars.years_since_epoch(crate::units::JD_J2000);
+        let corner = |at: [f64; 2]| {
+            let direction = direction(at);
+            let off = |place: usize| {
+                let star = &stars.stars()[place];
+                (star.direction + star.motion_per_year * years).normalize().distance(direction)
+            };
+            let near = |cell: &&super::stars::Cell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
+            let places = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
+            // The brightest of a double.
+            let same = places.filter(|place| off(*place) < SAME_STAR_RAD);
+            let star = same.min_by(|a, b| stars.stars()[*a].v_magnitude.total_cmp(&stars.stars()[*b].v_magnitude));
+            Corner { direction, star }
+        };
+        // Serpens has two parts with a name each: the first has the figure of both.
+        let mut drawn = std::collections::BTreeSet::new();
+        let of_name = |(abbreviation, name, _, _, at): Name| {
+            let is_first = drawn.insert(abbreviation.clone());
+            let own = figures.features.iter().filter(|f| is_first && f.id.as_ref() == Some(&abbreviation));
+            let figure = own.flat_map(|f| &f.geometry.coordinates).map(|line| line.iter().map(|at| corner(*at)).collect()).collect();
+            Constellation { abbreviation, name, middle: direction(at), figure }
+        };
+        let b1875_from_icrf = icrf_from_b1875().transpose();
+        let piece = |ends: &[[f64; 2]]| {
+            let [a, b] = [ends[0], ends[1]].map(|end| {
+                let v = b1875_from_icrf * direction(end);
+                [v.y.atan2(v.x), v.z.clamp(-1.0, 1.0).asin()]
+            });
+            let turns = ((b[0] - a[0]) / std::f64::consts::TAU).round();
+            Border { ends: [a, [b[0] - turns * std::f64::consts::TAU, b[1]]] }
+        };
+        let borders = borders.features.iter().flat_map(|f| &f.geometry.coordinates).flat_map(|line| line.windows(2).map(piece)).collect();
+        Ok(Self { all: names.into_iter().map(of_name).collect(), borders })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_are_88_with_figures_of_catalogued_stars() {
+        let sky = Constellations::embedded();
+        let abbreviations: std::collections::BTreeSet<&str> = sky.all.iter().map(|c| c.abbreviation.as_str()).collect();
+        println!("{} entries, {} abbreviations", sky.all.len(), abbreviations.len());
+        assert!(abbreviations.len() >= 88, "{}", abbreviations.len());
+        let corners: Vec<&Corner> = sky.all.iter().flat_map(|c| &c.figure).flatten().collect();
+        let stars = corners.iter().filter(|c| c.star.is_some()).count();
+        println!("{stars} of {} corners are stars", corners.len());
+        assert!(corners.len() > 700 && 100 * stars > 97 * corners.len(), "{stars} of {}", corners.len());
+        let orion = sky.all.iter().find(|c| c.abbreviation == "Ori").expect("Orion");
+        let hips: Vec<u32> = orion.figure.iter().flatten().filter_map(|c| Some(StarCatalog::embedded().stars()[c.star?].hip)).collect();
+        // Betelgeuse, Rigel, Bellatrix, the belt.
+        assert!([27_989, 24_436, 25_336, 26_311, 26_727, 25_930].iter().all(|hip| hips.contains(hip)), "{hips:?}");
+    }
+
+    /// Delporte's borders run along circles of right ascension and declination of B1875: with another equinox they would not.
+    #[test]
+    fn borders_run_along_circles_of_1875() {
+        let sky = Constellations::embedded();
+        let slant = |b: &Border| {
+            let [[ra, dec], [ra2, dec2]] = b.ends;
+            ((ra2 - ra).abs() * dec.cos().min(dec2.cos())).min((dec2 - dec).abs()).to_degrees()
+        };
+        let straight = sky.borders.iter().filter(|b| slant(b) < 0.005).count();
+        println!("{straight} of {}", sky.borders.len());
+        assert!(sky.borders.len() > 500 && 100 * straight > 97 * sky.borders.len(), "{straight} of {}", sky.borders.len());
+        assert!(sky.borders.iter().all(|b| (b.ends[1][0] - b.ends[0][0]).abs() <= std::f64::consts::PI));
+        // The comparison must be able to fail: in axes of J2000 the same borders are slanted.
+        let turned = |end: [f64; 2]| {
+            let v = icrf_from_b1875() * direction(end.map(f64::to_degrees));
+            [v.y.atan2(v.x), v.z.asin()]
+        };
+        let still = sky.borders.iter().filter(|b| slant(&Border { ends: b.ends.map(turned) }) < 0.005).count();
+        assert!(2 * still < sky.borders.len(), "{still}");
+    }
+}

@@ -1,0 +1,183 @@
+//! Lines on the ground of one body: its planetographic grid and its terminator, on the side that faces the camera.
+//!
+//! In: the body as it is seen. Out: pieces of lines, texts and decisions. Always: a line ends at the limb, found in closed form, so that no depth decides and none flickers; what
+//! stands before the body is drawn after it. Left out: relief, shape models, and the flattening of three different axes in the latitudes.
+
+use crate::scene::annotation::grids::{Along, Cap, angle_text, grid_lines};
+use crate::scene::annotation::sky_lines::SkyLines;
+use crate::scene::annotation::strokes::{Curve, segments};
+use crate::scene::annotation::texts::SkyText;
+use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
+use crate::scene::decision::Decision;
+use crate::scene::placed::PlacedBody;
+use crate::scene::request::view_request::ViewRequest;
+use crate::scene::sky::frames::direction;
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+const GRID: DVec3 = DVec3::new(0.9, 0.95, 1.0);
+const GRID_OPACITY: f64 = 0.45;
+const TERMINATOR: DVec3 = DVec3::new(1.0, 0.55, 0.15);
+const TERMINATOR_OPACITY: f64 = 0.9;
+/// A disc narrower than this has no lines, pixels.
+const LEAST_PX: f64 = 16.0;
+
+/// A circle on the unit sphere: centre + a cos t + b sin t.
+struct Circle {
+    centre: DVec3,
+    a: DVec3,
+    b: DVec3,
+}
+
+impl Circle {
+    /// The circle of a latitude on the unit sphere.
+    fn of_latitude(sine: f64) -> Self {
+        let radius = (1.0 - sine * sine).max(0.0).sqrt();
+        Self { centre: DVec3::Z * sine, a: DVec3::X * radius, b: DVec3::Y * radius }
+    }
+
+    fn of_longitude(longitude_deg: f64) -> Self {
+        Self { centre: DVec3::ZERO, a: direction(longitude_deg, 0.0), b: DVec3::Z }
+    }
+
+    fn at(&self, t: f64) -> DVec3 {
+        self.centre + self.a * t.cos() + self.b * t.sin()
+    }
+
+    /// The part between two parameters, less than a turn apart, from which a camera outside the unit sphere is seen.
+    fn facing(&self, camera: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+        let (level, a, b) = (camera.dot(self.centre) - 1.0, camera.dot(self.a), camera.dot(self.b));
+        let swing = a.hypot(b);
+        if level >= swing {
+            return vec![[from, to]];
+        }
+        if level <= -swing {
+            return Vec::new();
+        }
+        let (middle, half) = (b.atan2(a), (-level / swing).acos());
+        let around = |turn: f64| [(middle - half + turn).max(from), (middle + half + turn).min(to)];
+        [-TAU, 0.0, TAU].map(around).into_iter().filter(|[from, to]| from < to).collect()
+    }
+}
+
+struct Sheet<'a, 'b> {
+    camera: &'a Camera,
+    p: &'a PlacedBody<'b>,
+    all: SkyLines,
+}
+
+impl Sheet<'_, '_> {
+    /// Draws what of a circle faces the camera; the parameter and place of its first point in the frame.
+    fn draw(&mut self, circle: &Circle, part: [f64; 2], strength: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
+        let placement = &self.p.placement;
+        let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
+        let curve = Curve { camera: self.camera, point: &point, size: placement.radii_km.max_element(), finer: 1.0 };
+        let mut first = None;
+        for [from, to] in circle.facing(placement.camera_in_unit_sphere(), part) {
+            let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
+            let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
+            for run in curve.runs(&parameters, 0) {
+                first = first.or(run.get(run.len() / 2).map(|(p, _)| *p));
+                let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
+                self.all.pieces.extend(segments(self.camera, &run, depth, strength, colour));
+            }
+        }
+        first
+    }
+
+    fn grid(&mut self) {
+        let radii = self.p.placement.radii_km;
+        let here = self.p.placement.camera_in_unit_sphere();
+        // Degrees of the body that a pixel spans below the camera.
+        let height_km = (here.length() - 1.0).max(1e-9) * radii.x;
+        let pixel_deg = (height_km * self.camera.pixel_tangent() / radii.x).to_degrees().min(3.0);
+        let latitude = (here.z / here.length()).clamp(-1.0, 1.0).asin().to_degrees();
+        let radius_deg = (1.0 / here.length()).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
+        // Planetographic latitudes differ from the sphere's by the flattening.
+        let cap =
+            Cap { longitude_deg: here.y.atan2(here.x).to_degrees(), latitude_deg: latitude, radius_deg: (radius_deg + 6.0).min(180.0) };
+        let flattened = radii.z / radii.x;
+        let mut count = 0;
+        for line in grid_lines(cap, pixel_deg) {
+            let (circle, part) = match line.along {
+                Along::Longitude => {
+                    // The unit sphere's latitude of a planetographic one.
+                    let on_sphere = (flattened * line.at_deg.to_radians().tan()).atan();
+                    (Circle::of_latitude(on_sphere.sin()), [0.0, TAU])
+                }
+                Along::Latitude => (Circle::of_longitude(line.at_deg), line.latitudes_deg(pixel_deg).map(f64::to_radians)),
+            };
+            let strength = |t: f64| {
+                let latitude_deg = if line.along == Along::Latitude { t.to_degrees() } else { line.at_deg };
+                GRID_OPACITY * line.strength(latitude_deg, pixel_deg)
+            };
+            let Some(place) = self.draw(&circle, part, &strength, GRID) else { continue };
+            count += 1;
+            let text = match line.along {
+                Along::Longitude => angle_text(line.at_deg, true),
+                Along::Latitude => format!("{}E", angle_text(line.at_deg, false)),
+            };
+            let clip = DVec2::new(place.x, place.y) / (place.z * self.camera.tan_half_fov);
+            if clip.abs().max_element() < 1.0 {
+                self.all.texts.push(SkyText { text, at_px: self.camera.pixel_from_clip(clip), colour: GRID, is_tick: true });
+            }
+        }
+        let reason = format!("{count} lines of {} in the frame, planetographic latitudes", self.p.body.name);
+        self.all.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, tier: None });
+    }
+
+    fn terminator(&mut self) {
+        // Where the Sun's centre stands in the horizon: its direction is across the ellipsoid's normal, which on the unit sphere is a great circle.
+        let sun = self.p.body_from_icrf * self.p.sun_from_body_km / self.p.placement.radii_km;
+        let Some(pole) = sun.try_normalize() else { return };
+        let a = pole.any_orthonormal_vector();
+        let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
+        let drawn = self.draw(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR).is_some();
+        let reason = if drawn { format!("of {}: the Sun's centre in the horizon", self.p.body.name) } else { "not in the frame".into() };
+        self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, tier: None });
+    }
+}
+
+/// The lines on the ground of the body that is looked at or stood on.
+pub(crate) fn body_lines(request: &ViewRequest, camera: &Camera, body: Option<&PlacedBody<'_>>) -> SkyLines {
+    let layers = request.layers;
+    let wanted = [(layers.grid_body, "grid-body"), (layers.terminator, "terminator")];
+    let size_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
+    let Some(p) = body.filter(|p| size_px >= LEAST_PX && !p.placement.camera_is_inside()) else {
+        let reason =
+            || if body.is_none() { "nothing is looked at".to_owned() } else { format!("{size_px:.1} px across against {LEAST_PX}") };
+        let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
+        let decisions = wanted.into_iter().filter(|(on, _)| *on).map(left_out).collect();
+        return SkyLines { decisions, ..SkyLines::default() };
+    };
+    let mut sheet = Sheet { camera, p, all: SkyLines::default() };
+    if layers.grid_body {
+        sheet.grid();
+    }
+    if layers.terminator {
+        sheet.terminator();
+    }
+    sheet.all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What faces the camera is what a ray from the camera meets first: against the test of each point by itself.
+    #[test]
+    fn lines_end_at_the_limb() {
+        for (k, camera) in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)].into_iter().enumerate() {
+            for circle in [Circle::of_latitude(0.3), Circle::of_latitude(-0.99), Circle::of_longitude(77.0), Circle::of_longitude(310.0)] {
+                let part = [-1.5, 4.0];
+                let found = circle.facing(camera, part);
+                for n in 0..=5000 {
+                    let t = part[0] + (part[1] - part[0]) * f64::from(n) / 5000.0;
+                    let over = camera.dot(circle.at(t)) - 1.0;
+                    let is_in = found.iter().any(|[from, to]| (*from..=*to).contains(&t));
+                    assert!(is_in == (over > 0.0) || over.abs() < 1e-9, "camera {k}, {t}: {over}");
+                }
+            }
+        }
+    }
+}

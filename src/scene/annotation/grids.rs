@@ -1,0 +1,209 @@
+//! Grids of longitude and latitude: which lines a picture gets, and how they are named.
+//!
+//! In: the size of a pixel and the part of a sphere that is in view. Out: [`GridLine`]s with an opacity that is continuous in the field of view and along the line:
+//! a line fades in as its neighbours come apart, and fades out towards a pole, where they would crowd. Which lines there are depends on nothing else, so
+//! that none jumps when the camera pans. Not here: what sphere it is, and the drawing.
+
+use crate::scene::numeric::smoothstep;
+use std::f64::consts::FRAC_PI_2;
+
+/// Steps of grids in degrees, each a whole number of the next, down to an arc second.
+const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 30.0, 1.0 / 60.0, 1.0 / 360.0, 1.0 / 3600.0];
+/// Pixels between neighbours below which a line is not drawn, and from which it is drawn in full.
+const APART_PX: (f64, f64) = (60.0, 130.0);
+
+/// A circle of constant latitude or half a circle of constant longitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridLine {
+    pub along: Along,
+    /// Of the line: its latitude, or its longitude from 0 to 360.
+    pub at_deg: f64,
+    /// Of itself and its coarser neighbours.
+    step_deg: f64,
+}
+
+/// What changes along a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    Longitude,
+    Latitude,
+}
+
+/// The part of a sphere that may be in view: a circle about a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cap {
+    pub longitude_deg: f64,
+    pub latitude_deg: f64,
+    pub radius_deg: f64,
+}
+
+/// The opacity of lines whose neighbours are so far apart.
+fn strength_apart(apart_deg: f64, pixel_deg: f64) -> f64 {
+    smoothstep((apart_deg / pixel_deg - APART_PX.0) / (APART_PX.1 - APART_PX.0))
+}
+
+impl GridLine {
+    /// Opacity at a latitude in degrees, 0 to 1.
+    pub fn strength(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
+        let shrinks = match self.along {
+            Along::Longitude => 1.0,
+            // The quarters meet in the pole.
+            Along::Latitude if self.step_deg == STEPS_DEG[0] => 1.0,
+            Along::Latitude => latitude_deg.to_radians().cos(),
+        };
+        strength_apart(self.step_deg * shrinks, pixel_deg)
+    }
+
+    /// Latitudes between which a line of longitude is not yet gone.
+    pub fn latitudes_deg(&self, pixel_deg: f64) -> [f64; 2] {
+        let least = APART_PX.0 * pixel_deg / self.step_deg;
+        let most = if self.step_deg == STEPS_DEG[0] || least <= 0.0 { 90.0 } else { least.min(1.0).acos().to_degrees() };
+        [-most, most]
+    }
+}
+
+/// The lines that may show in a cap of the sphere where a pixel spans so many degrees.
+pub fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
+    let latitudes = [cap.latitude_deg - cap.radius_deg, cap.latitude_deg + cap.radius_deg].map(|lat| lat.clamp(-90.0, 90.0));
+    // The cap's place nearest to the equator, where meridians are farthest apart.
+    let widest = if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
+    let half_width_deg = {
+        let (radius, latitude) = (cap.radius_deg.to_radians(), cap.latitude_deg.to_radians());
+        let sine = radius.sin() / latitude.cos().max(1e-12);
+        if radius >= FRAC_PI_2 || sine >= 1.0 { 180.0 } else { sine.asin().to_degrees() }
+    };
+    let mut lines = Vec::new();
+    for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
+        let is_new = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
+        let between = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
+        if strength_apart(step_deg, pixel_deg) > 0.0 || k == 0 {
+            // The poles themselves are points.
+            let of_latitude = between(latitudes[0], latitudes[1]).filter(|n| is_new(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
+            lines.extend(of_latitude.map(|n| GridLine { along: Along::Longitude, at_deg: n as f64 * step_deg, step_deg }));
+        }
+        if strength_apart(step_deg * widest, pixel_deg) > 0.0 || k == 0 {
+            let range = if half_width_deg >= 180.0 {
+                0..=((360.0 / step_deg).round() as i64 - 1)
+            } else {
+                between(cap.longitude_deg - half_width_deg, cap.longitude_deg + half_width_deg)
+            };
+            let of_longitude = range.filter(|n| is_new(*n));
+            lines.extend(of_longitude.map(|n| GridLine {
+                along: Along::Latitude,
+                at_deg: (n as f64 * step_deg).rem_euclid(360.0),
+                step_deg,
+            }));
+        }
+    }
+    lines
+}
+
+fn is_multiple(value: f64, of: f64) -> bool {
+    let times = value / of;
+    (times - times.round()).abs() < 1e-6
+}
+
+/// An angle with as much of minutes and seconds as it has: `-20°30'`, `1°0'05"`. `signed`: with its sign, if it is none of 0.
+pub fn angle_text(degrees: f64, signed: bool) -> String {
+    let seconds = (degrees.abs() * 3600.0).round() as u64;
+    let sign = match () {
+        () if seconds == 0 => "",
+        () if degrees < 0.0 => "-",
+        () if signed => "+",
+        () => "",
+    };
+    parts_text(sign, seconds, ["°", "'", "\""])
+}
+
+/// A right ascension in hours.
+pub fn hours_text(degrees: f64) -> String {
+    let tenths = (degrees.rem_euclid(360.0) / 15.0 * 36_000.0).round() as u64 % 864_000;
+    let text = parts_text("", tenths / 10, ["h", "m", "s"]);
+    if tenths.is_multiple_of(10) {
+        text
+    } else {
+        format!("{}h{}m{}.{}s", tenths / 36_000, tenths / 600 % 60, tenths / 10 % 60, tenths % 10)
+    }
+}
+
+fn parts_text(sign: &str, seconds: u64, [whole, minute, second]: [&str; 3]) -> String {
+    let (d, m, s) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match (m, s) {
+        (0, 0) => format!("{sign}{d}{whole}"),
+        (m, 0) => format!("{sign}{d}{whole}{m}{minute}"),
+        (m, s) => format!("{sign}{d}{whole}{m}{minute}{s}{second}"),
+    }
+}
+
+/// A compass point where there is one, else the azimuth.
+pub fn azimuth_text(degrees: f64) -> String {
+    const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
+    let eighth = degrees / 45.0;
+    let point = ((eighth.round() as i64).rem_euclid(8)) as usize;
+    if (eighth - eighth.round()).abs() < 1e-9 { POINTS[point].into() } else { angle_text(degrees, false) }
+}
+
+/// Degrees that a pixel spans, the mean over the picture's height: in the middle of a wide view they are more, at its edges less.
+pub fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
+    2.0 * tan_half_height.atan().to_degrees() / f64::from(height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WHOLE: Cap = Cap { longitude_deg: 0.0, latitude_deg: 0.0, radius_deg: 180.0 };
+
+    /// Each line is there once, however many steps it is a multiple of, and lines are as many as fit with their distance.
+    #[test]
+    fn every_line_is_there_once() {
+        for pixel_deg in [0.3, 0.09, 0.044, 0.01] {
+            let all = grid_lines(WHOLE, pixel_deg);
+            for (k, a) in all.iter().enumerate() {
+                assert!(all[k + 1..].iter().all(|b| a.along != b.along || (a.at_deg - b.at_deg).abs() > 1e-7), "{a:?}");
+            }
+            let shown = all.iter().filter(|l| l.along == Along::Longitude && l.strength(0.0, pixel_deg) > 0.0).count() as f64;
+            assert!(shown <= 180.0 / (pixel_deg * APART_PX.0) + 1.0, "{pixel_deg}: {shown}");
+        }
+    }
+
+    /// A narrow view gets the lines through it that the whole sphere has, no others, from degrees to a second of arc, at the poles too.
+    #[test]
+    fn narrow_views_get_the_same_lines() {
+        for (longitude_deg, latitude_deg) in [(10.2, 5.1), (359.9, -70.3), (120.0, 89.95), (3.0, -90.0)] {
+            for radius_deg in [40.0, 3.0, 0.2, 0.005, 0.0005] {
+                let lines = grid_lines(Cap { longitude_deg, latitude_deg, radius_deg }, radius_deg / 500.0);
+                assert!((1..4000).contains(&lines.len()), "{longitude_deg} {latitude_deg} {radius_deg}: {}", lines.len());
+                // In every view some line is drawn in full, or nearly so.
+                let strongest = lines.iter().map(|l| l.strength(latitude_deg, radius_deg / 500.0)).fold(0.0, f64::max);
+                assert!(strongest > 0.5, "{longitude_deg} {latitude_deg} {radius_deg}: {strongest}");
+            }
+        }
+    }
+
+    /// Opacity has no step in the field of view and along a line, and is gone where the line ends.
+    #[test]
+    fn lines_fade_without_a_step() {
+        for line in grid_lines(WHOLE, 0.02) {
+            let mut last = line.strength(0.0, 0.02);
+            for k in 1..=2000 {
+                let next = line.strength(0.0, 0.02 * 1.003_f64.powi(k));
+                assert!((next - last).abs() < 0.02 && next <= last, "{line:?}");
+                last = next;
+            }
+            let [from, to] = line.latitudes_deg(0.02);
+            if line.along == Along::Latitude && to < 89.0 {
+                assert!(line.strength(to, 0.02) < 1e-6 && line.strength(from, 0.02) < 1e-6, "{line:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn coordinates_are_written_as_charts_write_them() {
+        assert_eq!((angle_text(-20.5, true).as_str(), angle_text(20.0, true).as_str()), ("-20°30'", "+20°"));
+        assert_eq!((angle_text(0.0, true).as_str(), angle_text(1.0 + 5.0 / 3600.0, false).as_str()), ("0°", "1°0'5\""));
+        assert_eq!((hours_text(90.0).as_str(), hours_text(82.5).as_str(), hours_text(360.0).as_str()), ("6h", "5h30m", "0h"));
+        assert_eq!(hours_text(1.0 / 3600.0 * 7.5), "0h0m0.5s");
+        assert_eq!((azimuth_text(315.0).as_str(), azimuth_text(30.0).as_str(), azimuth_text(360.0).as_str()), ("NW", "30°", "N"));
+    }
+}

@@ -1,0 +1,166 @@
+//! Curves in space as short straight pieces on the screen.
+//!
+//! In: a curve as a function of one parameter, with bounds on how fast it runs and bends. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
+//! exactly. Pieces are halved until a chord leaves its arc by less than [`MAX_BEND_PX`], or lies outside the frame: however much of the curve is outside, the work is
+//! some hundred pieces. All in f64; only clip coordinates are narrowed.
+
+use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+/// A chord leaves its arc by less than this many pixels.
+pub const MAX_BEND_PX: f64 = 0.1;
+/// Pixels beyond the frame up to which pieces go on: more than half a line.
+const MARGIN_PX: f64 = 4.0;
+/// Halvings of a span at most: of an orbit at 100 au the arc is then 30 metres long.
+const MAX_HALVINGS: u32 = 40;
+/// An arc is taken for its chord from this many radians on at most.
+const WIDEST: f64 = 0.2;
+
+/// A straight piece of a line on the screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineSegment {
+    /// Clip x and y, reversed depth.
+    pub ends: [Vec3; 2],
+    /// From each end to the line's edge, per pixel of half width: pixels, x right, y up. Neighbouring pieces share theirs.
+    pub across: [Vec2; 2],
+    /// Opacity at each end.
+    pub strength: [f32; 2],
+    /// Linear RGB.
+    pub colour: Vec3,
+}
+
+/// A curve as seen from the camera.
+pub struct Curve<'a> {
+    pub camera: &'a Camera,
+    /// From the camera, ICRF; kilometres, or of length 1 for what lies infinitely far.
+    pub point: &'a dyn Fn(f64) -> DVec3,
+    /// Greatest length of the first and of the second derivative by the parameter.
+    pub size: f64,
+    /// Part of [`MAX_BEND_PX`] that is allowed: less where the picture's corners magnify.
+    pub finer: f64,
+}
+
+/// A run of points inside the frame: camera axes (right, up, forward), and the parameter.
+pub type Run = Vec<(DVec3, f64)>;
+
+struct Walk<'a> {
+    curve: &'a Curve<'a>,
+    runs: Vec<Run>,
+}
+
+impl Curve<'_> {
+    fn in_camera(&self, at: f64) -> DVec3 {
+        let (p, camera) = ((self.point)(at), self.camera);
+        DVec3::new(p.dot(camera.right), p.dot(camera.up), p.dot(camera.forward))
+    }
+
+    /// What of the curve between parameters lies in the frame, each span from one to the next walked by itself. At the parameter 0 a run begins anew.
+    pub fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Run> {
+        let mut walk = Walk { curve: self, runs: Vec::new() };
+        for span in parameters.windows(2) {
+            let [from, to] = [span[0], span[1]].map(|at| (self.in_camera(at), at));
+            walk.arc(from, to, halvings);
+        }
+        walk.runs
+    }
+}
+
+impl Walk<'_> {
+    /// Whether a ball can be seen: before the near plane and within the frame's four planes, each moved out by the margin.
+    fn may_show(&self, centre: DVec3, radius: f64) -> bool {
+        let camera = self.curve.camera;
+        let half = camera.half_size();
+        let beside = |across: f64, tan: f64, half: f64| {
+            let tan = tan * (1.0 + MARGIN_PX / half);
+            (across.abs() - tan * centre.z) > radius * (1.0 + tan * tan).sqrt()
+        };
+        let tan = camera.tan_half_fov;
+        centre.z + radius > NEAR_DEPTH_KM && !beside(centre.x, tan.x, half.x) && !beside(centre.y, tan.y, half.y)
+    }
+
+    fn arc(&mut self, from: (DVec3, f64), to: (DVec3, f64), halvings: u32) {
+        let middle_at = 0.5 * (from.1 + to.1);
+        let middle = self.curve.in_camera(middle_at);
+        let span = to.1 - from.1;
+        let radius = 0.5 * self.curve.size * span;
+        if !self.may_show(middle, radius) {
+            return;
+        }
+        let bend = self.curve.size * span * span / 8.0;
+        let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
+        let allowed = MAX_BEND_PX * self.curve.finer * self.curve.camera.pixel_tangent() * nearest;
+        if halvings >= MAX_HALVINGS || (span < WIDEST && bend < allowed) {
+            return self.chord(from, to);
+        }
+        self.arc(from, (middle, middle_at), halvings + 1);
+        self.arc((middle, middle_at), to, halvings + 1);
+    }
+
+    /// Appends what of a chord lies within the frame.
+    fn chord(&mut self, from: (DVec3, f64), to: (DVec3, f64)) {
+        let half = self.curve.camera.half_size();
+        let tan = self.curve.camera.tan_half_fov * (1.0 + MARGIN_PX / half);
+        // Distances to the planes that an end must be above.
+        let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        for (a, b) in planes(from.0).into_iter().zip(planes(to.0)) {
+            match (a < 0.0, b < 0.0) {
+                (true, true) => return,
+                (true, false) => enter = enter.max(a / (a - b)),
+                (false, true) => leave = leave.min(a / (a - b)),
+                (false, false) => {}
+            }
+        }
+        if enter >= leave {
+            return;
+        }
+        let at = |t: f64| {
+            if t == 0.0 {
+                from
+            } else if t == 1.0 {
+                to
+            } else {
+                (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1))
+            }
+        };
+        let goes_on = enter == 0.0 && from.1 != 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
+        if !goes_on {
+            self.runs.push(vec![at(enter)]);
+        }
+        if let Some(run) = self.runs.last_mut() {
+            run.push(at(leave));
+        }
+    }
+}
+
+/// A run as pieces. `depth`: of a point in camera axes; `strength`: opacity at a parameter.
+pub fn segments(
+    camera: &Camera,
+    run: &[(DVec3, f64)],
+    depth: impl Fn(DVec3) -> f64,
+    strength: impl Fn(f64) -> f64,
+    colour: DVec3,
+) -> Vec<LineSegment> {
+    let screen: Vec<DVec2> = run.iter().map(|(p, _)| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size()).collect();
+    let direction = |k: usize| (screen[k + 1] - screen[k]).try_normalize().unwrap_or(DVec2::X);
+    let across = |k: usize| {
+        let mean = match k {
+            0 => direction(0),
+            k if k + 1 == screen.len() => direction(k - 1),
+            k => (direction(k - 1) + direction(k)).try_normalize().unwrap_or(direction(k)),
+        };
+        narrow2(DVec2::new(-mean.y, mean.x))
+    };
+    let end = |k: usize| {
+        let clip = screen[k] / camera.half_size();
+        narrow(DVec3::new(clip.x, clip.y, depth(run[k].0)))
+    };
+    let strength = |k: usize| narrow_scalar(strength(run[k].1));
+    let piece = |k: usize| LineSegment {
+        ends: [end(k), end(k + 1)],
+        across: [across(k), across(k + 1)],
+        strength: [strength(k), strength(k + 1)],
+        colour: narrow(colour),
+    };
+    (0..screen.len().saturating_sub(1)).map(piece).collect()
+}

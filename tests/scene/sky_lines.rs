@@ -1,0 +1,244 @@
+//! Lines of the sky and of the ground: through the places that they name, smooth at every field of view, behind bodies, and gone with their switch.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3, Vec3};
+use orrery::catalog::NaifId;
+use orrery::ephemeris::apparent::aberrated;
+use orrery::ephemeris::topocentric::ground_point_km;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::Scene;
+use orrery::scene::annotation::strokes::LineSegment;
+use orrery::scene::camera::Camera;
+use orrery::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
+use orrery::scene::sky::frames::{SkyFrame, direction};
+use orrery::scene::sky::stars::StarPlacer;
+use orrery::scene::viewpoint::viewer;
+use orrery::time::Instant;
+
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
+const FIELDS_DEG: [f64; 7] = [1.0 / 60.0, 0.2, 2.0, 20.0, 60.0, 120.0, 170.0];
+
+fn only(text: &str) -> Layers {
+    let mut layers = Layers::NONE;
+    *layers.by_name(text).expect("a layer") = true;
+    layers
+}
+
+fn towards(look: DVec3, fov_deg: f64, layers: Layers) -> ViewRequest {
+    ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction: look, axes: Axes::Icrf },
+        up: Up::Celestial,
+        fov_deg: Some(fov_deg),
+        width: 500,
+        height: 400,
+        layers,
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-12-07T20:00:00Z").expect("a time"))
+    }
+}
+
+fn scene(request: &ViewRequest) -> Scene {
+    SESSION.scene(request).expect("a scene")
+}
+
+fn pixel(camera: &Camera, end: Vec3) -> DVec2 {
+    camera.pixel_from_clip(end.truncate().as_dvec2())
+}
+
+/// Pixels from a place to the nearest piece of a line.
+fn off_px(camera: &Camera, pieces: &[LineSegment], at: DVec2) -> f64 {
+    let of = |p: &LineSegment| {
+        let [a, b] = p.ends.map(|e| pixel(camera, e));
+        let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
+        at.distance(a.lerp(b, t))
+    };
+    pieces.iter().map(of).fold(f64::INFINITY, f64::min)
+}
+
+/// The corners of Orion's figure are its stars, with their motion and the Earth's aberration, from the whole constellation to a minute of arc.
+#[test]
+fn figures_join_their_stars() {
+    for (hip, fov_deg) in [(27_989, 40.0), (24_436, 40.0), (26_311, 3.0), (25_336, 0.2), (27_989, 1.0 / 60.0)] {
+        let star = *SESSION.catalog().stars().hip(hip).expect("in the catalogue");
+        let request = towards(star.direction, fov_deg, only("constellations"));
+        let made = scene(&request);
+        let viewer = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer");
+        let seen = StarPlacer::of(SESSION.catalog(), &viewer, &request).place(&star).direction;
+        let at = made.camera.pixel_from_clip(made.camera.clip(seen).expect("in front"));
+        let ends = made.sky_lines.iter().flat_map(|p| p.ends).map(|e| pixel(&made.camera, e).distance(at)).fold(f64::INFINITY, f64::min);
+        assert!(ends < 0.05, "HIP {hip}, {fov_deg} degrees: {ends}");
+        // Without aberration it would be off by up to 20 arc seconds.
+        let resting = made.camera.pixel_from_clip(made.camera.clip(star.direction).expect("in front"));
+        assert!(fov_deg > 0.1 || resting.distance(at) > 10.0, "the comparison must be able to fail: {}", resting.distance(at));
+        assert!(made.sky.iter().any(|d| d.feature == "constellations" && d.on && d.reason.contains("Ori")), "{:?}", made.sky);
+    }
+    let named = scene(&towards(direction(83.0, 0.0), 50.0, only("constellations")));
+    assert!(named.texts.expect("names").texts.iter().any(|t| t.text == "Orion"));
+}
+
+/// Each grid has its lines where the coordinates are, in every frame and field of view, and no chord leaves its circle.
+#[test]
+fn grids_run_through_their_coordinates() {
+    for (layer, frame) in
+        [("grid-equatorial", SkyFrame::Equatorial), ("grid-ecliptic", SkyFrame::Ecliptic), ("grid-galactic", SkyFrame::Galactic)]
+    {
+        for (longitude, latitude) in [(90.0, 30.0), (0.0, 0.0), (210.0, -60.0), (270.0, 90.0)] {
+            let request_at = |fov_deg: f64| towards(frame.icrf_from_frame() * direction(longitude, latitude), fov_deg, only(layer));
+            for fov_deg in FIELDS_DEG {
+                let request = request_at(fov_deg);
+                let made = scene(&request);
+                let velocity = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer").body_velocity_km_s;
+                assert!(!made.sky_lines.is_empty() && made.sky_lines.len() < 40_000, "{layer} {fov_deg}: {}", made.sky_lines.len());
+                let seen = |lon: f64, lat: f64| {
+                    let clip = made.camera.clip(aberrated(frame.icrf_from_frame() * direction(lon, lat), velocity));
+                    clip.filter(|c| c.abs().max_element() < 0.999).map(|c| made.camera.pixel_from_clip(c))
+                };
+                // Multiples of 90 degrees are lines in every view: along them and between the pieces' ends.
+                let reach = (fov_deg / 2.0).min(60.0);
+                for k in -50..=50 {
+                    let along = reach * f64::from(k) / 50.0;
+                    let lat = (latitude + along).clamp(-90.0, 90.0);
+                    let quarter = (longitude / 90.0_f64).round() * 90.0;
+                    for at in [seen(quarter, lat), (latitude == 0.0).then(|| seen(longitude + along, 0.0)).flatten()].into_iter().flatten()
+                    {
+                        let off = off_px(&made.camera, &made.sky_lines, at);
+                        assert!(off < 0.25, "{layer} about {longitude} {latitude}, {fov_deg} degrees, {along}: {off}");
+                    }
+                }
+                for piece in &made.sky_lines {
+                    let fine =
+                        piece.ends.iter().all(|e| e.is_finite() && e.z == 0.0) && piece.strength.iter().all(|s| (0.0..=1.0).contains(s));
+                    assert!(fine && piece.across.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {piece:?}");
+                }
+            }
+        }
+    }
+    // The comparison must be able to fail.
+    let made = scene(&towards(direction(90.0, 33.0), 20.0, only("grid-ecliptic")));
+    let beside = made.camera.pixel_from_clip(made.camera.clip(direction(91.7, 31.7)).expect("in front"));
+    assert!(off_px(&made.camera, &made.sky_lines, beside) > 5.0);
+}
+
+/// Panning by a pixel moves every line by about a pixel: none appears, goes or jumps within the frame.
+#[test]
+fn nothing_jumps_when_panning() {
+    let middle = direction(100.0, 75.0);
+    let aside = middle.any_orthonormal_vector();
+    let first = scene(&towards(middle, 30.0, only("grid-equatorial")));
+    let step = first.camera.pixel_tangent();
+    for pixels in [0.5, 1.0, 2.0] {
+        let next = scene(&towards(middle + aside * (pixels * step), 30.0, only("grid-equatorial")));
+        let inside = |made: &Scene| -> Vec<DVec2> {
+            let all = made.sky_lines.iter().filter(|p| p.strength[0] > 0.05).map(|p| pixel(&made.camera, p.ends[0]));
+            all.filter(|at| at.cmpgt(DVec2::splat(15.0)).all() && at.cmplt(DVec2::new(485.0, 385.0)).all()).collect()
+        };
+        for at in inside(&next) {
+            let off = off_px(&first.camera, &first.sky_lines, at);
+            assert!(off < 2.0 * pixels + 0.3, "{pixels}: {at} is {off} away from all lines before");
+        }
+    }
+}
+
+/// On the ground the celestial pole stands in the north, as high as the latitude; who stands nowhere has no horizon, and hears why.
+#[test]
+fn the_horizon_is_that_of_the_place() {
+    let (latitude_deg, longitude_deg) = (52.0, 13.4);
+    let from_ground = |look: DVec3, fov_deg: f64| ViewRequest {
+        position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.002 },
+        look: Look::Along { direction: look, axes: Axes::BodyFixed },
+        up: Up::Zenith,
+        ..towards(look, fov_deg, only("grid-horizon"))
+    };
+    let earth = orrery::catalog::Catalog::embedded().body(NaifId::EARTH).expect("the Earth").radii_km;
+    let (_, zenith) = ground_point_km(earth, latitude_deg, longitude_deg, 0.0);
+    let made = scene(&from_ground(DVec3::Z, 40.0));
+    // The pole of rotation, body-fixed z, is on the meridian: the half circle of azimuth 0, which is the picture's upright middle.
+    let middle = DVec2::new(250.0, 200.0);
+    assert!(off_px(&made.camera, &made.sky_lines, middle) < 0.1, "{}", off_px(&made.camera, &made.sky_lines, middle));
+    // Two degrees over it lies the circle of altitude 54, but lines of 10 degrees are 50 and 60: 2 below and 8 above.
+    let px_of = |deg: f64| f64::to_radians(deg).tan() / made.camera.pixel_tangent();
+    for (up_deg, is_line) in [(-2.0, true), (8.0, true), (3.0, false)] {
+        let at = middle - DVec2::new(40.0, px_of(up_deg));
+        let off = off_px(&made.camera, &made.sky_lines, at);
+        assert!((off < 4.0) == is_line, "{up_deg}: {off}");
+    }
+    let names = |made: &Scene| made.texts.as_ref().map_or(Vec::new(), |t| t.texts.iter().map(|t| t.text.clone()).collect::<Vec<_>>());
+    let north = scene(&from_ground((DVec3::Z - zenith * zenith.z).normalize(), 30.0));
+    assert!(names(&north).contains(&"N".to_owned()), "{:?}", names(&north));
+    let nowhere = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
+    assert!(nowhere.sky_lines.is_empty() && nowhere.sky.iter().any(|d| !d.on && d.reason.contains("no ground")), "{:?}", nowhere.sky);
+}
+
+/// The ground's lines lie on the body: the terminator where the Sun's centre is in the horizon, latitudes where the picture's pixel has them.
+#[test]
+fn lines_of_the_ground_lie_where_they_say() {
+    for (target, radii) in [(599, 5.0), (399, 3.0), (301, 1.3), (699, 4.0)] {
+        let base = ViewRequest {
+            position: Position::Over { towards: Some(NaifId(if target == 399 { 301 } else { 399 })), distance_radii: Some(radii) },
+            width: 400,
+            height: 400,
+            layers: only("terminator"),
+            ..ViewRequest::of(NaifId(target), Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
+        };
+        let body_of = |made: &Scene| made.body(NaifId(target)).expect("in the catalog").placement;
+        let made = scene(&base);
+        let sun = made.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
+        let placement = body_of(&made);
+        let to_sun = (placement.body_from_icrf * (sun - placement.centre_km)).normalize();
+        let pieces = made.ground_lines.as_ref().map_or(&[][..], |(_, pieces)| pieces);
+        let mut seen = 0;
+        for at in pieces.iter().map(|p| pixel(&made.camera, p.ends[0])) {
+            let Some(unit) = made.camera.surface_under_pixel(&placement, at) else { continue };
+            let normal = (unit / placement.radii_km).normalize();
+            seen += 1;
+            // Near the limb a tenth of a pixel is a degree; light time moves the Sun by less.
+            let facing = normal.dot((placement.body_from_icrf * -placement.centre_km).normalize());
+            assert!(normal.dot(to_sun).abs() < 0.02 / facing.max(0.05), "{target}: {}", normal.dot(to_sun));
+        }
+        assert!(seen > 10 || target == 599 || target == 699, "{target}: {seen}");
+        let made = scene(&ViewRequest { layers: only("grid-body"), ..base.clone() });
+        let placement = body_of(&made);
+        let pieces = made.ground_lines.as_ref().map_or(&[][..], |(_, pieces)| pieces);
+        assert!(pieces.len() > 20, "{target}");
+        // The equator where it faces the camera, and not the half behind.
+        let mut on_equator = 0;
+        for longitude in 0..72 {
+            let unit = direction(5.0 * f64::from(longitude), 0.0);
+            let Some(at) = made.camera.pixel_of_surface(&placement, unit) else { continue };
+            if (0.0..400.0).contains(&at.x) && (0.0..400.0).contains(&at.y) {
+                on_equator += 1;
+                assert!(off_px(&made.camera, pieces, at) < 0.3, "{target}, {longitude}: {}", off_px(&made.camera, pieces, at));
+            }
+        }
+        assert!(on_equator > 5, "{target}: {on_equator}");
+    }
+}
+
+/// A body covers the sky's lines and takes no part of them; with the switch off nothing is drawn.
+#[test]
+fn bodies_hide_the_lines_behind_them() {
+    let base = ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(6.0) },
+        width: 200,
+        height: 200,
+        layers: Layers::NONE,
+        ..ViewRequest::of(NaifId(599), Instant::parse("2024-12-07T20:00:00Z").expect("a time"))
+    };
+    let drawn = |layers: Layers| SESSION.draw(&ViewRequest { layers, ..base.clone() }, SAMPLING, true).expect("drawn");
+    let (plain, lined) = (drawn(Layers::NONE), drawn(only("grid-ecliptic")));
+    assert!(plain.scene.sky_lines.is_empty() && plain.scene.texts.is_none() && !lined.scene.sky_lines.is_empty());
+    let placement = plain.scene.body(NaifId(599)).expect("in the catalog").placement;
+    let (mut on_disc, mut beside) = (0, 0);
+    for (k, (a, b)) in plain.frame.hdr.iter().zip(&lined.frame.hdr).enumerate() {
+        let at = DVec2::new((k % 200) as f64 + 0.5, (k / 200) as f64 + 0.5);
+        let around = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
+        let inside = around.iter().all(|d| plain.scene.camera.surface_under_pixel(&placement, at + 2.0 * *d).is_some());
+        match (a == b, inside) {
+            (false, true) => on_disc += 1,
+            (false, false) => beside += 1,
+            _ => {}
+        }
+    }
+    assert!(on_disc == 0 && beside > 200, "{on_disc} {beside}");
+}
