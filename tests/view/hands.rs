@@ -19,7 +19,7 @@ pub(super) const SATURN: NaifId = NaifId(699);
 
 pub(super) const TIME: &str = "2017-05-17T00:00:00Z";
 
-const SEARCH: &str = "Search for a body";
+const SEARCH: &str = "Search";
 
 pub(super) type Window = Harness<'static, Interface>;
 
@@ -237,7 +237,7 @@ fn open_things(window: &Window) -> usize {
     let state = window.state();
     let (is_focused, text) = field(window);
     let things = [
-        is_focused || !text.is_empty() || window.query_by_label_contains("No body is called").is_some(),
+        is_focused || !text.is_empty() || window.query_by_label_contains("Nothing is called").is_some(),
         window.query_by_label("Centre of Mars").is_some(),
         state.warning.is_some(),
         state.help_shown,
@@ -319,11 +319,11 @@ fn no_letter_quits_and_ctrl_q_does() {
 #[test]
 fn a_failed_search_is_said_at_its_field_and_replaced_by_what_is_typed_next() {
     for (wrong, said) in [
-        ("nowhere", "No body is called “nowhere”"),
+        ("nowhere", "Nothing is called “nowhere”"),
         ("satrun", "did you mean `Saturn`?"),
         ("tritan", "`Titan`"),
         ("+wings", "wings"),
-        ("zz 9", "No body is called “zz 9”"),
+        ("zz 9", "Nothing is called “zz 9”"),
     ] {
         let mut window = without_pictures(SATURN);
         typed(&mut window, "/");

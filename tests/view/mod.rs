@@ -7,6 +7,7 @@ mod hands;
 mod inspect;
 pub mod interface;
 mod panels;
+mod search;
 mod sharing;
 #[cfg(feature = "gpu")]
 mod window_frame;

@@ -4,7 +4,10 @@
 //! the cells in its frame and of each the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: where a star is seen
 //! at a date (`ephemeris::star_place`), and how bright a picture shows it (scene).
 
+mod names;
 mod read;
+
+pub use names::STAR_NAMES;
 
 use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000};
 use glam::DVec3;

@@ -254,7 +254,7 @@ impl SkyEvent {
                 };
                 format!("{date} · {name} {magnitude:.3} · overhead at {}", place_text(e.place))
             }
-            Self::Transit(e) => format!("{date} · {:.0}″ from the Sun's centre", e.separation_arcsec),
+            Self::Transit(e) => format!("{date} · {:.0} arcsec from the Sun's centre", e.separation_arcsec),
             Self::Moons(e) => match e.duration_s() {
                 Some(s) => format!("{date} · lasts {:.0} min", s / 60.0),
                 None => date,

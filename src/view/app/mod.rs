@@ -1,5 +1,6 @@
 //! The state behind the window: the view, its camera, time, history and settings. No window and no panel.
 
+pub mod date_text;
 pub mod event_search;
 pub mod exposure_adaptation;
 pub mod file_names;
@@ -9,6 +10,7 @@ pub mod moment_view;
 mod option_text;
 pub mod orbit;
 pub mod places;
+pub mod search;
 pub mod settings;
 pub mod time_rate;
 pub mod time_text;

@@ -4,6 +4,7 @@
 //! first, so that none moves under a click; a search goes on while the panel is closed, and stops when asked to.
 
 use super::{Interface, accessible, information};
+use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, SkyEvent, Watch};
 use crate::view::app::places::SessionPlaces;
@@ -18,6 +19,8 @@ use std::sync::Arc;
 
 /// How far from the shown date is searched.
 const REACHES: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "10 years"), (36_525.0, "100 years")];
+/// Of [`REACHES`].
+const YEAR: usize = 1;
 /// A list of more is no list to read.
 const MAX_ROWS: usize = 1000;
 
@@ -108,7 +111,10 @@ fn wanted(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
 
 /// Starts a search from the shown date; one that runs is dropped.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
-    let start = interface.viewer.settled().time();
+    begin_at(interface, worker, interface.viewer.settled().time());
+}
+
+fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
     let panel = &mut interface.events;
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
     panel.rows.clear();
@@ -116,6 +122,20 @@ fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
     panel.asked = Some(format!("{} {}", if panel.backward { "before" } else { "after" }, utc_minute(start)));
     let search = EventSearch::new(kinds, start, REACHES[panel.reach].0 * SECONDS_PER_DAY, panel.backward);
     panel.running = next_step(search, worker);
+}
+
+/// Searches for some kinds: in the year that begins at `from`, else from the shown date on.
+pub fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
+    let panel = &mut interface.events;
+    panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
+    panel.backward = false;
+    match from {
+        Some(start) => {
+            panel.reach = YEAR;
+            begin_at(interface, worker, start);
+        }
+        None => begin(interface, worker),
+    }
 }
 
 /// Asks for the next step, unless the search is over.

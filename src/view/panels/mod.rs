@@ -13,6 +13,7 @@ mod layers;
 mod moments;
 mod performance;
 mod render_loop;
+mod search;
 mod shader;
 mod share;
 mod shortcuts;
@@ -109,6 +110,7 @@ pub struct Interface {
     /// The last of them, and until when it shows.
     notice: Option<(String, f64)>,
     browse: body_browser::BodyBrowser,
+    search: search::SearchField,
     clock: time_bar::TimeBar,
     shader: shader::ShaderPanel,
     compare: compare::ComparePanel,
@@ -145,6 +147,7 @@ impl Interface {
             heard: Arc::default(),
             notice: None,
             browse: body_browser::BodyBrowser::default(),
+            search: search::SearchField::default(),
             clock: time_bar::TimeBar::default(),
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
@@ -189,7 +192,7 @@ impl Interface {
         shortcuts::pressed(self, ui.ctx(), &mut actions);
         share::work(self, worker);
         events::work(self, worker);
-        self.top(ui, &mut actions);
+        self.top(ui, worker, &mut actions);
         if self.bodies_shown {
             egui::Panel::left("bodies").default_size(190.0).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
                 // Where there is little room each has its part and is scrolled.
@@ -243,11 +246,11 @@ impl Interface {
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    fn top(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    fn top(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
         egui::Panel::top("top").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
-                body_browser::search(self, ui, actions);
+                search::field(self, ui, worker, actions);
                 if ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back")).on_hover_text("Previous view (Backspace)").clicked()
                 {
                     actions.push(Action::Back);

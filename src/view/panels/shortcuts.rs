@@ -19,7 +19,7 @@ const SHEET: &[(&str, &str)] = &[
     ("Home", "look at the body again and reset the roll"),
     ("Backspace", "previous view"),
     ("f", "rotate with the body, or not"),
-    ("/", "search for a body, set a date, or set an effect such as +eclipse or -rings"),
+    ("/", "search for bodies, stars, dates, events, places or shader keys; set an effect such as +eclipse or -rings"),
     ("Space", "pause"),
     (". and ,", "time faster, slower"),
     ("l and j", "time forward, backward"),
@@ -89,7 +89,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
     });
     for letter in text {
         match letter.as_str() {
-            "/" => interface.browse.focus = true,
+            "/" => interface.search.focus = true,
             "?" => interface.help_shown = !interface.help_shown,
             "b" => interface.bodies_shown = !interface.bodies_shown,
             "n" => interface.settings.names = !interface.settings.names,
@@ -146,7 +146,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
 /// Closes what lies on top, one thing at a time: the program is left by closing its window or Ctrl+Q.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
-    if interface.warning.take().is_some() || interface.browse.give_up() || had_keyboard {
+    if interface.warning.take().is_some() || interface.search.give_up() || had_keyboard {
         return;
     }
     if !std::mem::take(&mut interface.help_shown) && interface.tab.take().is_none() {

@@ -63,6 +63,8 @@ pub struct ShaderPanel {
     of: Option<(NaifId, Wanted)>,
     /// Needs changed by hand, not made canonical.
     asked: Option<DrawFeatures>,
+    /// Of a key that was searched for, until it is shown.
+    found: Option<DrawFeatures>,
     pins: [Option<ShaderKey>; 2],
     work: Work,
     key: key::KeyPage,
@@ -108,6 +110,12 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
 }
 
 impl ShaderPanel {
+    /// Opens a key's page on a key that was found elsewhere.
+    pub fn ask_for(&mut self, key: &ShaderKey) {
+        self.page = Page::Key;
+        self.found = Some(*key.features());
+    }
+
     /// Whether a click on the sky picks a pixel that is told about.
     pub fn probes(&self) -> bool {
         self.page == Page::Probe
@@ -132,6 +140,7 @@ impl ShaderPanel {
         if self.of.replace((body, wanted)) != Some((body, wanted)) {
             self.asked = None;
         }
+        self.asked = self.found.take().or(self.asked);
         let draw = match wanted {
             Wanted::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
             Wanted::Shared(_) => None,

@@ -1,0 +1,203 @@
+//! Dates as people write them: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`.
+//!
+//! In: text, what the clock shows. Out: an instant, UTC, or nothing where the text is no date. Always: what ISO 8601 says is understood as ISO 8601 says it. Not done: dates whose
+//! order cannot be known, such as 4/8/2024.
+
+use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+
+const MONTHS: [&str; 12] =
+    ["january", "february", "march", "april", "may", "june", "july", "august", "september", "october", "november", "december"];
+
+/// The instant that a text means.
+pub fn parse_date(text: &str, now: Instant) -> Option<Instant> {
+    let text = text.trim().to_lowercase();
+    match text.as_str() {
+        "now" | "today" => return Some(now),
+        "tomorrow" => return Some(now.plus_seconds(SECONDS_PER_DAY)),
+        "yesterday" => return Some(now.plus_seconds(-SECONDS_PER_DAY)),
+        _ => {}
+    }
+    if let Ok(time) = Instant::parse(&text) {
+        return Some(time);
+    }
+    let parts = Parts::of(&text)?;
+    let clock = parts.clock.unwrap_or("00:00");
+    let year = parts.year?;
+    let (sign, year) = if year < 0 { ("-", -year) } else { ("", year) };
+    Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{clock}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
+}
+
+#[derive(Default)]
+struct Parts<'t> {
+    /// As astronomers count: 1 BC is 0.
+    year: Option<i64>,
+    month: Option<u32>,
+    day: Option<u32>,
+    clock: Option<&'t str>,
+}
+
+/// Puts a part where there is none yet.
+fn put<T>(place: &mut Option<T>, part: T) -> Option<()> {
+    place.is_none().then(|| *place = Some(part))
+}
+
+impl<'t> Parts<'t> {
+    /// `None`: a word is no part of a date, or one comes twice.
+    fn of(text: &'t str) -> Option<Self> {
+        let mut parts = Self::default();
+        let mut before_christ = false;
+        for word in text.split([' ', ',']).filter(|w| !w.is_empty()) {
+            match word {
+                "utc" | "ut" | "z" | "at" | "of" | "ad" | "ce" => {}
+                "bc" | "bce" => before_christ = true,
+                _ if word.contains(':') => put(&mut parts.clock, word.trim_end_matches('z'))?,
+                _ if word.starts_with(|c: char| c.is_alphabetic()) => put(&mut parts.month, month(word)?)?,
+                _ if word.trim_end_matches('.').contains(['.', '/']) => parts.dotted(word)?,
+                _ => parts.number(word)?,
+            }
+        }
+        if before_christ {
+            parts.year = Some(1 - parts.year.filter(|y| *y > 0)?);
+        }
+        // A day belongs to a month; a number alone is a year of four digits.
+        (parts.day.is_none() || parts.month.is_some()).then_some(parts)
+    }
+
+    /// A day such as `8` or `8th`, or a year.
+    fn number(&mut self, word: &str) -> Option<()> {
+        let digits = word.trim_start_matches('-').trim_end_matches(|c: char| c.is_alphabetic() || c == '.');
+        let value: i64 = digits.parse().ok().filter(|_| digits.len() <= 4)?;
+        let ending = word.trim_start_matches('-').strip_prefix(digits)?;
+        let is_ordinal = ["st", "nd", "rd", "th", "."].contains(&ending);
+        if !ending.is_empty() && !is_ordinal {
+            return None;
+        }
+        if word.starts_with('-') {
+            return put(&mut self.year, -value);
+        }
+        if digits.len() <= 2 && self.day.is_none() && (1..=31).contains(&value) {
+            return put(&mut self.day, value as u32);
+        }
+        if is_ordinal { None } else { put(&mut self.year, value) }
+    }
+
+    /// `8.4.2024` by day, month and year; `2024/4/8` by year, month and day.
+    fn dotted(&mut self, word: &str) -> Option<()> {
+        let fields: Vec<i64> = word.split(['.', '/']).map(|f| f.parse().ok().filter(|_| f.len() <= 4)).collect::<Option<_>>()?;
+        let [first, middle, last] = fields[..] else { return None };
+        let (year, day) = if first > 31 {
+            (first, last)
+        } else if word.contains('.') {
+            (last, first)
+        } else {
+            return None;
+        };
+        put(&mut self.year, year)?;
+        put(&mut self.month, u32::try_from(middle).ok()?)?;
+        put(&mut self.day, u32::try_from(day).ok()?)
+    }
+}
+
+/// By its name or at least three letters of it.
+fn month(word: &str) -> Option<u32> {
+    let word = word.trim_end_matches('.');
+    let at = MONTHS.iter().position(|m| word.len() >= 3 && m.starts_with(word) || word == "sept" && *m == "september")?;
+    Some(at as u32 + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn now() -> Instant {
+        Instant::parse("2026-11-22T23:00:00Z").expect("a time")
+    }
+
+    /// Each day of leap years and others, in every form, is the day that ISO 8601 says.
+    #[test]
+    fn every_form_of_a_day_is_that_day() {
+        let endings = |d: u32| match d {
+            1 | 21 | 31 => "st",
+            2 | 22 => "nd",
+            3 | 23 => "rd",
+            _ => "th",
+        };
+        for year in [1066, 1900, 2000, 2024, 9999] {
+            for (m, name) in MONTHS.iter().enumerate() {
+                let short = &name[..3];
+                for d in 1..=31 {
+                    let m = m + 1;
+                    let iso = Instant::parse(&format!("{year:04}-{m:02}-{d:02}")).ok();
+                    for text in [
+                        format!("{d} {name} {year}"),
+                        format!("{name} {d} {year}"),
+                        format!("{short} {d}, {year}"),
+                        format!("{d}{} {short}. {year}", endings(d)),
+                        format!("{year} {name} {d}"),
+                        format!("  {d} {} {year} ", name.to_uppercase()),
+                        format!("{d}.{m}.{year}"),
+                        format!("{year}/{m}/{d}"),
+                        format!("{year:04}-{m:02}-{d:02}"),
+                    ] {
+                        assert_eq!(parse_date(&text, now()), iso, "{text}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn clocks_years_and_words_are_understood() {
+        for (text, iso) in [
+            ("8 April 2024 18:17", "2024-04-08T18:17:00Z"),
+            ("April 8 2024, 18:17:16 UTC", "2024-04-08T18:17:16Z"),
+            ("18:17 8 april 2024", "2024-04-08T18:17:00Z"),
+            ("2024-04-08 18:17:16", "2024-04-08T18:17:16Z"),
+            ("2024-04-08T18:17:16Z", "2024-04-08T18:17:16Z"),
+            ("2027", "2027-01-01T00:00:00Z"),
+            ("august 2027", "2027-08-01T00:00:00Z"),
+            ("28 May 585 BC", "-0584-05-28T00:00:00Z"),
+            ("1 jan 1 bc", "0000-01-01T00:00:00Z"),
+            ("-0584-05-28", "-0584-05-28T00:00:00Z"),
+            ("now", "2026-11-22T23:00:00Z"),
+            ("tomorrow", "2026-11-23T23:00:00Z"),
+        ] {
+            assert_eq!(parse_date(text, now()), Some(Instant::parse(iso).expect(iso)), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_date_is_none() {
+        for text in [
+            "",
+            " ",
+            "mars",
+            "satu",
+            "8",
+            "8 april",
+            "april",
+            "31 february 2024",
+            "30 feb 2024",
+            "4/8/2024",
+            "8 april 2024 2025",
+            "8 april may 2024",
+            "8 april 2024 25:00",
+            "32 april 2024",
+            "io",
+            "12345",
+            "eclipse 2027",
+            "hip 32349",
+            "8..2024",
+            "1.2",
+            "ma 2024",
+            "0 bc",
+            "99999999999999999999",
+            "-",
+            ":",
+            "8th",
+        ] {
+            assert_eq!(parse_date(text, now()), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! What a text in the search field may mean: bodies, moments, stars, dates, events, places, effects, shader keys.
+//!
+//! In: the text, the catalog, what the clock shows. Out: suggestions, the likeliest first; or what was nearly written. Not here: what becomes of a choice (`panels`).
+//! Named features of the ground and cities would be [`Answer::Place`] with the body and coordinates of their table.
+
+use crate::catalog::moments::Moment;
+use crate::catalog::stars::{STAR_NAMES, Star};
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::star_place::star_from_viewer;
+use crate::scene::effects::Effect;
+use crate::shader::key::ShaderKey;
+use crate::time::Instant;
+use crate::view::app::date_text::parse_date;
+use crate::view::app::event_search::EventKind;
+use crate::view::app::orbit::Orbit;
+use crate::view::app::places::BodyPositions;
+use crate::view::app::time_text::utc_minute;
+use crate::view::app::view_state::{CameraPose, ViewState};
+use crate::view::app::viewer::{Subject, Viewer};
+use crate::wording::nearest;
+use glam::DVec3;
+
+/// What a choice leads to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Answer {
+    Body(NaifId),
+    /// By its name.
+    Moment(String),
+    /// Hipparcos number.
+    Star(u32),
+    Time(Instant),
+    /// `from`: a year was given, which is searched.
+    Events {
+        kinds: Vec<EventKind>,
+        from: Option<Instant>,
+    },
+    /// On the ground of the selected body.
+    Place {
+        latitude_deg: f64,
+        longitude_deg: f64,
+    },
+    Effect(Effect),
+    Key(Box<ShaderKey>),
+}
+
+/// A line below the search field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suggestion {
+    pub name: String,
+    /// What kind of thing it is.
+    pub about: String,
+    pub answer: Answer,
+}
+
+fn suggestion(name: impl Into<String>, about: impl Into<String>, answer: Answer) -> Suggestion {
+    Suggestion { name: name.into(), about: about.into(), answer }
+}
+
+/// At most `most`, the likeliest first.
+pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, most: usize) -> Vec<Suggestion> {
+    let text = text.trim();
+    if text.is_empty() {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    if let Some(time) = parse_date(text, viewer.now()) {
+        found.push(suggestion(utc_minute(time), "date", Answer::Time(time)));
+    }
+    found.extend(place(text).map(|(latitude_deg, longitude_deg)| {
+        let about = format!("place on {}", viewer.name(viewer.selected));
+        suggestion(text, about, Answer::Place { latitude_deg, longitude_deg })
+    }));
+    found.extend(events(text).map(|(name, kinds, from)| suggestion(name, "search for events", Answer::Events { kinds, from })));
+    found.extend(
+        viewer.completions(text, most).into_iter().map(|body| suggestion(&body.name, about_body(body, viewer), Answer::Body(body.id))),
+    );
+    found.extend(stars(text, catalog));
+    found.extend(moments(text, catalog.moments()));
+    found.extend(effects(text));
+    if text.contains('.')
+        && let Ok(key) = text.parse::<ShaderKey>()
+    {
+        found.push(suggestion(text, "shader key", Answer::Key(Box::new(key))));
+    }
+    found.truncate(most);
+    found
+}
+
+/// Names of bodies and stars that are nearly the text, nearest first.
+pub fn near_names<'a>(text: &str, viewer: &'a Viewer) -> Vec<&'a str> {
+    nearest(text.trim(), names(viewer))
+}
+
+/// All names of bodies and stars.
+pub fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
+    let bodies = viewer.subjects().iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
+    bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name))
+}
+
+fn about_body(body: &Subject, viewer: &Viewer) -> String {
+    match body.parent {
+        Some(parent) if parent != NaifId::SUN && parent != body.id => format!("near {}", viewer.name(parent)),
+        _ => "body".into(),
+    }
+}
+
+/// Named stars that begin with the text, and `HIP 32349`.
+fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
+    let lower = text.to_lowercase();
+    let stars = catalog.stars();
+    let known = |hip: u32| stars.hip(hip).map(|star| format!("star, magnitude {:.1}", star.v_magnitude));
+    let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
+    let mut found: Vec<Suggestion> = by_name.filter_map(|(name, hip)| Some(suggestion(*name, known(*hip)?, Answer::Star(*hip)))).collect();
+    let number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
+    found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), known(hip)?, Answer::Star(hip)))));
+    found
+}
+
+fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
+    let lower = text.to_lowercase();
+    // Few letters are in many names.
+    let named = moments.iter().filter(move |m| lower.chars().count() >= 3 && m.name.to_lowercase().contains(&lower));
+    named.map(|m| {
+        suggestion(&m.name, format!("moment, {}", m.time.to_utc_iso().get(..10).unwrap_or_default()), Answer::Moment(m.name.clone()))
+    })
+}
+
+fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
+    let lower = text.to_lowercase().replace(' ', "-");
+    let wanted = Effect::ALL.into_iter().filter(move |e| lower.chars().count() >= 3 && e.name().contains(&lower));
+    wanted.map(|e| suggestion(e.name(), "effect: opens the Effects panel", Answer::Effect(e)))
+}
+
+/// `51.5, -0.1`: latitude and east longitude, degrees.
+fn place(text: &str) -> Option<(f64, f64)> {
+    let (latitude, longitude) = text.split_once(',')?;
+    let number = |part: &str, most: f64| part.trim().trim_end_matches('°').parse().ok().filter(|v: &f64| v.abs() <= most);
+    Some((number(latitude, 90.0)?, number(longitude, 360.0)?))
+}
+
+/// Whether a word is the first letters of a known one, at least so many.
+fn begins(known: &str, least: usize, word: &str) -> bool {
+    word.len() >= least && known.starts_with(word)
+}
+
+/// `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`.
+fn events(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
+    let lower = text.to_lowercase();
+    let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
+    let year = words.last().filter(|w| w.len() == 4).and_then(|w| w.parse::<u32>().ok());
+    if year.is_some() {
+        words.pop();
+    }
+    let is = |known: &str, least: usize| words.iter().any(|w| begins(known, least, w));
+    let known = [
+        "eclipses", "solar", "lunar", "total", "partial", "annular", "sun", "moon", "transits", "mercury", "venus", "shadows", "jupiter",
+        "moons",
+    ];
+    if !words.iter().all(|w| known.iter().any(|k| begins(k, 3, w))) {
+        return None;
+    }
+    let kinds = match () {
+        () if is("eclipses", 4) && (is("solar", 3) || is("sun", 3)) => vec![EventKind::Solar],
+        () if is("eclipses", 4) && (is("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],
+        () if is("eclipses", 4) => vec![EventKind::Solar, EventKind::Lunar],
+        () if is("transits", 4) => vec![EventKind::Transit],
+        () if is("shadows", 4) || words.contains(&"moons") => vec![EventKind::Moons],
+        () => return None,
+    };
+    let from = year.and_then(|y| Instant::parse(&format!("{y:04}-01-01")).ok());
+    let names: Vec<&str> = kinds.iter().map(|k| k.name()).collect();
+    let when = year.map_or(String::new(), |y| format!(" of {y}"));
+    Some((format!("{}{when}", names.join(" and ")), kinds, from))
+}
+
+/// Vertical field of view around a star, degrees.
+const STAR_FIELD_DEG: f64 = 20.0;
+/// The eye stands between the Earth and the star, so far from the Earth's centre, radii.
+const STAR_EYE_RADII: f64 = 3.0;
+
+/// A star in the middle of the picture, from beside the Earth, which lies behind the eye. `None`: the ephemeris does not reach the time.
+pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, habits: &ViewState) -> Option<ViewState> {
+    let pole = places.body_from_icrf(NaifId::EARTH, habits.time())?.row(2);
+    let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
+    let orbit = Orbit::from_offset(direction * STAR_EYE_RADII, 1.0, pole);
+    let eye = CameraPose::Orbit {
+        body: NaifId::EARTH,
+        fixed: false,
+        azimuth_deg: orbit.azimuth_rad.to_degrees(),
+        elevation_deg: orbit.elevation_rad.to_degrees(),
+        distance_radii: orbit.distance_radii,
+        // Away from the Earth.
+        yaw_deg: 180.0,
+        pitch_deg: 0.0,
+    };
+    Some(ViewState {
+        target: NaifId::EARTH,
+        eye,
+        tracks: true,
+        fov_deg: STAR_FIELD_DEG,
+        roll_deg: 0.0,
+        exposure_stops: None,
+        ..habits.clone()
+    })
+}

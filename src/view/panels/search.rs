@@ -1,0 +1,188 @@
+//! The search field, what it may mean below it, and what becomes of a choice.
+//!
+//! In: what is typed, clicks. Out: actions, panels that open. Always: a failed search says so at its field and is replaced by what is typed next; the text is selected when
+//! the field is entered again; what is only nearly the text is offered, never taken.
+
+use super::{Interface, Tab, events};
+use crate::catalog::{Catalog, NaifId};
+use crate::scene::effects::EffectOverrides;
+use crate::view::app::moment_view::view_of_moment;
+use crate::view::app::places::SessionPlaces;
+use crate::view::app::search::{Answer, Suggestion, names, near_names, star_view, suggestions};
+use crate::view::app::viewer::Action;
+use crate::view::worker::render_worker::RenderWorker;
+use crate::wording::{did_you_mean, echo_within};
+use egui::text::{CCursor, CCursorRange};
+use egui::text_edit::TextEditState;
+use egui::{Id, Key, TextEdit};
+
+/// Characters of what was typed that a failed search repeats.
+const MAX_ECHO_CHARS: usize = 60;
+/// Suggestions shown at once.
+const SUGGESTIONS: usize = 8;
+
+#[derive(Default)]
+pub struct SearchField {
+    wanted: String,
+    /// Of the suggestions.
+    highlighted: usize,
+    /// The field wants the keyboard.
+    pub focus: bool,
+    /// Why what was searched is not found, until it is changed.
+    failure: Option<String>,
+}
+
+impl SearchField {
+    /// Leaves the search; what hangs below it goes with the text. False: there was nothing to leave.
+    pub fn give_up(&mut self) -> bool {
+        let had_any = !self.wanted.is_empty() || self.failure.is_some();
+        self.wanted.clear();
+        self.failure = None;
+        had_any
+    }
+}
+
+/// All of a field's text is selected: what is typed next takes its place.
+fn select_all(ctx: &egui::Context, field: Id, text: &str) {
+    let mut state = TextEditState::load(ctx, field).unwrap_or_default();
+    state.cursor.set_char_range(Some(CCursorRange::two(CCursor::new(0), CCursor::new(text.chars().count()))));
+    state.store(ctx, field);
+}
+
+/// The search field, with what it may mean below it, or why it found nothing.
+pub fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    let field = TextEdit::singleline(&mut interface.search.wanted).hint_text("Search (/)").desired_width(150.0);
+    let response =
+        ui.add(field).on_hover_text("Bodies, stars, moments, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)");
+    let response = response.accessible_name("Search");
+    let is_wanted = std::mem::take(&mut interface.search.focus);
+    if is_wanted {
+        response.request_focus();
+    }
+    if is_wanted || response.gained_focus() {
+        select_all(ui.ctx(), response.id, &interface.search.wanted);
+    }
+    if response.changed() {
+        interface.search.highlighted = 0;
+        interface.search.failure = None;
+    }
+    let catalog = worker.session().catalog();
+    let found = suggestions(&interface.search.wanted, &interface.viewer, catalog, SUGGESTIONS);
+    let mut chosen = None;
+    let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+    if response.has_focus() || entered {
+        let (down, up) = ui.input(|i| (i.key_pressed(Key::ArrowDown), i.key_pressed(Key::ArrowUp)));
+        let last = found.len().saturating_sub(1);
+        interface.search.highlighted = (interface.search.highlighted + usize::from(down)).saturating_sub(usize::from(up)).min(last);
+    }
+    if entered && !interface.search.wanted.trim().is_empty() {
+        match (found.get(interface.search.highlighted), set_effects(interface)) {
+            (Some(suggestion), _) => chosen = Some(suggestion.answer.clone()),
+            (None, Some(Ok(()))) => {
+                interface.search.give_up();
+            }
+            (None, Some(Err(why))) => interface.search.failure = Some(why),
+            (None, None) => interface.search.failure = Some(not_found(interface)),
+        }
+        if interface.search.failure.is_some() {
+            // Whoever mistyped types again.
+            response.request_focus();
+            select_all(ui.ctx(), response.id, &interface.search.wanted);
+        }
+    }
+    below(interface, ui, catalog, response.rect, &found, &mut chosen);
+    if let Some(answer) = chosen {
+        interface.search.give_up();
+        follow(interface, worker, answer, actions);
+    }
+}
+
+/// Why a text means nothing, and what it may have meant.
+fn not_found(interface: &Interface) -> String {
+    let typed = interface.search.wanted.trim();
+    let hint = did_you_mean(typed, names(&interface.viewer)).map_or(String::new(), |hint| format!("; {hint}"));
+    format!("Nothing is called “{}”{hint}", echo_within(typed, MAX_ECHO_CHARS))
+}
+
+/// What hangs below the search field: suggestions, or why there are none and what is nearly called so.
+fn below(interface: &Interface, ui: &egui::Ui, catalog: &Catalog, field: egui::Rect, found: &[Suggestion], chosen: &mut Option<Answer>) {
+    let failure = interface.search.failure.as_ref();
+    let near = if found.is_empty() { near_names(&interface.search.wanted, &interface.viewer) } else { Vec::new() };
+    if found.is_empty() && failure.is_none() && near.is_empty() {
+        return;
+    }
+    let area = egui::Area::new(ui.scope_id().with("suggestions")).fixed_pos(field.left_bottom()).order(egui::Order::Foreground);
+    area.show(ui.ctx(), |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
+            if let Some(why) = failure {
+                let line = ui.colored_label(ui.visuals().warn_fg_color, why);
+                // Read out by a screen reader while the keyboard stays in the field.
+                ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
+            }
+            for (i, suggestion) in found.iter().enumerate() {
+                if ui.selectable_label(i == interface.search.highlighted, format!("{} · {}", suggestion.name, suggestion.about)).clicked()
+                {
+                    *chosen = Some(suggestion.answer.clone());
+                }
+            }
+            for name in near {
+                let meant = suggestions(name, &interface.viewer, catalog, 1).into_iter().next();
+                if let Some(meant) = meant
+                    && ui.selectable_label(false, format!("Did you mean {name}?")).clicked()
+                {
+                    *chosen = Some(meant.answer);
+                }
+            }
+        });
+    });
+}
+
+/// Effects as `--effects` takes them, such as `+eclipse` or `-rings`. `None`: it is no such text.
+fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
+    let typed = interface.search.wanted.trim();
+    if !typed.starts_with(['+', '-']) || !typed.contains(char::is_alphabetic) {
+        return None;
+    }
+    let view = &mut interface.viewer.view;
+    let both = format!("{},{typed}", view.effects.to_text());
+    Some(EffectOverrides::parse(&both).map(|overrides| view.effects = overrides).map_err(|e| e.to_string()))
+}
+
+/// Does what was chosen.
+fn follow(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
+    let session = worker.session();
+    let catalog = session.catalog();
+    let places = SessionPlaces(session);
+    match answer {
+        Answer::Body(id) => actions.push(Action::FlyTo(id)),
+        Answer::Time(time) => actions.push(Action::SetTime(time)),
+        Answer::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
+        Answer::Effect(_) => interface.tab = Some(Tab::Effects),
+        Answer::Key(key) => {
+            interface.tab = Some(Tab::Shader);
+            interface.shader.ask_for(&key);
+        }
+        Answer::Events { kinds, from } => {
+            interface.tab = Some(Tab::Events);
+            events::search_for(interface, worker, &kinds, from);
+        }
+        Answer::Moment(name) => {
+            let moment = catalog.moments().iter().find(|m| m.name == name);
+            match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.viewer.view)) {
+                Some(view) => actions.push(Action::Show(Box::new(view))),
+                None => interface.message = format!("{name}: outside the range of the ephemeris"),
+            }
+        }
+        Answer::Star(hip) => {
+            let (stars, view) = (catalog.stars(), &interface.viewer.view);
+            let years = stars.years_since_epoch(view.time().jd_tt());
+            match stars.hip(hip).and_then(|star| star_view(star, years, &places, view)) {
+                Some(view) => actions.push(Action::Show(Box::new(view))),
+                None => {
+                    interface.message = format!("HIP {hip}: outside the range of the ephemeris of {}", interface.viewer.name(NaifId::EARTH))
+                }
+            }
+        }
+    }
+}

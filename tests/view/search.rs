@@ -1,0 +1,115 @@
+//! The search field: each kind of answer leads where it says, and near misses are offered.
+
+use crate::view::hands::{Window, typed, without_pictures};
+use crate::view::interface::session;
+use egui::Key;
+use egui_kittest::kittest::Queryable;
+use orrery::catalog::NaifId;
+use orrery::catalog::stars::STAR_NAMES;
+use orrery::scene::request::{Axes, Look};
+use orrery::time::Instant;
+use orrery::view::app::places::SessionPlaces;
+use orrery::view::app::search::{Answer, star_view, suggestions};
+use orrery::view::app::view_state::CameraPose;
+use orrery::view::panels::Tab;
+
+const MARS: NaifId = NaifId(499);
+
+fn searched(text: &str) -> Window {
+    let mut window = without_pictures(MARS);
+    typed(&mut window, "/");
+    typed(&mut window, text);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    window
+}
+
+#[test]
+fn dates_in_many_forms_set_the_time() {
+    for text in ["8 April 2024", "april 8 2024", "2024-04-08", "8.4.2024", "Apr 8, 2024 00:00 UTC"] {
+        let window = searched(text);
+        assert_eq!(window.state().viewer.view.time().to_utc_iso(), "2024-04-08T00:00:00Z", "{text}");
+        assert_eq!(window.state().viewer.view.target, MARS, "{text}");
+    }
+    // The test's clock stands at J2000.
+    assert_eq!(searched("now").state().viewer.view.tdb_s, 0.0);
+}
+
+#[test]
+fn each_kind_of_answer_leads_where_it_says() {
+    let events = searched("eclipse 2027");
+    assert_eq!(events.state().tab, Some(Tab::Events));
+    // Total in Spain and Egypt on 2027-08-02 (Espenak and Meeus, canon of solar eclipses).
+    events.get_by_label_contains("Total solar eclipse, 2027-08-02 10:0");
+    events.get_by_label_contains("events after 2027-01-01 00:00 UTC");
+    let venus = searched("transit of venus 2012");
+    venus.get_by_label_contains("Transit of Venus, 2012-06-06");
+    assert_eq!(searched("ring-shadow").state().tab, Some(Tab::Effects));
+    assert_eq!(searched("-ring-shadow").state().viewer.view.effects.to_text(), "-ring-shadow");
+    assert_eq!(searched("lambert.albedo.sun1.ellipsoid").state().tab, Some(Tab::Shader));
+    let moment = searched("great conj");
+    assert!(moment.state().viewer.view.time().to_utc_iso().starts_with("2020-12-21T18:2"));
+    let standing = searched("51.5, -0.1");
+    let eye = standing.state().viewer.view.eye;
+    assert!(
+        matches!(eye, CameraPose::Ground { body: MARS, latitude_deg: 51.5, longitude_deg, .. } if (longitude_deg + 0.1).abs() < 1e-9),
+        "{eye:?}"
+    );
+    assert_eq!(searched("titan").state().viewer.settled().target, NaifId(606));
+    // A star is no body: the view is from beside the Earth.
+    let vega = searched("vega");
+    assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));
+}
+
+/// Every named star, and the nearest pole stars, stand in the middle of their pictures at any date.
+#[test]
+fn a_star_is_in_the_middle_of_its_picture() {
+    let (catalog, stars, places) = (session().catalog(), session().catalog().stars(), SessionPlaces(session()));
+    let mut view = without_pictures(MARS).state().viewer.view.clone();
+    for (year, utc) in [(1950.0, "1950-01-01"), (2050.0, "2050-01-01")] {
+        view.tdb_s = Instant::parse(utc).expect(utc).tdb_seconds_past_j2000();
+        for (name, hip) in STAR_NAMES {
+            let star = stars.hip(hip).expect(name);
+            let years = stars.years_since_epoch(view.time().jd_tt());
+            assert!((years - (year - 1991.25)).abs() < 0.1);
+            let request =
+                star_view(star, years, &places, &view).expect(name).request(catalog, session().ephemeris(), 200, 100).expect(name);
+            let Look::Along { direction, axes: Axes::Icrf } = request.look else { panic!("{name}: {:?}", request.look) };
+            // Arcturus moves by 2.3 arcsec a year.
+            let seen = (star.direction + star.motion_per_year * years).normalize();
+            assert!(direction.normalize().angle_between(seen).to_degrees() < 0.01, "{name}");
+        }
+    }
+}
+
+#[test]
+fn what_is_meant_is_suggested_first() {
+    let window = without_pictures(MARS);
+    let first = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().next().map(|s| s.answer);
+    assert_eq!(first("mars"), Some(Answer::Body(MARS)));
+    assert_eq!(first("moon"), Some(Answer::Body(NaifId::MOON)));
+    assert_eq!(first("sirius"), Some(Answer::Star(32_349)));
+    assert_eq!(first("HIP 32349"), Some(Answer::Star(32_349)));
+    assert!(matches!(first("lunar eclipse"), Some(Answer::Events { from: None, kinds }) if kinds.len() == 1));
+    assert!(matches!(first("next solar eclipse"), Some(Answer::Events { .. })));
+    assert!(matches!(first("2024-04-08T18:17:16Z"), Some(Answer::Time(_))));
+    for nothing in ["", "  ", "nowhere", "zz 9", "91, 0", "hip 999999", "."] {
+        assert_eq!(first(nothing), None, "{nothing}");
+    }
+    assert!(suggestions("a", &window.state().viewer, session().catalog(), 8).len() <= 8);
+}
+
+#[test]
+fn a_near_miss_is_offered_and_not_taken() {
+    let mut window = without_pictures(MARS);
+    typed(&mut window, "/");
+    typed(&mut window, "betelguese");
+    window.get_by_label("Did you mean Betelgeuse?");
+    window.key_press(Key::Enter);
+    window.run_steps(2);
+    window.get_by_label_contains("Nothing is called “betelguese”; did you mean `Betelgeuse`?");
+    assert_eq!(window.state().viewer.view.target, MARS);
+    window.get_by_label("Did you mean Betelgeuse?").click();
+    window.run_steps(3);
+    assert_eq!(window.state().viewer.view.target, NaifId::EARTH);
+}
