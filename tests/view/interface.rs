@@ -8,7 +8,7 @@ use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, SessionError, Sources};
 use orrery::time::Instant;
 use orrery::view::app::places::{BodyPositions, SessionPlaces};
-use orrery::view::app::settings::Settings;
+use orrery::view::app::settings::{HintsUsed, Settings};
 use orrery::view::app::view_state::ViewState;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::link::restored;
@@ -45,7 +45,9 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     view.quality = Quality::Draft;
     let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
-    Interface::new(viewer, Settings::default())
+    // Hints are bright letters over the sky.
+    let hints = HintsUsed { drag: true, scroll: true, search: true };
+    Interface::new(viewer, Settings { hints, ..Settings::default() })
 }
 
 /// Paints with the window's own painter.
@@ -172,7 +174,7 @@ fn time_is_typed_stepped_and_refused() {
     let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     settle(&mut harness);
     let enter = |h: &mut Harness<'static, Interface>, text: &str| {
-        let name = "Date and time, UTC (ISO 8601)";
+        let name = "Date and time";
         h.get_by_role_and_label(egui::accesskit::Role::TextInput, name).focus();
         h.run_steps(1);
         h.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);

@@ -1,6 +1,7 @@
 //! The window: panels, input, accessibility, and its own frame.
 
 mod access;
+mod contrast;
 mod events;
 mod failures;
 mod hands;
@@ -9,5 +10,6 @@ pub mod interface;
 mod panels;
 mod search;
 mod sharing;
+mod time;
 #[cfg(feature = "gpu")]
 mod window_frame;

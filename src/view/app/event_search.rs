@@ -252,7 +252,7 @@ impl SkyEvent {
                     LunarType::Penumbral => ("penumbral magnitude", e.penumbral_magnitude),
                     _ => ("magnitude", e.umbral_magnitude),
                 };
-                format!("{date} · {name} {magnitude:.3} · overhead at {}", place_text(e.place))
+                format!("{date} · {name} {magnitude:.3} · Moon over {}", place_text(e.place))
             }
             Self::Transit(e) => format!("{date} · {:.0} arcsec from the Sun's centre", e.separation_arcsec),
             Self::Moons(e) => match e.duration_s() {

@@ -11,15 +11,18 @@ use glam::{DQuat, DVec3};
 /// The first picture is taken from this far, in equatorial radii.
 const START_RADII: f64 = 3.5;
 /// So far off the Sun's direction, so that the terminator shows.
-const ASIDE_DEG: f64 = 30.0;
+const ASIDE_DEG: f64 = 62.0;
+/// And so far towards the pole, as a part of the distance.
+const ABOVE: f64 = 0.25;
 
 /// # Errors
 /// That the catalog has no such body, in one line.
 pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
     let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
-    let side = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, ASIDE_DEG.to_radians()) * sun);
+    let aside = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(DVec3::Z, ASIDE_DEG.to_radians()) * sun);
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
+    let side = (aside + ABOVE * pole).try_normalize().unwrap_or(aside);
     let radius_km = body.radii_km.x;
     Ok(ViewState::around(target, side * (START_RADII * radius_km), radius_km, pole, time))
 }

@@ -5,6 +5,7 @@
 
 use crate::files::{FileAccess, read_text, write_whole};
 use crate::session::DisplayPreference;
+use crate::view::app::civil_time::Clock;
 use crate::view::app::view_state::ViewState;
 use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
@@ -44,6 +45,15 @@ impl Default for Home {
     }
 }
 
+/// What a new user has found: hints for it are shown no more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct HintsUsed {
+    pub drag: bool,
+    pub scroll: bool,
+    pub search: bool,
+}
+
 /// A view with a name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bookmark {
@@ -67,6 +77,8 @@ pub struct Settings {
     pub shown_by: DisplayPreference,
     pub unit: Unit,
     pub home: Home,
+    pub clock: Clock,
+    pub hints: HintsUsed,
     /// `None`: it was never closed.
     pub place: Option<WindowPlacement>,
     pub bookmarks: Vec<Bookmark>,
@@ -85,6 +97,8 @@ impl Default for Settings {
             shown_by: DisplayPreference::default(),
             unit: Unit::default(),
             home: Home::default(),
+            clock: Clock::default(),
+            hints: HintsUsed::default(),
             place: None,
             bookmarks: Vec::new(),
             recent: Vec::new(),

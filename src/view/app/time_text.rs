@@ -10,9 +10,15 @@ pub fn utc_minute(t: Instant) -> String {
     cut(&t.plus_seconds(30.0).to_utc_iso(), "hh:mm".len())
 }
 
-/// `2024-04-08 18:17:16 UTC`, rounded to the second.
-pub fn utc_second(t: Instant) -> String {
-    cut(&t.plus_seconds(0.5).to_utc_iso(), "hh:mm:ss".len())
+/// Month, day and clock, `04-08 18:17:16`, UTC, rounded to the second: for lists of one event's instants.
+pub fn utc_day_second(t: Instant) -> String {
+    let whole = cut(&t.plus_seconds(0.5).to_utc_iso(), "hh:mm:ss".len());
+    let Some((date, clock)) = whole.trim_end_matches(" UTC").split_once(' ') else { return whole };
+    let mut fields = date.rsplit('-');
+    match (fields.next(), fields.next()) {
+        (Some(day), Some(month)) => format!("{month}-{day} {clock}"),
+        _ => whole,
+    }
 }
 
 /// Date and as many characters of the clock. Beyond the calendar there is only a Julian date.
@@ -38,8 +44,9 @@ mod tests {
         let at = |text: &str| Instant::parse(text).expect(text);
         assert_eq!(utc_minute(at("2024-04-08T18:17:16Z")), "2024-04-08 18:17 UTC");
         assert_eq!(utc_minute(at("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
-        assert_eq!(utc_second(at("1999-12-31T23:59:40.6Z")), "1999-12-31 23:59:41 UTC");
-        assert_eq!(utc_second(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00:00 UTC");
+        assert_eq!(utc_day_second(at("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
+        assert_eq!(utc_day_second(at("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
+        assert_eq!(utc_minute(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
         let far = Instant::from_tdb_seconds_past_j2000(1e15);
         assert_eq!(utc_minute(far), far.plus_seconds(30.0).to_utc_iso());
     }

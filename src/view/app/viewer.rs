@@ -74,6 +74,8 @@ pub enum Action {
     Step(f64),
     /// Forward, at scene seconds per real second.
     RunAt(f64),
+    /// Scene seconds per real second, whichever way time runs.
+    SetPace(f64),
     Faster,
     Slower,
     Forward,
@@ -182,6 +184,7 @@ impl Viewer {
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
             Action::RunAt(rate) => self.time_rate.run_at(rate),
+            Action::SetPace(pace) => self.time_rate.set_pace(pace),
             Action::Faster => self.time_rate.faster(),
             Action::Slower => self.time_rate.slower(),
             Action::Forward => self.time_rate.forward(),

@@ -13,7 +13,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     ui.horizontal_wrapped(|ui| {
         ui.label("Quality");
         for quality in Quality::ALL {
-            ui.selectable_value(&mut view.quality, quality, quality.name());
+            ui.selectable_value(&mut view.quality, quality, quality.name()).on_hover_text("How finely a picture at rest is drawn");
         }
     });
     renderers(ui, worker, &mut interface.settings.shown_by);
@@ -21,7 +21,8 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     let mut automatic = view.exposure_stops.is_none();
     let drawn_stops = interface.viewport.drawing.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
-        if ui.checkbox(&mut automatic, "Automatic exposure").changed() {
+        let metered = ui.checkbox(&mut automatic, "Automatic exposure");
+        if metered.on_hover_text("Meter what fills the picture").changed() {
             view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut view.exposure_stops {
@@ -55,8 +56,9 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     let name = interface.viewer.name(interface.viewer.selected).to_owned();
     ui.horizontal_wrapped(|ui| {
         ui.label("Apply to");
-        ui.selectable_value(&mut interface.effects_of_one, false, "all bodies");
-        ui.selectable_value(&mut interface.effects_of_one, true, format!("{name} only"));
+        ui.selectable_value(&mut interface.effects_of_one, false, "all bodies").on_hover_text("Switch effects of every body");
+        ui.selectable_value(&mut interface.effects_of_one, true, format!("{name} only"))
+            .on_hover_text("Switch effects of the selected body alone");
         if ui.button("Reset to automatic").on_hover_text("Remove everything that you set by hand").clicked() {
             overrides = EffectOverrides::default();
         }

@@ -9,18 +9,19 @@ use crate::units::SECONDS_PER_DAY;
 use crate::view::app::event_search::{ContactLine, EventKind, EventSearch, SkyEvent, Watch};
 use crate::view::app::places::SessionPlaces;
 use crate::view::app::settings::Home;
-use crate::view::app::time_text::{utc_minute, utc_second};
+use crate::view::app::time_text::{utc_day_second, utc_minute};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
-use egui::text::LayoutJob;
-use egui::{Button, ComboBox, FontSelection, Grid, Panel, ProgressBar, RichText, ScrollArea, Style};
+use egui::{Align2, Button, ComboBox, Grid, Label, Panel, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
 /// How far from the shown date is searched.
 const REACHES: [(f64, &str); 4] = [(30.0, "month"), (365.25, "year"), (3652.5, "10 years"), (36_525.0, "100 years")];
 /// Of [`REACHES`].
 const YEAR: usize = 1;
+/// Of the line above the list, points.
+const STATUS_HEIGHT: f32 = 24.0;
 /// A list of more is no list to read.
 const MAX_ROWS: usize = 1000;
 
@@ -140,6 +141,9 @@ pub fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &
 
 /// Asks for the next step, unless the search is over.
 fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pending<StepAnswer>, f32)> {
+    if search.is_over() {
+        return None;
+    }
     let done = search.progress();
     let step = move |session: &crate::session::Session| {
         let catalog = session.catalog();
@@ -147,11 +151,7 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
         let found = search.step(catalog, session.ephemeris()).map_err(|e| e.to_string());
         (search, found.map(|events| events.into_iter().map(row).collect()))
     };
-    (!search_is_over(done)).then(|| (ask(worker, step), done))
-}
-
-fn search_is_over(done: f32) -> bool {
-    done.is_nan() || done >= 1.0
+    Some((ask(worker, step), done))
 }
 
 /// Takes what was found and searches on; ends a watch where its event ends. Each turn, whether the panel is open or not.
@@ -195,54 +195,63 @@ fn end_watch(interface: &mut Interface) {
     }
 }
 
+/// How far a search is, or what it found; always as high, so that the list below stays where it is.
 fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
-    if let Some((_, done)) = panel.running {
-        let stopped = ui.horizontal(|ui| {
+    let stopped = ui.horizontal(|ui| {
+        ui.set_min_height(STATUS_HEIGHT);
+        if let Some((_, done)) = panel.running {
             ui.add(ProgressBar::new(done).desired_width(180.0).show_percentage()).accessible_name("Progress of the search");
-            ui.button("Stop").on_hover_text("Stop the search; what it found stays").clicked()
-        });
-        if stopped.inner {
-            panel.running = None;
+            return ui.button("Stop").on_hover_text("Stop the search; what it found stays").clicked();
         }
-        return;
+        let (said, hint) = told(panel);
+        ui.add(Label::new(RichText::new(said).weak()).truncate()).on_hover_text(hint);
+        false
+    });
+    if stopped.inner {
+        panel.running = None;
     }
-    let asked = panel.asked.as_deref().unwrap_or_default();
-    let said = match (&panel.failure, panel.rows.len()) {
-        (Some(why), _) => why.clone(),
-        (None, 0) if panel.kinds.contains(&true) => format!("No event {asked} in this range. Try a longer range or another kind."),
-        (None, 0) => "Choose at least one kind of event.".into(),
-        (None, 1) => format!("1 event {asked}"),
-        (None, MAX_ROWS) => format!("The first {MAX_ROWS} events {asked}"),
-        (None, n) => format!("{n} events {asked}"),
-    };
-    ui.weak(said);
 }
 
-/// Two lines: what it is, and when, how large and where.
-fn row_text(row: &Row, style: &Style) -> LayoutJob {
-    let mut job = LayoutJob::default();
-    let align = egui::Align::Center;
-    RichText::new(format!("{}\n", row.title)).strong().append_to(&mut job, style, FontSelection::Default, align);
-    RichText::new(&row.summary).weak().append_to(&mut job, style, FontSelection::Default, align);
-    job
+/// What a search found, and what to do.
+fn told(panel: &EventsPanel) -> (String, &'static str) {
+    let asked = panel.asked.as_deref().unwrap_or_default();
+    match (&panel.failure, panel.rows.len()) {
+        (Some(why), _) => (why.clone(), "The theories of motion end there"),
+        (None, 0) if panel.kinds.contains(&true) => (format!("No event {asked}"), "Try a longer range or another kind"),
+        (None, 0) => ("Choose at least one kind of event.".into(), "The kinds are above"),
+        (None, 1) => (format!("1 event {asked}"), "Click it to show it"),
+        (None, MAX_ROWS) => (format!("The first {MAX_ROWS} events {asked}"), "Click one to show it"),
+        (None, n) => (format!("{n} events {asked}"), "Click one to show it"),
+    }
+}
+
+/// A row of two lines: what it is; when, how large and where. Its list says that times are UTC.
+fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
+    let response = ui.add_sized([ui.available_width(), height], Button::selectable(is_chosen, ""));
+    let visuals = ui.visuals();
+    let (title, summary) = match is_chosen {
+        true => (visuals.selection.stroke.color, visuals.selection.stroke.color),
+        false => (visuals.strong_text_color(), visuals.text_color()),
+    };
+    let painter = ui.painter().with_clip_rect(response.rect.intersect(ui.clip_rect()));
+    let corner = response.rect.left_top() + ui.spacing().button_padding;
+    let below = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
+    painter.text(corner, Align2::LEFT_TOP, &row.title, TextStyle::Body.resolve(ui.style()), title);
+    let line = row.summary.replacen(" UTC", "", 1);
+    painter.text(below, Align2::LEFT_TOP, line, TextStyle::Small.resolve(ui.style()), summary);
+    response.on_hover_text(format!("Show it: {}", row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
 }
 
 fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    let line_height = ui.text_style_height(&egui::TextStyle::Body);
-    let row_height = 2.0 * line_height + 2.0 * ui.spacing().button_padding.y + 4.0;
+    let lines = ui.text_style_height(&TextStyle::Body) + ui.text_style_height(&TextStyle::Small);
+    let row_height = lines + 2.0 * ui.spacing().button_padding.y + 2.0;
     let mut clicked = None;
     let panel = &interface.events;
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, row_height, panel.rows.len(), |ui, shown| {
-        for row in &panel.rows[shown] {
-            let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| Arc::ptr_eq(chosen, &row.event));
-            let button = Button::selectable(is_chosen, row_text(row, ui.style())).truncate();
-            let button = ui.add_sized([ui.available_width(), row_height], button);
-            if button
-                .on_hover_text(format!("Show it: {}", row.summary))
-                .accessible_name(format!("{}, {}", row.title, row.summary))
-                .clicked()
-            {
-                clicked = Some(Arc::clone(&row.event));
+        for of_event in &panel.rows[shown] {
+            let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| Arc::ptr_eq(chosen, &of_event.event));
+            if row(ui, of_event, row_height, is_chosen).clicked() {
+                clicked = Some(Arc::clone(&of_event.event));
             }
         }
     });
@@ -329,13 +338,13 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         if lines.is_empty() {
             for (name, time) in event.contacts() {
                 ui.label(*name);
-                ui.monospace(utc_second(*time));
+                ui.monospace(utc_day_second(*time));
                 ui.end_row();
             }
         }
         for line in lines {
             ui.label(line.name);
-            ui.monospace(utc_second(line.time));
+            ui.monospace(utc_day_second(line.time));
             if line.is_up {
                 ui.label(format!("altitude {:.0}°", line.altitude_deg));
             } else {

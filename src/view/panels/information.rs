@@ -84,7 +84,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     ui.horizontal(|ui| {
         ui.label("Units");
         for unit in Unit::ALL {
-            ui.selectable_value(&mut interface.information.unit, unit, unit.name());
+            ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text("Unit of distances and sizes");
         }
     });
     let selected = interface.viewer.selected;

@@ -18,6 +18,7 @@ mod shader;
 mod share;
 mod shortcuts;
 mod standpoint;
+mod theme;
 mod time_bar;
 mod viewport;
 mod warning;
@@ -62,6 +63,20 @@ impl Tab {
         }
     }
 
+    /// For who does not know the word.
+    fn about(self) -> &'static str {
+        match self {
+            Self::Moments => "Well-known moments, one click away",
+            Self::Events => "Eclipses, transits and moons' events around the shown date",
+            Self::Effects => "What is drawn and why, exposure, quality, renderer",
+            Self::Shader => "The shader that draws the selected body",
+            Self::Compare => "Two ways to draw this view, side by side",
+            Self::Information => "Distances, sizes, rise and set of the selected body",
+            Self::Performance => "Where the time of each frame goes",
+            Self::Share => "Links, images, bookmarks, appearance",
+        }
+    }
+
     fn is_wide(self) -> bool {
         matches!(self, Self::Shader | Self::Compare)
     }
@@ -95,6 +110,8 @@ pub struct Interface {
     pub on_gpu: bool,
     /// Why the window shows another view than the one it was opened with, until it is closed.
     pub warning: Option<String>,
+    /// The context has the styles of both themes.
+    is_styled: bool,
     /// A control has the keyboard.
     has_keyboard: bool,
     /// What was typed after `/` in one turn: the search field has the keyboard in the next.
@@ -139,6 +156,7 @@ impl Interface {
             fullscreen: false,
             on_gpu: false,
             warning: None,
+            is_styled: false,
             has_keyboard: false,
             typed_ahead: Vec::new(),
             message: String::new(),
@@ -168,7 +186,10 @@ impl Interface {
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
         self.viewer.pass(passed_s);
-        if let Some(line) = self.heard.lock().drain(..).next_back() {
+        // Who draws is told where the times of frames are, and not over the picture.
+        let (of_drivers, others): (Vec<_>, Vec<_>) = self.heard.lock().drain(..).partition(|line| performance::is_about_drivers(line));
+        self.performance.messages.extend(of_drivers);
+        if let Some(line) = others.into_iter().next_back() {
             self.notice = Some((line, now_s + NOTICE_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
@@ -178,6 +199,9 @@ impl Interface {
             self.message.clear();
         }
         self.receive(ui.ctx(), worker);
+        if !std::mem::replace(&mut self.is_styled, true) {
+            theme::apply(ui.ctx());
+        }
         let looks = match self.settings.dark {
             Some(true) => egui::ThemePreference::Dark,
             Some(false) => egui::ThemePreference::Light,
@@ -231,10 +255,16 @@ impl Interface {
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
         let places = SessionPlaces(worker.session());
-        if !actions.is_empty() {
+        // A selection moves nothing: the picture stays sharp.
+        if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.moved_s = now_s;
         }
         for action in actions {
+            match action {
+                Action::Turn(..) | Action::LookAround(..) => self.settings.hints.drag = true,
+                Action::Zoom(_) | Action::Lens(_) => self.settings.hints.scroll = true,
+                _ => {}
+            }
             if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
                 let view = self.viewer.settled().clone();
                 let name = format!("{} {}", self.viewer.name(view.target), view.time().to_utc_iso().get(..16).unwrap_or_default());
@@ -249,39 +279,61 @@ impl Interface {
     fn top(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
         egui::Panel::top("top").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
+                caption(ui, "Explore");
                 ui.toggle_value(&mut self.bodies_shown, "Bodies").on_hover_text("Show the list of bodies (b)");
                 search::field(self, ui, worker, actions);
-                if ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back")).on_hover_text("Previous view (Backspace)").clicked()
-                {
+                let back = ui.add_enabled(self.viewer.can_go_back(), egui::Button::new("Back"));
+                if back.on_hover_text("Previous view (Backspace)").clicked() {
                     actions.push(Action::Back);
                 }
-                if ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Forward")).on_hover_text("Next view").clicked() {
+                let forward = ui.add_enabled(self.viewer.can_go_ahead(), egui::Button::new("Forward"));
+                if forward.on_hover_text("Next view").clicked() {
                     actions.push(Action::Ahead);
                 }
+                self.tabs(ui, &[Tab::Moments, Tab::Events]);
                 ui.separator();
-                for tab in Tab::ALL {
-                    if ui.selectable_label(self.tab == Some(tab), tab.title()).clicked() {
-                        self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
-                    }
-                }
-                ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
-                ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
-                ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
-                let view = &mut self.viewer.view;
-                ui.toggle_value(&mut view.layers.traces, "Traces").on_hover_text("Show where bodies have been, as seen from the target");
-                ui.toggle_value(&mut view.layers.minor_planets, "Minor planets")
-                    .on_hover_text("Show minor planets, marked where they are too faint");
-                ui.toggle_value(&mut view.layers.comets, "Comets").on_hover_text("Show comets and their tails");
-                let features = ui.toggle_value(&mut self.viewer.view.layers.features, "Features");
-                features.on_hover_text("Name craters, mountains and landing sites of bodies that are large enough");
-                let scale_bar = ui.toggle_value(&mut self.viewer.view.layers.scale_bar, "Scale");
-                scale_bar.on_hover_text("Show a scale bar: a length at the target's distance, or an angle");
-                ui.toggle_value(&mut self.settings.outline, "Outline")
-                    .on_hover_text("Outline the selected body, unless it is the target (x)");
+                caption(ui, "See");
+                self.tabs(ui, &[Tab::Effects]);
+                layers_menu(ui, |ui| self.layers(ui));
+                ui.separator();
+                caption(ui, "Understand");
+                self.tabs(ui, &[Tab::Information, Tab::Shader, Tab::Compare, Tab::Performance]);
+                ui.separator();
+                self.tabs(ui, &[Tab::Share]);
                 ui.toggle_value(&mut self.help_shown, "?").on_hover_text("Keyboard and mouse help (?)");
             });
         });
-        egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, actions));
+        egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, actions));
+    }
+
+    /// Buttons of panels, each with the key that opens it.
+    fn tabs(&mut self, ui: &mut egui::Ui, tabs: &[Tab]) {
+        for tab in tabs {
+            let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |at| at + 1);
+            if ui.selectable_label(self.tab == Some(*tab), tab.title()).on_hover_text(format!("{} ({key})", tab.about())).clicked() {
+                self.tab = if self.tab == Some(*tab) { None } else { Some(*tab) };
+            }
+        }
+    }
+
+    /// What is shown beside the bodies.
+    fn layers(&mut self, ui: &mut egui::Ui) {
+        ui.toggle_value(&mut self.settings.names, "Names").on_hover_text("Label bodies with their names (n)");
+        ui.toggle_value(&mut self.settings.markers, "Markers").on_hover_text("Mark bodies that are too small to see (m)");
+        ui.toggle_value(&mut self.viewer.view.orbits, "Orbits").on_hover_text("Show orbits (o)");
+        ui.toggle_value(&mut self.settings.outline, "Outline").on_hover_text("Outline the selected body, unless it is the target (x)");
+        let layers = &mut self.viewer.view.layers;
+        for (shown, name, about) in [
+            (&mut layers.traces, "Traces", "Show where bodies have been, as seen from the target"),
+            (&mut layers.minor_planets, "Minor planets", "Show minor planets, marked where they are too faint"),
+            (&mut layers.comets, "Comets", "Show comets and their tails"),
+            (&mut layers.features, "Features", "Name craters, mountains and landing sites of bodies that are large enough"),
+            (&mut layers.caption, "Caption", "Write body, date, standpoint and field of view into the picture"),
+            (&mut layers.scale_bar, "Scale", "Show a scale bar: a length at the target's distance, or an angle"),
+            (&mut layers.compass, "Compass", "Show where the target's north is"),
+        ] {
+            ui.toggle_value(shown, name).on_hover_text(about);
+        }
     }
 
     /// The interface itself took so long, painting included.
@@ -321,8 +373,19 @@ impl Interface {
     }
 }
 
-/// What drew the picture, how fast.
-fn renderer_line(interface: &Interface) -> String {
-    let Some(d) = interface.drawing() else { return "drawing the first image".into() };
-    format!("{} · {}×{} · {:.0} ms", d.by.renderer, d.width, d.height, d.took_ms)
+/// Points from which on the groups of the bar have names.
+const CAPTIONED_WIDTH: f32 = 1260.0;
+
+/// The name of a group of controls, where there is room.
+fn caption(ui: &mut egui::Ui, name: &str) {
+    if ui.ctx().content_rect().width() >= CAPTIONED_WIDTH {
+        ui.small(name);
+    }
+}
+
+/// A list of switches that stays open while they are pressed.
+fn layers_menu(ui: &mut egui::Ui, switches: impl FnOnce(&mut egui::Ui)) {
+    let stays = egui::containers::menu::MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+    let (button, _) = egui::containers::menu::MenuButton::new("Layers").config(stays).ui(ui, switches);
+    button.on_hover_text("Names, markers, orbits, outline (n, m, o, x)");
 }

@@ -24,8 +24,15 @@ pub struct PerformancePanel {
     came_s: VecDeque<f64>,
     /// Of the interface itself, milliseconds.
     pub interface_ms: f64,
+    /// What the session said of drivers and devices.
+    pub messages: Vec<String>,
     /// The plot in words, and when they were found, interface seconds.
     said: Option<(String, f64)>,
+}
+
+/// Whether a line of the session tells only who draws or displays.
+pub fn is_about_drivers(line: &str) -> bool {
+    line.contains("drawing in software") || line.contains("displaying via the CPU")
 }
 
 impl PerformancePanel {
@@ -100,6 +107,9 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         node.set_value(words.clone());
         node.set_description(words);
     });
+    for line in &account.messages {
+        ui.add(egui::Label::new(line).wrap());
+    }
     let Some(drawing) = interface.drawing() else { return };
     let account_of = |ui: &mut egui::Ui| {
         let mut line = |what: &str, value: String| {

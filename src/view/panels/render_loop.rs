@@ -46,6 +46,8 @@ pub(super) struct Viewport {
     /// Names what the modules of the pictures were made of, and who was wished to draw them.
     pub(super) made_by: Option<(Arc<str>, RendererPreference)>,
     pub(super) marks: Vec<Label>,
+    /// The body that was right-clicked last.
+    pub(super) menu_of: Option<NaifId>,
 }
 
 impl Default for Viewport {
@@ -63,6 +65,7 @@ impl Default for Viewport {
             drawings: 0,
             made_by: None,
             marks: Vec::new(),
+            menu_of: None,
         }
     }
 }

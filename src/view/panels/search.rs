@@ -151,6 +151,7 @@ fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
 
 /// Does what was chosen.
 fn follow(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, actions: &mut Vec<Action>) {
+    interface.settings.hints.search = true;
     let session = worker.session();
     let catalog = session.catalog();
     let places = SessionPlaces(session);

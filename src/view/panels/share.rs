@@ -97,7 +97,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     });
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0)).on_hover_text("A link to open");
-        if ui.button("Open link").clicked() {
+        if ui.button("Open link").on_hover_text("Show the view of the link in the field").clicked() {
             let read = restored(&interface.share.link, session, interface.viewer.now()).map_err(|e| e.to_string());
             opened(interface, read, actions);
         }
@@ -105,7 +105,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     ui.horizontal(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text("View file");
         let path = PathBuf::from(&interface.share.file);
-        if ui.button("Save view").clicked() {
+        if ui.button("Save view").on_hover_text("Write this view to the file; the next free number is added to its name").clicked() {
             let text = interface.viewer.shared().to_json();
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
             let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
@@ -115,7 +115,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             }
             interface.message = written.map_or_else(|why| why, |path| saved(&path));
         }
-        if ui.button("Open view").clicked() {
+        if ui.button("Open view").on_hover_text("Show the view of the file").clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| e.to_string());
             let read = text.and_then(|text| restored(&text, session, interface.viewer.now()).map_err(|e| e.to_string()));
             opened(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
@@ -290,7 +290,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     let mut removed = None;
     for (i, kept) in interface.settings.bookmarks.iter().enumerate() {
         ui.horizontal(|ui| {
-            if ui.button(&kept.name).clicked() {
+            if ui.button(&kept.name).on_hover_text("Show this view").clicked() {
                 actions.push(Action::Show(Box::new(kept.view.clone())));
             }
             if ui.small_button("×").on_hover_text(format!("Remove the bookmark {}", kept.name)).clicked() {
@@ -303,7 +303,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     }
     ui.collapsing("Recent views", |ui| {
         for kept in &interface.settings.recent {
-            if ui.button(&kept.name).clicked() {
+            if ui.button(&kept.name).on_hover_text("Show this view").clicked() {
                 actions.push(Action::Show(Box::new(kept.view.clone())));
             }
         }
@@ -314,7 +314,7 @@ fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
     ui.strong("Appearance");
     ui.horizontal(|ui| {
         for (name, dark) in [("Dark", Some(true)), ("Light", Some(false)), ("Follow system", None)] {
-            ui.selectable_value(&mut interface.settings.dark, dark, name);
+            ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text("Colours of the panels");
         }
     });
     ui.add(egui::Slider::new(&mut interface.settings.zoom, ZOOMS).text("Text size")).on_hover_text("Size of text and controls");

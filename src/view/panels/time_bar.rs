@@ -1,46 +1,52 @@
-//! The line below the sky: date and time, their pace, steps, and what there is to say.
+//! The line below the sky: calendar and clock, the rate of time, steps, the next event of a kind.
 
-use super::Interface;
-use super::renderer_line;
+use super::{Interface, accessible, events};
 use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+use crate::view::app::civil_time::Clock;
+use crate::view::app::date_text::parse_date;
+use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
+use crate::view::app::time_rate::{FASTEST, SLOWEST, pace_text};
 use crate::view::app::viewer::Action;
-use egui::{Key, TextEdit};
+use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
+use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::{Button, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit};
 
-#[derive(Default)]
+/// An event on its way.
+type FirstEvent = Pending<Result<Option<SkyEvent>, String>>;
+
 pub struct TimeBar {
     /// What is being typed; empty while the field shows the view's time.
     typed: Option<String>,
+    /// The month that the calendar shows, by its first day; that of the view until another is chosen.
+    month: Option<NaiveDate>,
+    kind: EventKind,
+    /// The event that is being looked for.
+    coming: Option<FirstEvent>,
 }
 
-const DAY_S: f64 = 86_400.0;
-/// Steps that a button takes: seconds and name.
-const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (DAY_S, "d"), (365.25 * DAY_S, "yr")];
+impl Default for TimeBar {
+    fn default() -> Self {
+        Self { typed: None, month: None, kind: EventKind::Solar, coming: None }
+    }
+}
 
-pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+/// Steps that a button takes: seconds and name.
+const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (SECONDS_PER_DAY, "d"), (365.25 * SECONDS_PER_DAY, "yr")];
+/// How far the next event is looked for, and how far from the shown time, seconds: the one that is shown is not the next.
+const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
+const EVENT_GAP_S: f64 = 60.0;
+
+pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         entry(interface, ui, actions);
+        calendar_button(interface, ui, actions);
         if ui.button("Now").on_hover_text("Current time, in real time (t)").clicked() {
             actions.push(Action::Now);
         }
         ui.separator();
-        let paused = interface.viewer.time_rate.is_paused();
-        let backward = interface.viewer.time_rate.rate() < 0.0;
-        if ui.button("Slower").on_hover_text("Slower (,)").clicked() {
-            actions.push(Action::Slower);
-        }
-        if ui.selectable_label(backward, "Reverse").on_hover_text("Run time backward (j)").clicked() {
-            actions.push(Action::Backward);
-        }
-        if ui.selectable_label(paused, "Pause").on_hover_text("Pause (Space)").clicked() {
-            actions.push(Action::TogglePause);
-        }
-        if ui.selectable_label(!paused && !backward, "Play").on_hover_text("Run time forward (l)").clicked() {
-            actions.push(Action::Forward);
-        }
-        if ui.button("Faster").on_hover_text("Faster (.)").clicked() {
-            actions.push(Action::Faster);
-        }
-        ui.label(interface.viewer.time_rate.label());
+        rate(interface, ui, actions);
         ui.separator();
         for (seconds, name) in STEPS {
             for (sign, way) in [(-1.0, "-"), (1.0, "+")] {
@@ -51,25 +57,179 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
         }
         day_of_year(interface, ui, actions);
         ui.separator();
-        ui.label(renderer_line(interface));
+        neighbours(interface, ui, worker, actions);
     });
 }
 
+/// The date, to be read and typed, and whose clock it is of.
 fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let shown = interface.viewer.view.time().to_utc_iso();
+    let time = interface.viewer.view.time();
+    let clock = interface.settings.clock;
+    let shown = clock.shown(time).map_or_else(|| time.to_utc_iso(), civil_text);
     let mut text = interface.clock.typed.clone().unwrap_or_else(|| shown.clone());
-    let response = ui.add(TextEdit::singleline(&mut text).desired_width(185.0)).on_hover_text("Date and time, UTC (ISO 8601)");
+    let response = ui.add(TextEdit::singleline(&mut text).desired_width(140.0));
+    let response = response.on_hover_text("Date and time, such as 8 April 2024 18:17, 2024-04-08 or now").accessible_name("Date and time");
     if response.has_focus() && (interface.clock.typed.is_some() || text != shown) {
         interface.clock.typed = Some(text.clone());
     }
     if response.lost_focus() {
         let typed = interface.clock.typed.take();
-        if ui.input(|i| i.key_pressed(Key::Enter)) {
-            match Instant::parse(typed.as_deref().unwrap_or(&text).trim()) {
-                Ok(time) => actions.push(Action::SetTime(time)),
-                Err(e) => interface.message = e.to_string(),
+        if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
+            match typed_time(&typed, clock, interface.viewer.now()) {
+                Some(time) => actions.push(Action::SetTime(time)),
+                None => {
+                    interface.message = format!(
+                        "“{}” is no date: write 8 April 2024, 2024-04-08 18:17 or now",
+                        crate::wording::echo_within(typed.trim(), 60)
+                    )
+                }
             }
         }
+    }
+    let other = if clock == Clock::Utc { Clock::Local } else { Clock::Utc };
+    let name = clock.name(time);
+    let tip = "Show and type times in UTC or in the time zone of this computer";
+    if ui.button(&name).on_hover_text(tip).accessible_name(format!("Time zone: {name}")).clicked() {
+        interface.settings.clock = other;
+    }
+}
+
+/// A date as it was typed, on the clock that is shown; a text that says UTC or Z is UTC.
+fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
+    let time = parse_date(typed, now)?;
+    let lower = typed.trim().to_lowercase();
+    let is_utc = lower.ends_with(['z', 'c']) || !lower.contains(|c: char| c.is_ascii_digit()) || lower.starts_with("jd_tdb");
+    if is_utc { Some(time) } else { clock.instant(Clock::Utc.shown(time)?) }
+}
+
+fn civil_text(civil: NaiveDateTime) -> String {
+    civil.format("%Y-%m-%d %H:%M:%S").to_string()
+}
+
+fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    let clock = interface.settings.clock;
+    let Some(civil) = clock.shown(interface.viewer.view.time()) else { return };
+    let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let (button, content) = MenuButton::new("Calendar").config(stays).ui(ui, |ui| calendar(&mut interface.clock, ui, civil));
+    button.on_hover_text("Choose a day from a calendar, and the time of day");
+    let Some(content) = content else {
+        interface.clock.month = None;
+        return;
+    };
+    if let Some(time) = content.inner.and_then(|civil| clock.instant(civil)) {
+        actions.push(Action::SetTime(time));
+    }
+}
+
+/// A month's days and the time of day; the answer is what was chosen.
+fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Option<NaiveDateTime> {
+    let of_view = civil.date().with_day(1)?;
+    let month = bar.month.unwrap_or(of_view);
+    let mut chosen = None;
+    ui.horizontal(|ui| {
+        let step = |ui: &mut egui::Ui, sign: &str, name: &str, to: Option<NaiveDate>| {
+            if ui.button(sign).on_hover_text(name).accessible_name(name).clicked() { to } else { None }
+        };
+        let earlier = step(ui, "<", "Previous month", month.checked_sub_months(Months::new(1)));
+        ui.strong(month.format("%B").to_string());
+        let mut year = month.year();
+        let field = DragValue::new(&mut year).range(-9999..=9999).speed(0.2).custom_formatter(|year, _| format!("{year:.0}"));
+        accessible::number(ui, field, "Year");
+        let later = step(ui, ">", "Next month", month.checked_add_months(Months::new(1)));
+        bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
+    });
+    let first = month.checked_sub_days(Days::new(month.weekday().num_days_from_monday().into()))?;
+    Grid::new("days of the month").num_columns(7).spacing([2.0, 2.0]).show(ui, |ui| {
+        for name in ["Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"] {
+            ui.weak(name);
+        }
+        ui.end_row();
+        for day in first.iter_days().take(42) {
+            let is_shown = day == civil.date();
+            let text = egui::RichText::new(format!("{:>2}", day.day()));
+            let text = if day.month() == month.month() { text } else { text.weak() };
+            if ui.add(Button::selectable(is_shown, text)).accessible_name(day.format("%-d %B %Y").to_string()).clicked() {
+                chosen = Some(day.and_time(civil.time()));
+            }
+            if day.weekday() == chrono::Weekday::Sun {
+                ui.end_row();
+            }
+        }
+    });
+    ui.horizontal(|ui| {
+        let (mut hour, mut minute, mut second) = (civil.hour(), civil.minute(), civil.second());
+        for (value, most, name) in [(&mut hour, 23, "Hour"), (&mut minute, 59, "Minute"), (&mut second, 59, "Second")] {
+            accessible::number(ui, DragValue::new(value).range(0..=most).custom_formatter(|v, _| format!("{v:02.0}")), name);
+        }
+        let time =
+            NaiveTime::from_hms_opt(hour, minute, second).filter(|time| *time != civil.time().with_nanosecond(0).unwrap_or_default());
+        chosen = chosen.or(time.map(|time| civil.date().and_time(time)));
+    });
+    chosen
+}
+
+/// Which way and how fast time runs.
+fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    let time_rate = &interface.viewer.time_rate;
+    let paused = time_rate.is_paused();
+    let backward = time_rate.rate() < 0.0;
+    for (name, tip, on, action) in [
+        ("Reverse", "Run time backward (j)", backward, Action::Backward),
+        ("Pause", "Pause (Space)", paused, Action::TogglePause),
+        ("Play", "Run time forward (l)", !paused && !backward, Action::Forward),
+    ] {
+        if ui.selectable_label(on, name).on_hover_text(tip).clicked() {
+            actions.push(action);
+        }
+    }
+    let mut pace = time_rate.pace();
+    let slider = Slider::new(&mut pace, SLOWEST..=FASTEST).logarithmic(true).show_value(false);
+    let slider = ui.add(slider).on_hover_text("Rate of time: from real time to a year a second (, and .)").accessible_name("Rate of time");
+    if slider.changed() {
+        actions.push(Action::SetPace(pace));
+    }
+    // As wide as its widest, so that nothing beside it moves.
+    let text = if paused { format!("paused ({})", pace_text(pace)) } else { time_rate.label() };
+    let size = [110.0, ui.spacing().interact_size.y];
+    ui.add_sized(size, egui::Label::new(text).truncate());
+}
+
+/// The event of a kind before the shown time, and the one after it.
+fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    if let Some(found) = interface.clock.coming.as_ref().and_then(Pending::take) {
+        interface.clock.coming = None;
+        match found {
+            Ok(Some(event)) => events::show(interface, worker, event, actions),
+            Ok(None) => interface.message = format!("{}: none within 130 years", interface.clock.kind.name()),
+            Err(why) => interface.message = why,
+        }
+    }
+    let kind = interface.clock.kind;
+    let mut backward = None;
+    let look = |ui: &mut egui::Ui, sign: &str, name: &str| {
+        ui.button(sign).on_hover_text(format!("{name}: {}", kind.name())).accessible_name(name).clicked()
+    };
+    if look(ui, "<", "Previous event") {
+        backward = Some(true);
+    }
+    let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(120.0).show_ui(ui, |ui| {
+        for kind in EventKind::ALL {
+            ui.selectable_value(&mut interface.clock.kind, kind, kind.name());
+        }
+    });
+    list.response.on_hover_text("Which events the buttons beside go to").accessible_name("Kind of event");
+    if look(ui, ">", "Next event") {
+        backward = Some(false);
+    }
+    if let Some(backward) = backward {
+        let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
+        let start = interface.viewer.settled().time().plus_seconds(gap_s);
+        let search = EventSearch::new(vec![kind], start, EVENT_REACH_S, backward);
+        interface.clock.coming =
+            Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| e.to_string())));
+    }
+    if interface.clock.coming.is_some() {
+        accessible::coming(ui, "looking for the event");
     }
 }
 
@@ -82,10 +242,31 @@ fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
     let Ok(start) = Instant::parse(&format!("{}-01-01T00:00:00Z", &iso[..year_end])) else { return };
     // In whole minutes: a screen reader is told of each change, and time runs in seconds.
     let minutes = ((now.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000()) / 60.0).round();
-    let mut day = minutes * 60.0 / DAY_S;
+    let mut day = minutes * 60.0 / SECONDS_PER_DAY;
     let before = day;
     let slider = egui::Slider::new(&mut day, 0.0..=365.99).show_value(false);
     if ui.add(slider).on_hover_text("Day of the year").changed() {
-        actions.push(Action::Step((day - before) * DAY_S));
+        actions.push(Action::Step((day - before) * SECONDS_PER_DAY));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_typed_time_is_of_the_clock_that_is_shown_unless_it_says_utc() {
+        let now = Instant::parse("2026-11-22T23:00:00Z").expect("a time");
+        let typed = |text: &str, clock| typed_time(text, clock, now).expect(text);
+        for clock in [Clock::Utc, Clock::Local] {
+            for text in ["8 April 2024 18:17 UTC", "2024-04-08T18:17:00Z"] {
+                assert_eq!(typed(text, clock).to_utc_iso(), "2024-04-08T18:17:00Z", "{text}");
+            }
+            assert_eq!(typed("now", clock), now);
+            // What is shown is what was typed.
+            let text = "2024-04-08 18:17:00";
+            assert_eq!(clock.shown(typed(text, clock)).map(civil_text), Some(text.to_owned()));
+        }
+        assert!(typed_time("next Tuesday", Clock::Utc, now).is_none());
     }
 }

@@ -9,6 +9,8 @@ use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Ve
 use glam::DVec2;
 
 const NAME_POINTS: f32 = 13.0;
+/// A narrower sky has no room for hints, points.
+const HINTS_WIDTH: f32 = 440.0;
 const NAME_COLOUR: Color32 = opaque(marks::NAME_COLOUR);
 const SELECTED_COLOUR: Color32 = opaque(marks::SELECTED_COLOUR);
 
@@ -44,7 +46,9 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     paint_marks(interface, ui, rect, &place);
     let clicked_px = mouse(interface, ui, &response, rect, &place, actions);
     interface.viewport.picked_px = clicked_px.or(interface.viewport.picked_px);
+    menu(interface, &response, &place, actions);
     say(interface, ui, rect);
+    hints(interface, ui, rect);
     if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {
         paint_probe(interface, ui, rect);
     }
@@ -92,6 +96,65 @@ fn say(interface: &Interface, ui: &egui::Ui, rect: Rect) {
             // Read out by a screen reader without being gone to.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
         });
+    });
+}
+
+/// A new user's first three gestures, each until it was made once.
+fn hints(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+    let used = interface.settings.hints;
+    let all = [(used.drag, "Drag to turn"), (used.scroll, "Scroll to zoom"), (used.search, "Press / to search")];
+    if all.iter().all(|(used, _)| *used) || !interface.said().is_empty() || rect.width() < HINTS_WIDTH {
+        return;
+    }
+    let place = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
+    place.fixed_pos(rect.center_bottom() - Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+        egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
+            ui,
+            |ui| {
+                ui.horizontal(|ui| {
+                    ui.spacing_mut().item_spacing.x = 18.0;
+                    for (_, hint) in all.into_iter().filter(|(used, _)| !used) {
+                        ui.add(egui::Label::new(egui::RichText::new(hint).color(NAME_COLOUR)).selectable(false));
+                    }
+                });
+            },
+        );
+    });
+}
+
+/// What can be done with the body under a right click, or with the view where there is none.
+fn menu(interface: &mut Interface, response: &egui::Response, place: &ImagePlacement, actions: &mut Vec<Action>) {
+    if response.secondary_clicked() {
+        let at = response.interact_pointer_pos().map(|at| {
+            let in_picture = at - place.picture.min;
+            DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / place.points_per_px
+        });
+        let found = at.zip(interface.drawing()).and_then(|(at_px, drawing)| hit(&interface.viewport.marks, &drawing.scene, at_px));
+        interface.viewport.menu_of = found;
+        actions.extend(found.map(Action::Select));
+    }
+    response.context_menu(|ui| {
+        if let Some(body) = interface.viewport.menu_of {
+            ui.strong(interface.viewer.name(body));
+            for (name, action) in [("Fly there", Action::FlyTo(body)), ("Look at it from here", Action::LookAt(body))] {
+                if ui.button(name).clicked() {
+                    actions.push(action);
+                }
+            }
+            for (name, tab) in [("Information about it", super::Tab::Information), ("Its shader", super::Tab::Shader)] {
+                if ui.button(name).clicked() {
+                    interface.tab = Some(tab);
+                }
+            }
+            ui.separator();
+        }
+        if ui.button("Copy link to this view").clicked() {
+            ui.ctx().copy_text(interface.viewer.shared().to_link());
+            interface.message = "Link copied".into();
+        }
+        if ui.button("Save image").clicked() {
+            interface.share.wants_picture = true;
+        }
     });
 }
 

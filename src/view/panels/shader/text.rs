@@ -181,10 +181,10 @@ fn colour(kind: Kind, dark: bool) -> Color32 {
 pub fn feature_colour(name: &str, dark: bool) -> Color32 {
     let (negated, name) = name.strip_prefix("not ").map_or((false, name), |n| (true, n.split(", ").next().unwrap_or(n)));
     let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
-    let Some(place) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 130 } else { 150 }) };
+    let Some(place) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
     // Steps of the golden angle keep neighbours apart.
     let hue = (place as f32 * 0.381_966).fract();
-    let (saturation, value) = if dark { (0.6, 0.95) } else { (0.9, 0.6) };
+    let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
     // What is there because a feature is not has its colour, paler.
     HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
 }
@@ -195,7 +195,7 @@ pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -
     let mut job = LayoutJob::default();
     job.wrap.max_width = f32::INFINITY;
     if number > 0 {
-        job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if dark { 100 } else { 150 })));
+        job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if dark { 155 } else { 95 })));
     }
     let marked = found_in(line, needle);
     let mark = if dark { Color32::from_rgb(96, 80, 20) } else { Color32::from_rgb(255, 232, 130) };
@@ -209,6 +209,8 @@ pub fn job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -
             };
             let mut as_is = format(colour(kind, dark));
             if inside.is_some() {
+                // Every colour of code would not be read on the mark.
+                as_is.color = colour(Kind::Plain, dark);
                 as_is.background = mark;
             }
             job.append(&line[at..end], 0.0, as_is);

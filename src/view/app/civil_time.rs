@@ -1,0 +1,90 @@
+//! Instants on a wall's clock and calendar, UTC or of the zone that the computer is set to.
+//!
+//! In: instants, a zone. Out: dates and times of day, and back. Always: whole seconds; what the zone's clock skips is moved past the gap, what it shows twice is the earlier.
+//! Not here: leap seconds, which a wall's clock does not show; the text of dates (`date_text`).
+
+use crate::time::Instant;
+use chrono::{Duration, Local, LocalResult, NaiveDateTime, Offset, TimeZone, Utc};
+use serde::{Deserialize, Serialize};
+
+/// Whose clock is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Clock {
+    #[default]
+    Utc,
+    /// Of the computer's time zone.
+    Local,
+}
+
+impl Clock {
+    /// What the clock shows; `None` beyond the calendar.
+    pub fn shown(self, t: Instant) -> Option<NaiveDateTime> {
+        match self {
+            Self::Utc => shown(t, &Utc),
+            Self::Local => shown(t, &Local),
+        }
+    }
+
+    pub fn instant(self, civil: NaiveDateTime) -> Option<Instant> {
+        match self {
+            Self::Utc => instant(civil, &Utc),
+            Self::Local => instant(civil, &Local),
+        }
+    }
+
+    /// `UTC`, or how far the zone's clock is before it: `UTC+05:30`.
+    pub fn name(self, t: Instant) -> String {
+        match (self, Self::Utc.shown(t)) {
+            (Self::Local, Some(utc)) => offset_text(Local.offset_from_utc_datetime(&utc).fix().local_minus_utc()),
+            _ => "UTC".into(),
+        }
+    }
+}
+
+fn offset_text(seconds: i32) -> String {
+    let minutes = seconds.abs() / 60;
+    format!("UTC{}{:02}:{:02}", if seconds < 0 { '-' } else { '+' }, minutes / 60, minutes % 60)
+}
+
+fn shown<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
+    let iso = t.plus_seconds(0.5).to_utc_iso();
+    let (whole, _) = iso.trim_end_matches('Z').split_once('.').unwrap_or((iso.trim_end_matches('Z'), ""));
+    // A leap second stands for the last second of its minute.
+    let whole = whole.strip_suffix(":60").map_or(whole.to_owned(), |minute| format!("{minute}:59"));
+    let utc = NaiveDateTime::parse_from_str(&whole, "%Y-%m-%dT%H:%M:%S").ok()?;
+    utc.checked_add_signed(Duration::seconds(zone.offset_from_utc_datetime(&utc).fix().local_minus_utc().into()))
+}
+
+fn instant<Z: TimeZone>(civil: NaiveDateTime, zone: &Z) -> Option<Instant> {
+    let utc = match zone.from_local_datetime(&civil) {
+        LocalResult::Single(t) | LocalResult::Ambiguous(t, _) => t.naive_utc(),
+        LocalResult::None => zone.from_local_datetime(&(civil + Duration::hours(1))).earliest()?.naive_utc(),
+    };
+    let text = utc.format("%Y-%m-%dT%H:%M:%SZ").to_string();
+    Instant::parse(text.trim_start_matches('+')).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use chrono::FixedOffset;
+
+    #[test]
+    fn clocks_of_all_zones_come_back() {
+        for hours in [-12.0, -3.5, 0.0, 5.5, 5.75, 14.0] {
+            let zone = FixedOffset::east_opt((hours * 3600.0) as i32).expect("a zone");
+            for text in
+                ["2024-04-08T18:17:16Z", "1999-12-31T23:59:59Z", "-0584-05-28T14:00:00Z", "0000-03-01T00:00:00Z", "1066-10-14T09:00:00Z"]
+            {
+                let t = Instant::parse(text).expect(text);
+                let civil = shown(t, &zone).expect(text);
+                assert_eq!(instant(civil, &zone).map(Instant::to_utc_iso), Some(text.to_owned()), "{text} {hours}");
+                let utc = shown(t, &Utc).expect(text);
+                assert_eq!((civil - utc).num_minutes() as f64, hours * 60.0, "{text}");
+            }
+        }
+        assert_eq!((offset_text(19_800).as_str(), offset_text(-12_600).as_str()), ("UTC+05:30", "UTC-03:30"));
+        assert!(shown(Instant::from_tdb_seconds_past_j2000(1e15), &Utc).is_none());
+    }
+}

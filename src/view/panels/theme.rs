@@ -1,0 +1,51 @@
+//! Colours, sizes of text and spaces of the panels, one set for each theme.
+//!
+//! In: nothing. Out: egui's styles. Always: text has at least 4.5 times the luminance of what it lies on, or the inverse (WCAG 2.2, contrast, level AA); `tests/view/contrast`
+//! measures it on what is painted. Not here: colours over the picture (`scene::marks`) and of source code (`shader::text`).
+
+use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
+
+/// Sizes of text in points, from captions to headings.
+const SMALL: f32 = 11.0;
+const BODY: f32 = 13.0;
+const HEADING: f32 = 18.0;
+
+/// Gives a context both styles.
+pub fn apply(ctx: &Context) {
+    for theme in [Theme::Dark, Theme::Light] {
+        ctx.set_style_of(theme, style(theme));
+    }
+}
+
+fn style(theme: Theme) -> Style {
+    let mut style = Style { visuals: visuals(theme), ..Style::default() };
+    let proportional = |size| FontId::new(size, FontFamily::Proportional);
+    style.text_styles = [
+        (TextStyle::Small, proportional(SMALL)),
+        (TextStyle::Body, proportional(BODY)),
+        (TextStyle::Button, proportional(BODY)),
+        (TextStyle::Heading, proportional(HEADING)),
+        (TextStyle::Monospace, FontId::new(BODY, FontFamily::Monospace)),
+    ]
+    .into();
+    style.spacing.item_spacing = vec2(8.0, 4.0);
+    style.spacing.button_padding = vec2(6.0, 2.0);
+    style
+}
+
+fn visuals(theme: Theme) -> Visuals {
+    let grey = Color32::from_gray;
+    let rgb = Color32::from_rgb;
+    let mut visuals = theme.default_visuals();
+    let (text, weak, warning, error, link) = match theme {
+        Theme::Dark => (grey(200), grey(155), rgb(255, 170, 60), rgb(255, 125, 115), rgb(110, 180, 255)),
+        Theme::Light => (grey(50), grey(95), rgb(150, 65, 0), rgb(180, 20, 20), rgb(0, 90, 165)),
+    };
+    visuals.widgets.noninteractive.fg_stroke.color = text;
+    visuals.weak_text_color = Some(weak);
+    visuals.warn_fg_color = warning;
+    visuals.error_fg_color = error;
+    visuals.hyperlink_color = link;
+    visuals.striped = false;
+    visuals
+}

@@ -1,0 +1,179 @@
+//! The line below the sky: clock, calendar, rate, neighbouring events; and the hints of a first minute.
+
+use crate::view::hands::{Window, click, later, without_pictures};
+use crate::view::interface::{harness, interface, settle};
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers, PointerButton};
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::scene::request::Quality;
+use orrery::time::Instant;
+use orrery::view::app::settings::HintsUsed;
+use orrery::view::panels::Tab;
+
+fn utc(window: &Window) -> String {
+    window.state().viewer.view.time().to_utc_iso()
+}
+
+fn press(window: &mut Window, name: &str) {
+    window.get_by_role_and_label(Role::Button, name).click();
+    window.run_steps(3);
+}
+
+#[test]
+fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
+    let mut window = without_pictures(NaifId(499));
+    press(&mut window, "Calendar");
+    press(&mut window, "24 May 2017");
+    assert_eq!(utc(&window), "2017-05-24T00:00:00Z");
+    // The calendar stays open: months before and after, to the year's end and over it.
+    for (month, day) in [("Next month", "30 June 2017"), ("Previous month", "31 May 2017"), ("Previous month", "1 April 2017")] {
+        press(&mut window, month);
+        press(&mut window, day);
+        let shown = Instant::parse(&utc(&window)).expect("a time").to_utc_iso();
+        let number: u32 = day.split(' ').next().and_then(|d| d.parse().ok()).expect("a day");
+        assert!(shown.starts_with("2017-0") && shown[8..10].parse() == Ok(number), "{day}: {shown}");
+    }
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+    assert!(window.query_by_label("Next month").is_none() && !window.state().quits);
+}
+
+#[test]
+fn the_rate_is_a_logarithmic_slider() {
+    let mut window = without_pictures(NaifId(499));
+    let slider = window.get_by_role_and_label(Role::Slider, "Rate of time").rect();
+    window.get_by_role_and_label(Role::Button, "Play").click();
+    window.run_steps(2);
+    let mut rates = Vec::new();
+    for part in [0.1, 0.3, 0.5, 0.7, 0.9] {
+        click(&mut window, slider.left_center() + egui::vec2(part * slider.width(), 0.0), false);
+        window.run_steps(2);
+        rates.push(window.state().viewer.time_rate.rate().log10());
+    }
+    // Real time to a year a second are 7.5 decades: equal steps on the slider are equal factors.
+    let steps: Vec<f64> = rates.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(steps.iter().all(|s| (1.2..2.4).contains(s)), "{rates:?}");
+    assert!(rates[4] - rates[0] > 5.5, "{rates:?}");
+}
+
+#[test]
+fn neighbouring_events_are_one_press_away() {
+    let mut window = without_pictures(NaifId(499));
+    window.state_mut().viewer.view.tdb_s = Instant::parse("2024-01-01").expect("a time").tdb_seconds_past_j2000();
+    // NASA's eclipse bulletins: 2023-10-14 17:59:32, 2024-04-08 18:17:20, 2024-10-02 18:45:04 UT.
+    for (way, day) in [
+        ("Next event", "2024-04-08T18:1"),
+        ("Next event", "2024-10-02T18:4"),
+        ("Previous event", "2024-04-08T18:1"),
+        ("Previous event", "2023-10-14T17:59"),
+    ] {
+        press(&mut window, way);
+        window.run_steps(3);
+        assert!(utc(&window).starts_with(day), "{way}: {} and not {day}", utc(&window));
+    }
+    window.get_by_role_and_label(Role::ComboBox, "Kind of event").click();
+    window.run_steps(2);
+    window.get_by_label("Transits").click();
+    window.run_steps(2);
+    press(&mut window, "Next event");
+    window.run_steps(3);
+    // Mercury, 2032-11-13 08:54 UT (NASA, catalog of transits).
+    assert!(utc(&window).starts_with("2032-11-13T08:5"), "{}", utc(&window));
+}
+
+/// Each hint goes when its gesture was made, and does not come back.
+#[test]
+fn hints_go_when_they_are_used() {
+    let mut first = interface(NaifId(499), "2017-05-17T00:00:00Z");
+    first.settings.hints = HintsUsed::default();
+    let mut window = harness(first);
+    settle(&mut window);
+    const HINTS: [&str; 3] = ["Drag to turn", "Scroll to zoom", "Press / to search"];
+    let shown = |window: &Window| HINTS.map(|hint| window.query_by_label(hint).is_some());
+    assert_eq!(shown(&window), [true; 3]);
+    let sky = window.get_by_label_contains("The sky:").rect().center();
+    let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+    window.hover_at(sky);
+    window.event(button(sky, true));
+    window.run_steps(1);
+    window.hover_at(sky + egui::vec2(60.0, 20.0));
+    window.run_steps(2);
+    window.event(button(sky + egui::vec2(60.0, 20.0), false));
+    window.run_steps(2);
+    assert_eq!(shown(&window), [false, true, true]);
+    window.event(Event::Zoom(1.5));
+    window.run_steps(2);
+    assert_eq!(shown(&window), [false, false, true]);
+    window.event(Event::Text("/".into()));
+    window.run_steps(2);
+    window.event(Event::Text("moon".into()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    assert_eq!(shown(&window), [false; 3]);
+    assert_eq!(window.state().settings.hints, HintsUsed { drag: true, scroll: true, search: true });
+}
+
+/// What the session says of drivers stands in the Performance panel and never over the picture; other lines stand there for a while.
+#[test]
+fn drivers_are_no_news_over_the_picture() {
+    let mut window = without_pictures(NaifId(499));
+    let line = "llvmpipe is a software driver: drawing in software; --renderer gpu forces it";
+    window.state().heard.lock().push(line.into());
+    window.run_steps(2);
+    assert_eq!(window.state().said(), "");
+    window.state().heard.lock().push("earth.png: not a picture".into());
+    window.run_steps(2);
+    assert_eq!(window.state().said(), "earth.png: not a picture");
+    window.state_mut().tab = Some(Tab::Performance);
+    window.run_steps(2);
+    window.get_by_label(line);
+    later(&mut window, 20.0);
+    assert_eq!(window.state().said(), "");
+}
+
+/// A click that selects draws no coarse picture in between.
+#[test]
+fn a_click_does_not_blur() {
+    let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
+    window.state_mut().viewer.view.quality = Quality::Standard;
+    settle(&mut window);
+    let drawn = |window: &Window| window.state().drawing().map(|d| (d.width, d.job.sampling)).expect("a picture");
+    let sharp = drawn(&window);
+    window.state_mut().viewer.selected = NaifId::SUN;
+    let sky = window.get_by_label_contains("The sky:").rect().center();
+    click(&mut window, sky, false);
+    for _ in 0..6 {
+        assert_eq!(drawn(&window), sharp);
+        later(&mut window, 0.05);
+    }
+    assert_eq!(window.state().viewer.selected, NaifId(499));
+    // A hand that turns the view may have it coarse.
+    window.key_press(Key::ArrowLeft);
+    window.run_steps(2);
+    assert_ne!(drawn(&window), sharp);
+}
+
+#[test]
+fn a_right_click_opens_what_can_be_done_with_a_body() {
+    let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
+    settle(&mut window);
+    let sky = window.get_by_label_contains("The sky:").rect().center();
+    let button = |pressed| Event::PointerButton { pos: sky, button: PointerButton::Secondary, pressed, modifiers: Modifiers::NONE };
+    window.state_mut().viewer.selected = NaifId::SUN;
+    window.hover_at(sky);
+    window.run_steps(1);
+    window.event(button(true));
+    window.run_steps(1);
+    window.event(button(false));
+    window.run_steps(3);
+    window.get_by_label("Fly there");
+    assert_eq!(window.state().viewer.selected, NaifId(499), "what is right-clicked is selected");
+    window.get_by_label("Information about it").click();
+    window.run_steps(3);
+    assert_eq!(window.state().tab, Some(Tab::Information));
+    assert!(window.query_by_label("Fly there").is_none(), "the menu stays after a choice");
+    let copy = window.query_by_label("Copy link to this view");
+    assert!(copy.is_none_or(|n| n.accesskit_node().is_hidden()));
+}
