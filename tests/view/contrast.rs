@@ -22,6 +22,7 @@ fn contrast(a: Color32, b: Color32) -> f64 {
 
 #[derive(Debug)]
 struct Written {
+    #[expect(dead_code, reason = "shown when a test fails")]
     text: String,
     colour: Color32,
     on: Color32,

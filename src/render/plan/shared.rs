@@ -56,7 +56,7 @@ const NAME_SHADOW: f32 = 0.7;
 /// The shared modules that a scene's plan runs.
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
     let wanted = [
-        (scene.background.is_some(), super::sky::MODULE),
+        (scene.background.is_some(), "sky_background"),
         (!scene.points.is_empty() || !scene.stars.is_empty() || !scene.comets.heads.is_empty(), "point"),
         (!scene.lines.is_empty() || !scene.sky_lines.is_empty() || scene.ground_lines.is_some(), "line"),
         (!scene.orbits.is_empty(), "orbit"),

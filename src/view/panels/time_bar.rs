@@ -244,7 +244,7 @@ fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
     let minutes = ((now.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000()) / 60.0).round();
     let mut day = minutes * 60.0 / SECONDS_PER_DAY;
     let before = day;
-    let slider = egui::Slider::new(&mut day, 0.0..=365.99).show_value(false);
+    let slider = Slider::new(&mut day, 0.0..=365.99).show_value(false);
     if ui.add(slider).on_hover_text("Day of the year").changed() {
         actions.push(Action::Step((day - before) * SECONDS_PER_DAY));
     }
