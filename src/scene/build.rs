@@ -236,8 +236,13 @@ impl<'a> SceneBuilder<'a> {
         let (of_sky, of_ground) = self.drawn_lines();
         sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions));
         // A body, the ground too, hides what is written on the sky behind it.
-        let is_before =
-            |p: &PlacedBody<'_>, at_px: DVec2| !self.is_inside(p.body) && camera.surface_under_pixel(&p.placement, at_px).is_some();
+        // A name on the horizon stands above it.
+        let lifted_px = DVec2::new(0.0, labels::glyph_size_px(camera.height));
+        let is_before = |p: &PlacedBody<'_>, at_px: DVec2| {
+            let is_ground = self.viewer.stands_on.is_some_and(|(id, _)| id == p.body.id);
+            let at_px = if is_ground { at_px - lifted_px } else { at_px };
+            !self.is_inside(p.body) && camera.surface_under_pixel(&p.placement, at_px).is_some()
+        };
         let on_sky = of_sky.texts.into_iter().filter(|t| !placed.iter().any(|p| is_before(p, t.at_px)));
         let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
         let texts = (!wanted.is_empty())

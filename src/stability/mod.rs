@@ -173,7 +173,12 @@ pub const SWEEPS: [Sweep; 21] = [
         "a level: from afar and through narrow fields the rings behind a small moon are off by 0.64",
         views::pairs,
     ),
-    sweep("grazing", (1.0, "255ths"), "a level, rays along the horizon, fields of view from 0.3 degrees", views::grazing),
+    sweep(
+        "grazing",
+        (2.0, "255ths"),
+        "two levels where rings are seen edge on, rays along the horizon, fields of view from 0.3 degrees",
+        views::grazing,
+    ),
     sweep(
         "grazing-telescope",
         (32.0, "255ths"),

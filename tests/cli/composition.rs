@@ -81,7 +81,7 @@ fn what_cannot_be_is_refused_in_one_line() {
 fn project_knows_the_projections() {
     let ask = |projection: &str, ra: f64, dec: f64| -> serde_json::Value {
         let question = format!(
-            r#"{{"q":"project","view":{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":[0,1,0]}}}},"time":"2024-04-08T18:17:16Z","size":[400,200],"projection":"{projection}","ra_deg":{ra},"dec_deg":{dec}}}"#
+            r#"{{"q":"project","view":{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":[0,1,0]}},"up":"celestial"}},"time":"2024-04-08T18:17:16Z","size":[400,200],"projection":"{projection}","ra_deg":{ra},"dec_deg":{dec}}}"#
         );
         let out = orrery(&["probe", &question]);
         serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{e}: {} {}", question, String::from_utf8_lossy(&out.stderr)))

@@ -90,7 +90,7 @@ fn zero_of(points: &[(f64, f64)]) -> f64 {
 #[test]
 fn contacts_and_magnitude_from_pixels_are_those_of_the_geometry() {
     let law = limb_darkening();
-    let place = |latitude_deg: f64, longitude_deg: f64| Place { latitude_deg, longitude_deg, height_km: 0.0 };
+    let place = |latitude_deg: f64, longitude_deg: f64| Place { latitude_deg, longitude_deg, height_km: 0.002 };
     // Total at Dallas, annular at Albuquerque, partial at New York.
     for (day, place) in [("2024-04-08", place(32.78, -96.80)), ("2023-10-14", place(35.08, -106.65)), ("2024-04-08", place(40.71, -74.01))]
     {

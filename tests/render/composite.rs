@@ -139,7 +139,7 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
                 fov_deg: Some(260.0),
                 width: size.0,
                 height: size.1,
-                layers: Layers { ..Layers::default() },
+                layers: Layers { stars: true, ..Layers::NONE },
                 ..along(look, at)
             };
             let request = composed(projection, request);

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
 /// All pictures together.
-const MAX_BYTES: u64 = 500_000;
+const MAX_BYTES: u64 = 600_000;
 
 /// A session with a cache of its own, and the renderer whose bits are the same everywhere.
 struct RenderWorker {

@@ -145,7 +145,7 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
         width: 64,
         height: 64,
         exposure: ExposureRequest::Stops(24.0),
-        layers: Layers::parse("+minor-planets,-stars").expect("layers"),
+        layers: Layers { minor_planets: true, ..Layers::NONE },
         ..ViewRequest::of(NaifId::EARTH, time)
     }
 }

@@ -188,7 +188,8 @@ fn lines_of_the_ground_lie_where_they_say() {
         let to_sun = (placement.body_from_icrf * (sun - placement.centre_km)).normalize();
         let pieces = made.ground_lines.as_ref().map_or(&[][..], |(_, pieces)| pieces);
         let mut seen = 0;
-        for at in pieces.iter().map(|p| pixel(&made.camera, p.ends[0])) {
+        let along = |p: &LineSegment| [0.0, 0.25, 0.5, 0.75].map(|t| pixel(&made.camera, p.ends[0].lerp(p.ends[1], t)));
+        for at in pieces.iter().flat_map(along) {
             let Some(unit) = made.camera.surface_under_pixel(&placement, at) else { continue };
             let normal = (unit / placement.radii_km).normalize();
             seen += 1;

@@ -77,6 +77,9 @@ fn all_text_is_legible_in_both_themes() {
             assert!(all.len() > 30, "{tab:?}: {} texts", all.len());
             for w in all {
                 let ratio = contrast(w.colour, w.on);
+                if ratio < 4.5 {
+                    println!("{ratio:.2}: {tab:?}, dark {dark}: {w:?}");
+                }
                 if ratio < least.0 {
                     least = (ratio, format!("{tab:?}, dark {dark}: {w:?}"));
                 }

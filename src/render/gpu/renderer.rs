@@ -342,12 +342,12 @@ impl GpuRenderer {
     /// The pixels of the last pass, and those of the linear picture where they are wanted.
     fn read(&self, state: &mut State, keep_hdr: bool) -> Result<Frame, GpuError> {
         let last = state.targets.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
-        let (width, height) = (last.width, last.height);
-        let mut frame = Frame { width, height, hdr: Vec::new(), display: Vec::new() };
+        let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
-            let scene = state.targets.iter().find(|t| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (width, height));
+            let scene =
+                state.targets.iter().find(|t| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height));
             if let Some(scene) = scene.filter(|_| keep_hdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }

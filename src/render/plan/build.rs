@@ -5,6 +5,7 @@
 
 use super::error::PlanError;
 use super::graph::{self, Step, Target, Write};
+use super::labels;
 use super::maps;
 use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
@@ -165,7 +166,7 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         steps.extend(shared::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
     if scene.labels.is_some() || scene.texts.is_some() {
-        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(DISPLAY_TARGET), draws: shared::labels(scene, provider)? });
+        steps.push(Step { name: "labels", reads: vec![], writes: Write::Over(DISPLAY_TARGET), draws: labels::labels(scene, provider)? });
     }
     Ok(steps)
 }

@@ -5,6 +5,7 @@ mod composite;
 mod error;
 pub mod graph;
 mod interface;
+mod labels;
 mod maps;
 mod passes;
 mod provider;

@@ -26,7 +26,7 @@ pub const LEVEL: f32 = 0.3;
 const MARGIN_PX: f64 = 4.0;
 /// An orbit whose half length is less than this many pixels is not drawn, and is drawn in full from the second on.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
-/// An orbit this many times as large as what the frame shows at the target fades, and is gone at the second, unless its body is in the frame.
+/// An orbit this many times as large as what the frame shows at the target fades, and is gone at the second, unless its body is in the frame, and not so many times as far as the target.
 const FADE_BEYOND: (f64, f64) = (8.0, 32.0);
 /// Halvings of the whole at most: at 100 au an arc is then 30 metres long.
 const MAX_HALVINGS: u32 = 40;
@@ -256,7 +256,8 @@ const STRENGTH: f64 = 0.9;
 fn beside_the_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
     let Some(distance_km) = target_distance_km else { return (1.0, 0.0) };
     let times = conic.size_km() / (distance_km * camera.tan_half_fov.length());
-    let in_frame = camera.clip(body_km).is_some_and(|clip: DVec2| clip.abs().max_element() < 1.0);
+    let is_near = body_km.length() < FADE_BEYOND.1 * distance_km;
+    let in_frame = is_near && camera.clip(body_km).is_some_and(|clip: DVec2| clip.abs().max_element() < 1.0);
     let left = smoothstep((FADE_BEYOND.1 - times) / (FADE_BEYOND.1 - FADE_BEYOND.0));
     (if in_frame { 1.0 } else { left }, times)
 }

