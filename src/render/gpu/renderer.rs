@@ -346,9 +346,8 @@ impl GpuRenderer {
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
-            let scene =
-                state.targets.iter().find(|t| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height));
-            if let Some(scene) = scene.filter(|_| keep_hdr) {
+            let is_light = |t: &&Target| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
+            if let Some(scene) = state.targets.iter().find(is_light).filter(|_| keep_hdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }
         } else if last.format == TextureFormat::Rgba32Float {
