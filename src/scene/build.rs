@@ -243,7 +243,8 @@ impl<'a> SceneBuilder<'a> {
             let at_px = if is_ground { at_px - lifted_px } else { at_px };
             !self.is_inside(p.body) && camera.surface_under_pixel(&p.placement, at_px).is_some()
         };
-        let on_sky = of_sky.texts.into_iter().filter(|t| !placed.iter().any(|p| is_before(p, t.at_px)));
+        // Coordinates stand at the picture's edge, azimuths below the horizon too.
+        let on_sky = of_sky.texts.into_iter().filter(|t| t.is_tick || !placed.iter().any(|p| is_before(p, t.at_px)));
         let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
         let texts = (!wanted.is_empty())
             .then(|| texts::placed(wanted, labels.as_ref(), labels::glyph_size_px(camera.height), camera.half_size() * 2.0));

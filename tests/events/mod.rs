@@ -5,7 +5,6 @@ mod commands;
 mod local;
 mod moons;
 mod reference_table;
-mod rendered;
 mod transits;
 
 use orrery::catalog::EclipseRadii;

@@ -197,7 +197,7 @@ fn lines_of_the_ground_lie_where_they_say() {
             let facing = normal.dot((placement.body_from_icrf * -placement.centre_km).normalize());
             assert!(normal.dot(to_sun).abs() < 0.02 / facing.max(0.05), "{target}: {}", normal.dot(to_sun));
         }
-        assert!(seen > 10 || target == 599 || target == 699, "{target}: {seen}");
+        assert!(seen > 2 || target == 599 || target == 699, "{target}: {seen}");
         let made = scene(&ViewRequest { layers: only("grid-body"), ..base.clone() });
         let placement = body_of(&made);
         let pieces = made.ground_lines.as_ref().map_or(&[][..], |(_, pieces)| pieces);
@@ -212,7 +212,7 @@ fn lines_of_the_ground_lie_where_they_say() {
                 assert!(off_px(&made.camera, pieces, at) < 0.3, "{target}, {longitude}: {}", off_px(&made.camera, pieces, at));
             }
         }
-        assert!(on_equator > 5, "{target}: {on_equator}");
+        assert!(on_equator > 2, "{target}: {on_equator}");
     }
 }
 

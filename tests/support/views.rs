@@ -122,7 +122,7 @@ fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 2] {
         up: Up::Celestial,
         fov_deg: Some(12.0),
         exposure: ExposureRequest::Stops(25.0),
-        layers: Layers { comets: true, stars: false, ..Layers::default() },
+        layers: Layers { comets: true, ..Layers::NONE },
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("1986-03-16T00:00:00Z").expect("a time"))
     };
     let orbits = ViewRequest {

@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// At the handover the corona's law and the zodiacal light's, each as the mean around the Sun, agree within a factor of 1.75: both are published and neither is fitted to the other.
+    /// At the handover the corona's law and the zodiacal light's, each as the mean around the Sun, agree within a factor of 2: both are published and neither is fitted to the other.
     #[test]
     fn corona_and_zodiacal_light_meet() {
         use crate::scene::light::corona;
@@ -125,7 +125,7 @@ mod tests {
                 let around = (0..360).map(|a| law(cos, sin * f64::from(a).to_radians().sin())).sum::<f64>() / 360.0;
                 let ratio = around * unit_radiance(au) / corona::radiance(sin * au * KM_PER_AU / SUN_RADIUS_KM);
                 println!("{au} au, {degrees} degrees: {ratio:.2}");
-                assert!((1.0 / 1.75..1.75).contains(&ratio), "{au} au, {degrees} degrees: {ratio}");
+                assert!((0.5..2.0).contains(&ratio), "{au} au, {degrees} degrees: {ratio}");
             }
         }
     }
