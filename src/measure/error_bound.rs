@@ -29,6 +29,9 @@ fn sampling_part(quality: Quality) -> f64 {
 /// Light that is scattered more than once, over light scattered once, at most: what the tiers without a table leave out (Earth's blue, Sun low).
 const SCATTERED_AGAIN: f64 = 1.0;
 
+/// The picture without air, the optical depth along each ray, and the largest error of the air's tiers.
+type Airless = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
+
 /// What pictures of a view need to be bounded by.
 struct Layers {
     /// The picture, in the quality's precision, f32, and f64.
@@ -37,7 +40,7 @@ struct Layers {
     /// Without eclipses, where the view has any; with the largest error of its models, a part of that light.
     uneclipsed: Option<(Vec<[f32; 4]>, f64)>,
     /// Without air, and optical depth along each pixel's ray; with the largest error of its tiers, a part of the air's light.
-    airless: Option<(Vec<[f32; 4]>, Vec<[f32; 4]>, f64)>,
+    airless: Option<Airless>,
 }
 
 /// The bounds of a view's picture at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.

@@ -75,7 +75,7 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     ];
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
-    Ok(weighed("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)?)
+    weighed("ephemeris", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &from(Source::Kernel))?)
 }
 
 /// Where a body is, where the light left it, and where it is seen with aberration: what `ephemeris` and `ephemeris --apparent` answer.
@@ -100,5 +100,5 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let truth: Direction<'_> = Box::new(apparent);
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
-    Ok(weighed("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)?)
+    weighed("light-time", about, Unit::Arcseconds, effort.rounds(), candidates(ways, &truth)?)
 }

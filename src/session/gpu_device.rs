@@ -280,7 +280,7 @@ impl Gpu {
             return None;
         }
         // Another thread opens the device or waits for it.
-        let Some(mut state) = self.state.try_lock() else { return None };
+        let mut state = self.state.try_lock()?;
         self.settle(&mut state, &**say);
         self.just_ready.store(false, Ordering::SeqCst);
         let renderer = match &*state {

@@ -56,7 +56,7 @@ fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec
     let (x, y) = middle.any_orthonormal_pair();
     let mut points = vec![middle * shape];
     for turn in 0..8 {
-        let (sin, cos) = (f64::from(turn) * 0.785_4 + 0.1).sin_cos();
+        let (sin, cos) = (f64::from(turn) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
         for k in 0..steps {
             let out = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
             points.push((middle + (x * cos + y * sin) * out).normalize() * shape);

@@ -111,7 +111,7 @@ mod tests {
         ("Alcyone", 3.79, 24.1),
         ("Aldebaran", 4.60, 16.5),
         ("Alderamin", 21.31, 62.6),
-        ("Algol", 3.14, 41.0),
+        ("Algol", 3.136, 41.0),
         ("Alhena", 6.63, 16.4),
         ("Alioth", 12.90, 56.0),
         ("Alkaid", 13.79, 49.3),
@@ -202,7 +202,7 @@ mod tests {
             let star = catalog.hip(hip).unwrap_or_else(|| panic!("{name}: HIP {hip} is not in the catalogue"));
             let (ra, dec) = ((ra_hours * 15.0_f64).to_radians(), dec_deg.to_radians());
             let place = glam::DVec3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
-            let off_deg = place.angle_between(star.direction).to_degrees();
+            let off_deg = place.cross(star.direction).length().atan2(place.dot(star.direction)).to_degrees();
             assert!(off_deg < 0.6, "{name}: HIP {hip} is {off_deg:.1} degrees off");
         }
         assert!(STAR_NAMES.windows(2).all(|pair| pair[0].0 < pair[1].0), "not by name");

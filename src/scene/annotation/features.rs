@@ -76,7 +76,7 @@ pub fn features(
             let Some(at) = picture.place_px(sight) else { continue };
             let hidden = seen[..k].iter().any(|o| {
                 let radius = (o.placement.radii_km.max_element() / o.distance_km).min(1.0).asin();
-                !o.placement.camera_is_inside() && o.placement.centre_km.angle_between(sight) < radius
+                !o.placement.camera_is_inside() && crate::ephemeris::angle_rad(o.placement.centre_km, sight) < radius
             });
             if hidden || feature_px > LARGEST * size.min_element() {
                 continue;

@@ -75,7 +75,7 @@ impl Sheet<'_> {
 
     /// The shorter arc of a great circle between two directions.
     fn great_circle(&mut self, from: DVec3, to: DVec3, ink: Ink) {
-        let angle = from.angle_between(to);
+        let angle = crate::ephemeris::angle_rad(from, to);
         let Some(across) = (to - from * from.dot(to)).try_normalize() else { return };
         self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], UNIT, |_| 1.0, ink);
     }

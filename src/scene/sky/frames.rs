@@ -75,7 +75,7 @@ mod tests {
     #[test]
     fn frames_are_where_they_are_defined() {
         let off_arcsec = |frame: SkyFrame, (lon, lat): (f64, f64), (ra, dec): (f64, f64)| {
-            (frame.icrf_from_frame() * direction(lon, lat)).angle_between(direction(ra, dec)).to_degrees() * 3600.0
+            crate::ephemeris::angle_rad(frame.icrf_from_frame() * direction(lon, lat), direction(ra, dec)).to_degrees() * 3600.0
         };
         for (frame, place, icrf) in [
             (SkyFrame::Galactic, (0.0, 0.0), (266.405_10, -28.936_18)),

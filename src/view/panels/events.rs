@@ -281,7 +281,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary());
     let home = interface.information.home;
-    let is_visible = interface.events.local.as_ref().and_then(|l| l.seen.as_ref()).and_then(|s| s.as_ref().ok()).map(|seen| seen.clone());
+    let is_visible = interface.events.local.as_ref().and_then(|l| l.seen.as_ref()).and_then(|s| s.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {
         if ui.button("Watch it").on_hover_text("Run time through the event in half a minute").clicked() {
             let watch = event.watched();
