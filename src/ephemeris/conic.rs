@@ -144,8 +144,10 @@ mod tests {
                 let anomaly = eccentric_anomaly(m, e);
                 let expected = DVec3::new(a * (anomaly.cos() - e), a * (1.0 - e * e).sqrt() * anomaly.sin(), 0.0);
                 let found = heliocentric_state(&orbit(q, e), m / GAUSS_CONSTANT).position;
-                // At an aphelion two million times as far as the perihelion the classical sine and cosine lose digits.
-                assert!(found.distance(expected) < 1e-9 * a, "e {e} M {m}: {found} {expected}");
+                // Far from the perihelion of a nearly parabolic orbit the universal functions cancel: 3.8e-10 at the aphelion of e = 0.999999,
+                // against a computation with 50 digits, which has the classical value.
+                let bound = if e <= 0.999 { 1e-10 } else { 1e-9 };
+                assert!(found.distance(expected) < bound * a, "e {e} M {m}: {found} {expected}");
             }
         }
         for (e, h) in [(1.001, 0.3), (1.2, -2.0), (3.4, 7.0)] {

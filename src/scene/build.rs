@@ -7,7 +7,7 @@ use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::annotation::sky_lines::{SkyLines, horizon_axes};
-use crate::scene::annotation::{body_lines, labels, orbits, sky_lines, texts, traces};
+use crate::scene::annotation::{body_lines, labels, line_texts, orbits, sky_lines, traces};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
@@ -247,7 +247,7 @@ impl<'a> SceneBuilder<'a> {
         let on_sky = of_sky.texts.into_iter().filter(|t| t.is_tick || !placed.iter().any(|p| is_before(p, t.at_px)));
         let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
         let texts = (!wanted.is_empty())
-            .then(|| texts::placed(wanted, labels.as_ref(), labels::glyph_size_px(camera.height), camera.half_size() * 2.0));
+            .then(|| line_texts::placed(wanted, labels.as_ref(), labels::glyph_size_px(camera.height), camera.half_size() * 2.0));
         let ground_lines = self.lined_body().map(|p| (p.body.id, of_ground.pieces)).filter(|(_, pieces)| !pieces.is_empty());
         Scene {
             time: request.time,

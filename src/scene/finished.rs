@@ -4,7 +4,7 @@
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
-use crate::scene::annotation::{labels, orbits, texts};
+use crate::scene::annotation::{labels, line_texts, orbits};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
@@ -69,7 +69,7 @@ pub struct Scene {
     /// Over the finished picture, where they are wanted.
     pub labels: Option<labels::LabelLayer>,
     /// The same, of lines.
-    pub texts: Option<texts::TextLayer>,
+    pub texts: Option<line_texts::TextLayer>,
     /// What the picture is for.
     pub purpose: Purpose,
 }

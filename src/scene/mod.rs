@@ -48,7 +48,7 @@ pub mod tiers;
 mod visibility;
 
 #[doc(hidden)]
-pub use annotation::{grids, legend, orbits, sky_lines, texts, traces};
+pub use annotation::{grids, legend, line_texts, orbits, sky_lines, traces};
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]

@@ -232,7 +232,12 @@ impl PartialView {
                 value => self.put::<ViewState>("", &mut whole, &name, value),
             }
         }
-        let view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
+        let mut view: Option<ViewState> = serde_json::from_value(Value::Object(whole)).map_err(|e| self.fault(e.to_string())).ok();
+        if let Some(view) = &mut view {
+            // The two layers that have fields, and switches in the window, of their own.
+            view.orbits |= std::mem::take(&mut view.layers.orbits);
+            view.bloom |= std::mem::take(&mut view.layers.bloom);
+        }
         // Where a field could not be read its usual value stands, which has no fault.
         view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
         match view {

@@ -2,7 +2,8 @@
 
 use crate::view::interface::{harness, interface, settle};
 use egui::epaint::{ClippedShape, Shape};
-use egui::{Color32, Rect};
+use egui::{Color32, Pos2, Rect};
+use egui_kittest::kittest::{By, Queryable};
 use orrery::catalog::NaifId;
 use orrery::view::panels::Tab;
 
@@ -24,12 +25,12 @@ fn contrast(a: Color32, b: Color32) -> f64 {
 struct Written {
     #[expect(dead_code, reason = "shown when a test fails")]
     text: String,
+    middle: Pos2,
     colour: Color32,
     on: Color32,
 }
 
-/// Texts in the order of painting, each with what was filled last below it. Texts over the sky's picture have shadows of their own and are left out, as are disabled
-/// controls, which the criterion excepts.
+/// Texts in the order of painting, each with what was filled last below it. Texts over the sky's picture have shadows of their own and are left out.
 fn written(shapes: &[ClippedShape]) -> Vec<Written> {
     fn walk(shape: &Shape, clip: Rect, filled: &mut Vec<(Rect, Color32)>, found: &mut Vec<Written>) {
         match shape {
@@ -51,7 +52,7 @@ fn written(shapes: &[ClippedShape]) -> Vec<Written> {
                     let text = t.galley.job.text.get(section.byte_range.start.0..section.byte_range.end.0).unwrap_or_default();
                     let on = if section.format.background.a() == 255 { section.format.background } else { *on };
                     if !text.trim().is_empty() {
-                        found.push(Written { text: text.to_owned(), colour: on.blend(colour), on });
+                        found.push(Written { text: text.to_owned(), middle: rect.center(), colour: on.blend(colour), on });
                     }
                 }
             }
@@ -63,8 +64,8 @@ fn written(shapes: &[ClippedShape]) -> Vec<Written> {
     found
 }
 
+/// Disabled controls, which the criterion excepts, are left out.
 #[test]
-#[ignore = "fails: disabled buttons, which the criterion excepts, are not told apart, and `draft` in the light theme has 1.2"]
 fn all_text_is_legible_in_both_themes() {
     let mut harness = harness(interface(NaifId(699), "2017-05-17T00:00:00Z"));
     let mut least = (f64::INFINITY, String::new());
@@ -74,20 +75,18 @@ fn all_text_is_legible_in_both_themes() {
             harness.state_mut().tab = tab;
             harness.state_mut().help_shown = tab.is_none();
             settle(&mut harness);
-            let all = written(&harness.output().shapes);
+            let disabled: Vec<Rect> = harness.query_all(By::new().predicate(|node| node.is_disabled())).map(|n| n.rect()).collect();
+            let all: Vec<Written> =
+                written(&harness.output().shapes).into_iter().filter(|w| !disabled.iter().any(|d| d.contains(w.middle))).collect();
             assert!(all.len() > 30, "{tab:?}: {} texts", all.len());
             for w in all {
                 let ratio = contrast(w.colour, w.on);
-                if ratio < 4.5 {
-                    println!("{ratio:.2}: {tab:?}, dark {dark}: {w:?}");
-                }
                 if ratio < least.0 {
                     least = (ratio, format!("{tab:?}, dark {dark}: {w:?}"));
                 }
             }
         }
     }
-    println!("least contrast {:.2}: {}", least.0, least.1);
     assert!(least.0 >= 4.5, "{:.2}: {}", least.0, least.1);
 }
 

@@ -9,7 +9,7 @@ use super::provider::ResourceProvider;
 use super::shared::{READS_BINDING, colour, of_module, rectangles};
 use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
-use crate::scene::annotation::texts::{PlacedText, TextLayer};
+use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
 use crate::scene::marks::{
     Bar, Dot, FILLS_PICTURE, LabelLayer, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR,
     TextMark,

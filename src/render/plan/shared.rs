@@ -156,7 +156,7 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     sprites("points", &scene.points, &attributes, scene, provider)
 }
 
-/// Orbits, among the bodies.
+/// Traces of past motion, among the bodies.
 pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     strokes("traces", &scene.lines, BEHIND, scene, provider)
 }

@@ -4,9 +4,9 @@
 //! stands before the body is drawn after it. Left out: relief, shape models, and the flattening of three different axes in the latitudes.
 
 use crate::scene::annotation::grids::{Along, Cap, angle_text, grid_lines};
+use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::strokes::{Curve, segments};
-use crate::scene::annotation::texts::SkyText;
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
 use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;

@@ -157,17 +157,6 @@ impl Walk<'_> {
         DVec3::new(v.dot(self.camera.right), v.dot(self.camera.up), v.dot(self.camera.forward))
     }
 
-    /// Whether a ball can be seen: before the near plane and within the frame's four planes, each moved out by the margin.
-    fn may_show(&self, centre: DVec3, radius: f64) -> bool {
-        let half = self.camera.half_size();
-        let beside = |across: f64, tan: f64, half: f64| {
-            let tan = tan * (1.0 + MARGIN_PX / half);
-            (across.abs() - tan * centre.z) > radius * (1.0 + tan * tan).sqrt()
-        };
-        let tan = self.camera.tan_half_fov;
-        centre.z + radius > NEAR_DEPTH_KM && !beside(centre.x, tan.x, half.x) && !beside(centre.y, tan.y, half.y)
-    }
-
     /// Where the body goes counts on from where it came: at its place the line jumps from the strongest to the faintest.
     fn strength_at(&self, s: f64, ahead: bool) -> f32 {
         let [back, on] = self.reach;
@@ -192,7 +181,7 @@ impl Walk<'_> {
             [from, to].map(|s| self.conic.derivatives(s)[1].length()).into_iter().fold(0.0, f64::max)
         };
         let radius = slope.length() * half + 0.5 * steepest * half * half;
-        if !self.may_show(middle, radius) {
+        if !self.camera.may_show_ball(middle, radius, MARGIN_PX) {
             return;
         }
         // An arc along the line of sight may be long: it is small in the frame.

@@ -66,24 +66,12 @@ impl Curve<'_> {
 }
 
 impl Walk<'_> {
-    /// Whether a ball can be seen: before the near plane and within the frame's four planes, each moved out by the margin.
-    fn may_show(&self, centre: DVec3, radius: f64) -> bool {
-        let camera = self.curve.camera;
-        let half = camera.half_size();
-        let beside = |across: f64, tan: f64, half: f64| {
-            let tan = tan * (1.0 + MARGIN_PX / half);
-            (across.abs() - tan * centre.z) > radius * (1.0 + tan * tan).sqrt()
-        };
-        let tan = camera.tan_half_fov;
-        centre.z + radius > NEAR_DEPTH_KM && !beside(centre.x, tan.x, half.x) && !beside(centre.y, tan.y, half.y)
-    }
-
     fn arc(&mut self, from: (DVec3, f64), to: (DVec3, f64), halvings: u32) {
         let middle_at = 0.5 * (from.1 + to.1);
         let middle = self.curve.in_camera(middle_at);
         let span = to.1 - from.1;
         let radius = 0.5 * self.curve.size * span;
-        if !self.may_show(middle, radius) {
+        if !self.curve.camera.may_show_ball(middle, radius, MARGIN_PX) {
             return;
         }
         let bend = self.curve.size * span * span / 8.0;

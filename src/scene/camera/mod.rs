@@ -146,6 +146,18 @@ impl Camera {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
+    /// Whether a ball can be in the picture: before the near plane and within the frame's four planes, each moved out by a margin. Its centre is in the
+    /// camera's axes: to the right, up, forward, km.
+    pub fn may_show_ball(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
+        let half = self.half_size();
+        let beside = |across: f64, tan: f64, half: f64| {
+            let tan = tan * (1.0 + margin_px / half);
+            (across.abs() - tan * centre_km.z) > radius_km * (1.0 + tan * tan).sqrt()
+        };
+        let tan = self.tan_half_fov;
+        centre_km.z + radius_km > NEAR_DEPTH_KM && !beside(centre_km.x, tan.x, half.x) && !beside(centre_km.y, tan.y, half.y)
+    }
+
     /// Clip units per pixel, for shaders.
     pub fn clip_per_pixel(&self) -> Vec2 {
         (1.0 / self.half_size()).as_vec2()

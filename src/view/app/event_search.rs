@@ -283,7 +283,7 @@ impl SkyEvent {
             Self::Moons(e) if e.by.is_some() => from_earth(e.moon, widths(e.moon, MOON_WIDTHS)),
             Self::Moons(e) => from_earth(e.planet, widths(e.planet, PLANET_WIDTHS)),
         };
-        self.paused_at_greatest(target, eye, fov_deg, habits)
+        habits.standing_still(self.greatest(), target, eye, fov_deg)
     }
 
     /// As a place on the Earth sees it, where the body stands at an altitude.
@@ -303,21 +303,7 @@ impl SkyEvent {
             azimuth_deg: 0.0,
             altitude_deg: 0.0,
         };
-        self.paused_at_greatest(target, eye, fov_deg, habits)
-    }
-
-    fn paused_at_greatest(&self, target: NaifId, eye: CameraPose, fov_deg: f64, habits: &ViewState) -> ViewState {
-        ViewState {
-            tdb_s: seconds(self.greatest()),
-            target,
-            eye,
-            tracks: true,
-            fov_deg,
-            roll_deg: 0.0,
-            exposure_stops: None,
-            paused: Some(true),
-            ..habits.clone()
-        }
+        habits.standing_still(self.greatest(), target, eye, fov_deg)
     }
 
     /// From a little before the first contact to a little after the last one, and the rate that passes it in half a minute.

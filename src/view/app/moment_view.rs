@@ -24,16 +24,5 @@ pub fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPosit
             (CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg }, fov_deg)
         }
     };
-    Some(ViewState {
-        tdb_s: moment.time.tdb_seconds_past_j2000(),
-        target: target.id,
-        eye,
-        tracks: true,
-        fov_deg,
-        roll_deg: 0.0,
-        exposure_stops: None,
-        // Whoever looks at a moment wants it to stand still.
-        paused: Some(true),
-        ..habits.clone()
-    })
+    Some(habits.standing_still(moment.time, target.id, eye, fov_deg))
 }

@@ -124,7 +124,7 @@ pub struct ViewState {
     /// Light beyond white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
-    /// Layers beside those two.
+    /// Layers beside those two, which are not asked for here.
     #[serde(default, with = "option_text::layers")]
     pub layers: Layers,
     /// Stops by which stars, Milky Way and zodiacal light are lifted.
@@ -172,6 +172,21 @@ impl ViewState {
         }
     }
 
+    /// A body tracked from a camera at an instant at which time stands still, with automatic exposure; quality, effects and layers are kept.
+    pub fn standing_still(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
+        Self {
+            tdb_s: time.tdb_seconds_past_j2000(),
+            target,
+            eye,
+            tracks: true,
+            fov_deg,
+            roll_deg: 0.0,
+            exposure_stops: None,
+            paused: Some(true),
+            ..self.clone()
+        }
+    }
+
     pub fn time(&self) -> Instant {
         Instant::from_tdb_seconds_past_j2000(self.tdb_s)
     }
@@ -193,7 +208,7 @@ impl ViewState {
         (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
-        request.layers = Layers { orbits: self.orbits || self.layers.orbits, bloom: self.bloom || self.layers.bloom, ..self.layers };
+        request.layers = Layers { orbits: self.orbits, bloom: self.bloom, ..self.layers };
         request.stars_boost = self.stars_boost;
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;

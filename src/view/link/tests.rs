@@ -63,6 +63,10 @@ fn links_and_files_restore_the_view_to_the_last_bit() {
 #[test]
 fn what_a_link_leaves_out_is_as_the_window_begins() {
     assert_eq!(of_link("orrery://view"), Ok(usual()));
+    // Whichever way two layers are asked for, the window's switches for them show it and can take it back.
+    let with_both = ViewState { orbits: true, bloom: true, ..usual() };
+    assert_eq!(of_link("orrery://view?layers=%2Borbits,%2Bbloom"), Ok(with_both.clone()));
+    assert_eq!(of_link("orrery://view?orbits=true&bloom=true"), Ok(with_both));
     assert_eq!(of_link("orrery://view?fov_deg=3"), Ok(ViewState { fov_deg: 3.0, ..usual() }));
     let Ok(ViewState { eye: CameraPose::Orbit { distance_radii: 9.0, azimuth_deg, .. }, .. }) =
         of_link("orrery://view?eye.distance_radii=9")

@@ -133,7 +133,11 @@ impl PairView {
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(12.0);
         for (at, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
-            painter.text(pos2(x + at, rect.top() + 4.0), align, name, font.clone(), Color32::from_gray(230));
+            // On a plate, since the picture below may be white.
+            let words = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
+            let place = align.anchor_size(pos2(x + at, rect.top() + 4.0), words.size());
+            painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
+            painter.galley(place.min, words, Color32::PLACEHOLDER);
         }
     }
 }
