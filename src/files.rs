@@ -74,40 +74,51 @@ pub enum FileAccess {
     Owner,
 }
 
+/// A file that could not be written. Its text is one line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{path}: {why}")]
+pub struct WriteError {
+    /// As it was named, escaped and cut for a message.
+    pub path: String,
+    /// What the system says, or which folder is missing.
+    pub why: String,
+}
+
 /// Writes beside the target and moves it there whole.
 ///
 /// # Errors
-/// The path and why, in one line.
+/// The path and why.
 pub fn write_whole(
     path: &Path,
     readers: FileAccess,
-    fill: impl FnOnce(&mut BufWriter<&mut File>) -> std::result::Result<(), String>,
-) -> std::result::Result<(), String> {
-    replace(path, readers, |out| fill(out).map_err(Error::other)).map_err(|e| failure(path, e))
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
+) -> std::result::Result<(), WriteError> {
+    replace(path, readers, fill).map_err(|e| failure(path, &e))
 }
 
 /// Writes beside the target and moves it whole to the first of `names`, all of one folder, that no file has; answers which it is.
 ///
 /// # Errors
-/// The path and why, in one line: no name is free, for one.
+/// The path and why: no name is free, for one.
 pub fn write_new(
     names: impl IntoIterator<Item = PathBuf>,
     readers: FileAccess,
-    fill: impl FnOnce(&mut BufWriter<&mut File>) -> std::result::Result<(), String>,
-) -> std::result::Result<PathBuf, String> {
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
+) -> std::result::Result<PathBuf, WriteError> {
     let mut names = names.into_iter();
-    let mut name = names.next().ok_or("no name to write to")?;
-    let mut file = filled(&name, readers, |out| fill(out).map_err(Error::other)).map_err(|e| failure(&name, e))?;
+    let none = || WriteError { path: String::new(), why: "no name to write to".into() };
+    let mut name = names.next().ok_or_else(none)?;
+    let mut file = filled(&name, readers, fill).map_err(|e| failure(&name, &e))?;
     loop {
         // One step of the system: between looking and moving another program could take the name.
         match file.persist_noclobber(&name) {
             Ok(_) => return Ok(name),
             Err(e) if e.error.kind() == ErrorKind::AlreadyExists => {
-                let taken = || format!("{}: a file of this name exists already", echo(&name.display().to_string()));
+                let taken = || WriteError { path: echo(&name.display().to_string()), why: "a file of this name exists already".into() };
                 file = e.file;
                 name = names.next().ok_or_else(taken)?;
             }
-            Err(e) => return Err(failure(&name, e.error)),
+            Err(e) => return Err(failure(&name, &e.error)),
         }
     }
 }
@@ -160,14 +171,14 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// Which folder is missing says more than that something is.
-fn failure(path: &Path, e: Error) -> String {
+pub fn failure(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());
     let why = match e.kind() {
         ErrorKind::NotFound => format!("there is no folder {folder}; make it first"),
         ErrorKind::NotADirectory => format!("{folder} is no folder"),
         _ => e.to_string(),
     };
-    format!("{}: {why}", echo(&path.display().to_string()))
+    WriteError { path: echo(&path.display().to_string()), why }
 }
 
 /// Temporary files are private; a picture is not.
@@ -250,7 +261,7 @@ mod tests {
         }
         let write = |writer: usize, k: usize| {
             let text = format!("{writer} {k}");
-            write_new(numbered(folder.path()), FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
+            write_new(numbered(folder.path()), FileAccess::All, |out| out.write_all(text.as_bytes()))
         };
         let written: Vec<(String, PathBuf)> = std::thread::scope(|scope| {
             let writers: Vec<_> = (0..8)
@@ -281,11 +292,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let name = folder.path().join("a.txt");
         std::fs::write(&name, "first").expect("a file");
-        let why = write_new([name.clone()], FileAccess::All, |_| Ok(())).expect_err("it is taken");
+        let why = write_new([name.clone()], FileAccess::All, |_| Ok(())).expect_err("it is taken").to_string();
         assert!(why.contains("a.txt") && why.contains("exists already") && !why.contains('\n'), "{why}");
         assert_eq!(std::fs::read_to_string(&name).expect("a file"), "first");
         let nowhere = folder.path().join("none").join("b.txt");
-        assert!(write_new([nowhere], FileAccess::All, |_| Ok(())).is_err_and(|why| why.contains("b.txt")));
+        assert!(write_new([nowhere], FileAccess::All, |_| Ok(())).is_err_and(|e| e.path.ends_with("b.txt")));
     }
 
     /// A failure half-way leaves the old file as it was and nothing beside it.
@@ -293,12 +304,12 @@ mod tests {
     fn a_write_that_fails_leaves_what_was_there() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
-        write_whole(&path, FileAccess::All, |out| out.write_all(b"first").map_err(|e| e.to_string())).expect("written");
+        write_whole(&path, FileAccess::All, |out| out.write_all(b"first")).expect("written");
         let half = write_whole(&path, FileAccess::All, |out| {
-            out.write_all(&[b'x'; 100_000]).map_err(|e| e.to_string())?;
-            Err("the disk is gone".into())
+            out.write_all(&[b'x'; 100_000])?;
+            Err(Error::other("the disk is gone"))
         });
-        assert!(half.expect_err("failed").ends_with("a.txt: the disk is gone"));
+        assert!(half.expect_err("failed").to_string().ends_with("a.txt: the disk is gone"));
         assert_eq!(std::fs::read(&path).expect("a file"), b"first");
         assert_eq!(names_in(folder.path()), BTreeSet::from(["a.txt".to_owned()]));
     }
@@ -354,7 +365,7 @@ mod tests {
         let begun = std::time::Instant::now();
         for path in [&pipe, &link, Path::new("/dev/zero")] {
             assert_eq!(read_bytes(path, 1 << 20).expect_err("no file").to_string(), "not a regular file");
-            assert!(write_whole(path, FileAccess::All, |_| Ok(())).is_err_and(|why| why.contains("not a regular file")), "{path:?}");
+            assert!(write_whole(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
         }
         assert!(read_bytes(&round, 1 << 20).is_err());
         // A file of the kernel that says it has no bytes.

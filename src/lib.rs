@@ -85,6 +85,7 @@ pub mod wording;
 
 pub use catalog::{Catalog, NaifId};
 pub use ephemeris::Ephemeris;
+pub use files::WriteError;
 pub use render::frame::Frame;
 pub use render::plan::SamplingQuality;
 pub use render::software::lowering;

@@ -46,9 +46,9 @@ fn read(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
 
 /// Writes the bytes, unless a file with other bytes is there and may not be replaced.
 fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
-    let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes).map_err(|e| e.to_string());
+    let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
     if overwrite {
-        return write_whole(path, FileAccess::All, fill).map_err(CliError::Failed);
+        return Ok(write_whole(path, FileAccess::All, fill)?);
     }
     match read_bytes(path, MAX_FILE_BYTES) {
         Ok(there) if there == bytes => Ok(()),
@@ -56,7 +56,7 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
             let name = echo(&path.display().to_string());
             Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")))
         }
-        Err(_) => write_new([path.to_owned()], FileAccess::All, fill).map(drop).map_err(CliError::Failed),
+        Err(_) => Ok(write_new([path.to_owned()], FileAccess::All, fill).map(drop)?),
     }
 }
 

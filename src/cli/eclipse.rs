@@ -271,7 +271,7 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
         return Err("--path: no central eclipse of the Sun in this span; widen it".into());
     }
     let collection = json!({ "type": "FeatureCollection", "features": features });
-    write_whole(file, FileAccess::All, |out| writeln!(out, "{collection}").map_err(|e| e.to_string()))
+    write_whole(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
 }
 
 /// What a place sees, under `local`; and the contacts of the discs beside the others.

@@ -34,7 +34,7 @@ enum LibraryVerb {
 
 /// The library that this command line asks for. Troubles with the disk go to standard error.
 pub fn open(common: &Common) -> Result<Library, CliError> {
-    let cache = cache_folder(common.cache.as_deref()).map_err(|why| say(&why)).ok();
+    let cache = cache_folder(common.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(say));
     if common.shaders.is_some() {
         library.set_fragments(super::inputs::fragments(common)?);

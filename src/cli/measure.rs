@@ -220,5 +220,5 @@ fn write_plot(path: &Path, choices: &[ChoiceMeasure]) -> Result<(), CliError> {
             bytes
         }
     };
-    write_whole(path, FileAccess::All, |out| out.write_all(&bytes).map_err(|e| e.to_string())).map_err(CliError::Failed)
+    Ok(write_whole(path, FileAccess::All, |out| out.write_all(&bytes))?)
 }

@@ -4,6 +4,7 @@
 //! arguments and a `run`. Nothing here computes anything.
 
 use crate::catalog::{CatalogError, EclipseRadii};
+use crate::files::WriteError;
 use crate::image::DEFAULT_MAX_MEGAPIXELS;
 use crate::scene::request::Quality;
 use crate::scene::sky::frames::SkyFrame;
@@ -154,6 +155,9 @@ pub enum CliError {
     /// Fields of catalog files are wrong: a line for each.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
+    /// A file could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// The reader of standard output has seen enough, as in `orrery shader keys | head`.
     #[error("standard output was closed")]
     OutputClosed,

@@ -135,7 +135,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             Some(path) => {
                 let mut text = text_chunks(args, &request, &drawn.scene);
                 text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
-                write_picture(path, &drawn.frame, &text).map_err(CliError::Failed)?;
+                write_picture(path, &drawn.frame, &text)?;
             }
             None => {
                 let mut bytes = Vec::new();
@@ -157,7 +157,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let bounds = error_bounds(&session, &bounded)?;
         for path in &args.error {
             let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, session.provenance(&bounded).to_text())];
-            write_picture(path, &bounds, &text).map_err(CliError::Failed)?;
+            write_picture(path, &bounds, &text)?;
         }
     }
     if args.time_report {

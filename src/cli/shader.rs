@@ -260,7 +260,7 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     for (path, text) in &new {
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
-        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError::Failed)?;
+        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
     }
     let there = if same == 0 { String::new() } else { format!(", {same} unchanged") };
     put(&format!("{} fragments written to {}{there}; use this folder with --shaders\n", new.len(), shown(folder)))
@@ -290,7 +290,7 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     put(&changes_text(&changes))?;
     if update {
         let text = now.record.to_text();
-        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string())).map_err(CliError::Failed)?;
+        write_whole(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
         return put(&format!("recorded in {}\n", path.display()));
     }
     match changes.len() {

@@ -47,6 +47,22 @@ pub enum SessionError {
     Renderer(#[from] RendererError),
 }
 
+/// Why shaders are kept in memory only.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CacheFolderError {
+    /// Neither the user nor the system names one.
+    #[error("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place")]
+    None,
+    /// Others may write to it, and so could choose what is drawn.
+    #[error("the cache {folder} is not used: {why}; shaders are kept in memory only, --cache DIR names another place")]
+    Shared {
+        /// The folder, or the one above it.
+        folder: String,
+        /// Who may write to it.
+        why: String,
+    },
+}
+
 impl From<RenderError> for SessionError {
     fn from(e: RenderError) -> Self {
         Self::Renderer(e.into())

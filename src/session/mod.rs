@@ -30,7 +30,7 @@ mod tape_cost;
 use crate::shader::ModuleId;
 pub use cpu::process_cpu;
 use devices::Devices;
-pub use error::SessionError;
+pub use error::{CacheFolderError, SessionError};
 pub use mark::{ExistingPicture, Provenance};
 use parking_lot::Mutex;
 pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
@@ -206,16 +206,15 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
 ///
 /// # Errors
 /// That there is none, or that others could put files into it.
-pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, String> {
+pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     let usual = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
     let Some(folder) = cache.map(Path::to_owned).or_else(usual) else {
-        return Err("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place".into());
+        return Err(CacheFolderError::None);
     };
     let own = folder.join("orrery");
     for (part, is_above) in [(&folder, true), (&own, false), (&own.join("shaders"), false), (&own.join("air"), false)] {
         if let Some(why) = who_else_writes(part, is_above) {
-            let part = echo(&part.display().to_string());
-            return Err(format!("the cache {part} is not used: {why}; shaders are kept in memory only, --cache DIR names another place"));
+            return Err(CacheFolderError::Shared { folder: echo(&part.display().to_string()), why });
         }
     }
     Ok(folder)
@@ -252,7 +251,7 @@ impl Session {
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
-        let cache = cache_folder(sources.cache.as_deref()).map_err(|why| say(&why)).ok();
+        let cache = cache_folder(sources.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
         let library = open_library(cache.as_deref(), software::lowering(), say.clone());
         let air_tables = air_tables::AirTables::open(cache);
         if let Some(folder) = &sources.shaders {

@@ -3,11 +3,11 @@
 //! In: a frame and what it says of itself. Out: a PNG or an EXR, by the name's ending. Always: a file that is there is complete; an interrupted run leaves no half picture to
 //! be taken for done; what is written under a new name replaces nothing, whoever writes beside it.
 
-use crate::files::{FileAccess, write_new, write_whole};
+use crate::files::{FileAccess, WriteError, write_new, write_whole};
 use crate::image;
 use crate::render::frame::Frame;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Error};
 use std::path::{Path, PathBuf};
 
 /// The name of the PNG chunk that holds what the picture is of ([`super::Provenance`]).
@@ -21,31 +21,31 @@ pub fn is_exr(path: &Path) -> bool {
 /// `text`: chunks of the PNG; an EXR keeps the `Legend` and the mark of its request. An EXR needs a frame that kept its linear pixels.
 ///
 /// # Errors
-/// The path and why, in one line.
-pub fn write_picture(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), String> {
+/// The path and why.
+pub fn write_picture(path: &Path, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), WriteError> {
     write_whole(path, FileAccess::All, |out| fill_picture(out, is_exr(path), frame, text))
 }
 
 /// The same as `write_new` writes: all names have one ending.
 ///
 /// # Errors
-/// The path and why, in one line.
+/// The path and why.
 pub fn write_new_picture(
     names: impl IntoIterator<Item = PathBuf>,
     is_exr: bool,
     frame: &Frame,
     text: &[(&'static str, String)],
-) -> Result<PathBuf, String> {
+) -> Result<PathBuf, WriteError> {
     write_new(names, FileAccess::All, |out| fill_picture(out, is_exr, frame, text))
 }
 
-fn fill_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> Result<(), String> {
+fn fill_picture(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> std::io::Result<()> {
     if is_exr {
         let legend = text.iter().find(|(k, _)| *k == "Legend").map_or("", |(_, v)| v.as_str());
         let mark = text.iter().find(|(k, _)| *k == PROVENANCE_CHUNK).map(|(_, v)| v.as_str());
-        image::write_exr(out, frame.width, frame.height, &frame.hdr, legend, mark).map_err(|e| e.to_string())
+        image::write_exr(out, frame.width, frame.height, &frame.hdr, legend, mark).map_err(Error::other)
     } else {
         let text: Vec<(&str, &str)> = text.iter().map(|(k, v)| (*k, v.as_str())).collect();
-        image::write_png(out, frame.width, frame.height, &frame.display, &text).map_err(|e| e.to_string())
+        image::write_png(out, frame.width, frame.height, &frame.display, &text).map_err(Error::other)
     }
 }

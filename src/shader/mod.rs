@@ -26,7 +26,7 @@ pub mod translate;
 pub use emit::{Emitted, emit};
 pub use id::ModuleId;
 pub use library::Library;
-pub use module::{Lowering, ShaderModule};
+pub use module::{Lowering, LoweringFailure, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
 pub use source_map::SourceMap;
 

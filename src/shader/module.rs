@@ -8,15 +8,18 @@ use super::source_map::SourceMap;
 use super::{Emitted, ShaderError};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
+/// Why a lowering refuses a module or a tape, in one line.
+pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
+
 /// How a validated module becomes a tape. The library knows no renderer; whoever opens it brings this.
 #[derive(Clone, Debug)]
 pub struct Lowering {
     /// Names the lowering's own code; another digest, another folder of the library.
     pub digest: String,
     /// Validated IR to a tape's bytes, or one line that says what has no operation.
-    pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, String>,
+    pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, LoweringFailure>,
     /// Whether bytes from a disk are a tape of this module's shape, which cannot reach outside its own data.
-    pub check: fn(&naga::Module, &[u8]) -> Result<(), String>,
+    pub check: fn(&naga::Module, &[u8]) -> Result<(), LoweringFailure>,
 }
 
 impl Lowering {
@@ -107,7 +110,7 @@ impl ShaderModule {
             ShaderError::Invalid { id: name(), what: format!("{what}{at}") }
         })?;
         let layout = Layout::of(&module).map_err(|source| ShaderError::Layout { id: name(), source })?;
-        let tape = (lowering.lower)(&module, &info).map_err(|what| ShaderError::Lowering { id: name(), what })?;
+        let tape = (lowering.lower)(&module, &info).map_err(|e| ShaderError::Lowering { id: name(), what: e.to_string() })?;
         Ok(Self { id: id.clone(), wgsl, module, info, layout, source_map, tape })
     }
 }

@@ -18,6 +18,11 @@ pub enum SkyFrame {
     Ecliptic,
 }
 
+/// A name that is no frame's: what may have been meant.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct UnknownSkyFrame(String);
+
 /// Unit vector of right ascension and declination, or any longitude and latitude, degrees.
 pub fn direction(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
     let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude_deg.to_radians().sin_cos(), latitude_deg.to_radians().sin_cos());
@@ -40,11 +45,13 @@ impl SkyFrame {
         }
     }
 
+    /// The frame of a name, in small or capital letters.
+    ///
     /// # Errors
-    /// The names that there are.
-    pub fn by_name(name: &str) -> Result<Self, String> {
+    /// The nearest name, or all that there are.
+    pub fn by_name(name: &str) -> Result<Self, UnknownSkyFrame> {
         let known = Self::ALL.into_iter().find(|f| f.name().eq_ignore_ascii_case(name));
-        known.ok_or_else(|| suggestion_or_list(name, &Self::ALL.map(Self::name)))
+        known.ok_or_else(|| UnknownSkyFrame(suggestion_or_list(name, &Self::ALL.map(Self::name))))
     }
 
     /// Columns are the frame's axes: x to longitude 0, z to its north pole.
@@ -95,6 +102,6 @@ mod tests {
         // The centre of Blaauw et al. (1960) in J2000 goes back to B1950; the Hipparcos constants put it 0.33 arcseconds beside.
         let published = off_arcsec(SkyFrame::Galactic, (0.0, 0.0), (266.405_10, -28.936_18));
         assert!((0.2..0.5).contains(&published), "{published}");
-        assert!(SkyFrame::by_name("galactc").is_err_and(|e| e.contains("galactic")));
+        assert!(SkyFrame::by_name("galactc").is_err_and(|e| e.to_string().contains("galactic")));
     }
 }

@@ -3,13 +3,13 @@
 //! In: a file, if it is there. Out: [`Settings`], and back to the file whole. Always: a file that cannot be read is kept aside and said, never
 //! overwritten; fields that a file lacks keep their defaults.
 
-use crate::files::{FileAccess, read_text, write_whole};
+use crate::files::{FileAccess, WriteError, failure, read_text, write_whole};
 use crate::session::DisplayPreference;
 use crate::view::app::civil_time::Clock;
 use crate::view::app::view_state::ViewState;
 use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
-use std::io::Write;
+use std::io::Error;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -137,13 +137,11 @@ impl Settings {
     /// Written beside its place and moved there whole.
     ///
     /// # Errors
-    /// The path and why, in one line.
-    pub fn save(&self, path: &Path) -> Result<(), String> {
-        let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    /// The path and why.
+    pub fn save(&self, path: &Path) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder).map_err(|e| failed(&e))?;
-        let text = serde_json::to_string_pretty(self).map_err(|e| failed(&e))?;
-        write_whole(path, FileAccess::Owner, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()))
+        std::fs::create_dir_all(folder).map_err(|e| failure(path, &e))?;
+        write_whole(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
     }
 
     /// Where the system keeps a user's settings.

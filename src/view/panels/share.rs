@@ -107,7 +107,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         let path = PathBuf::from(&interface.share.file);
         if ui.button("Save view").on_hover_text("Write this view to the file; the next free number is added to its name").clicked() {
             let text = interface.viewer.shared().to_json();
-            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes()).map_err(|e| e.to_string()));
+            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| e.to_string());
             let written = free_names(&interface.share.file).map_err(|e| e.to_string()).and_then(write);
             if let Ok(path) = &written {
                 // What was saved is what *Open view* opens.
@@ -268,7 +268,7 @@ fn save(
         (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
-    write_new_picture(files, is_exr(&path), &drawn.frame, &text)
+    write_new_picture(files, is_exr(&path), &drawn.frame, &text).map_err(|e| e.to_string())
 }
 
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {

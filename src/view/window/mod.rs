@@ -9,6 +9,7 @@ pub mod presenter;
 pub mod primitives;
 pub mod shader_watcher;
 
+use crate::files::WriteError;
 use crate::session::{Readiness, Session};
 use crate::view::panels::Interface;
 use crate::view::window::cpu_painter::Painter;
@@ -36,8 +37,8 @@ pub enum WindowError {
     #[error("the window stopped: {0}")]
     Stopped(String),
     /// What `keep` says.
-    #[error("{0}")]
-    NotKept(String),
+    #[error(transparent)]
+    NotKept(WriteError),
 }
 
 /// When to try again where the system took no picture.
@@ -64,7 +65,7 @@ pub fn run(
     interface: &mut Interface,
     session: &Session,
     watch: Option<&ShaderWatcher>,
-    keep: impl FnOnce(&Interface) -> Result<(), String>,
+    keep: impl FnOnce(&Interface) -> Result<(), WriteError>,
 ) -> Result<(), WindowError> {
     let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(plain(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();

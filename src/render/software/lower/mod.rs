@@ -33,6 +33,7 @@ pub use error::LowerError;
 pub use stored::lowering;
 
 use super::program::{LaneInput, LaneOutput, Program, ProgramError, Stage};
+use crate::shader::LoweringFailure;
 use builder::Builder;
 use error::Result;
 use lowerer::Lowerer;
@@ -148,11 +149,11 @@ fn lowered(
 /// Lowers every entry point of a module to bytes for the library ([`programs_from_bytes`] reads them).
 ///
 /// # Errors
-/// As [`lower`], as one line.
-pub fn lower_to_bytes(module: &naga::Module, info: &ModuleInfo) -> std::result::Result<Vec<u8>, String> {
+/// As [`lower`].
+pub fn lower_to_bytes(module: &naga::Module, info: &ModuleInfo) -> std::result::Result<Vec<u8>, LoweringFailure> {
     let programs: std::result::Result<Vec<Program>, LowerError> =
         module.entry_points.iter().map(|e| lower(module, info, &e.name)).collect();
-    postcard::to_stdvec(&programs.map_err(|e| e.to_string())?).map_err(|e| e.to_string())
+    Ok(postcard::to_stdvec(&programs?)?)
 }
 
 /// The programs of a module, verified.
@@ -169,16 +170,16 @@ pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, Pr
 ///
 /// # Errors
 /// What does not fit, in one line.
-pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(), String> {
-    let programs = programs_from_bytes(bytes).map_err(|e| e.to_string())?;
+pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(), LoweringFailure> {
+    let programs = programs_from_bytes(bytes)?;
     if programs.len() != module.entry_points.len() {
-        return Err(format!("{} programs for {} entry points", programs.len(), module.entry_points.len()));
+        return Err(format!("{} programs for {} entry points", programs.len(), module.entry_points.len()).into());
     }
     let is_bound =
         |number: u32| module.global_variables.iter().any(|(_, v)| v.binding.is_some_and(|b| b.group == 0 && b.binding == number));
     for (program, point) in programs.iter().zip(&module.entry_points) {
-        let stage = stage_of(point).map_err(|e| e.to_string())?;
-        let (interface, _) = Interface::of(module, point, stage, &mut Builder::new()).map_err(|e| e.to_string())?;
+        let stage = stage_of(point)?;
+        let (interface, _) = Interface::of(module, point, stage, &mut Builder::new())?;
         let bound = program.textures.iter().all(|t| is_bound(t.texture_binding) && t.sampler_binding.is_none_or(is_bound));
         let same = (&program.name, program.stage) == (&point.name, stage)
             && program.inputs == interface.inputs
@@ -188,7 +189,8 @@ pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(
                 "program '{}' is not that of the entry point '{}'",
                 program.name.escape_debug(),
                 point.name.escape_debug()
-            ));
+            )
+            .into());
         }
     }
     Ok(())
