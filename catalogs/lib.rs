@@ -15,6 +15,21 @@ pub static TABLES: &[(&str, &str)] = &[
     ("moments.toml", include_str!("moments.toml")),
 ];
 
+/// Title, summary and JSON of the tours.
+pub static TOURS: &[(&str, &str, &str)] = &[
+    (
+        "A total eclipse and its shader",
+        "8 April 2024 from space, from Dallas, and as the shader sees it",
+        include_str!("tours/eclipse.json"),
+    ),
+    (
+        "Saturn's shadows",
+        "The rings on the planet, the planet on the rings, and the ring-plane crossing",
+        include_str!("tours/saturn.json"),
+    ),
+    ("A day on Mars", "Sunrise, noon, a blue sunset and the night in Gale crater", include_str!("tours/mars.json")),
+];
+
 /// SPK kernel of planets and barycentres, 1900 to 2100, baked by `examples/bake_kernel.rs`.
 pub static KERNEL: &[u8] = include_bytes!("orrery_1900_2100.bsp");
 

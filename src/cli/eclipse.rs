@@ -127,7 +127,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
 }
 
 /// `LAT,LON` or `LAT,LON,HEIGHT`: degrees, degrees east, metres.
-fn parse_place(text: &str) -> Result<Place, String> {
+pub(super) fn parse_place(text: &str) -> Result<Place, String> {
     let wrong = |what: &str| format!("--at {}: {what}; give latitude and east longitude in degrees, such as 78.22,15.65", echo(text));
     let numbers: Vec<f64> =
         text.split(',').map(|part| part.trim().parse().map_err(|_| wrong("not numbers with commas"))).collect::<Result<_, _>>()?;

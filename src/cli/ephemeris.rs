@@ -1,9 +1,13 @@
 //! `orrery ephemeris`: questions by words or JSON lines come in, states and angles go out.
 
+use super::eclipse::parse_place;
+use super::ephemeris_table::{self, Columns, Form};
+use super::frames::step_seconds;
 use super::output::put;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
+use crate::ephemeris::topocentric::Observer;
 use crate::ephemeris::{Ephemeris, Source, SourcedState};
 use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
@@ -15,20 +19,33 @@ use std::io::BufRead;
 #[command(
     after_help = "Examples:\n  orrery ephemeris --body moon --center earth --time 2024-04-08T18:17:16Z\n  \
     echo '{\"body\":\"jupiter\",\"center\":\"sun\",\"time\":\"jd_tdb:2460409.262\"}' | orrery ephemeris --stdin\n  \
-    orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n\n\
-    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel).",
+    orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n  \
+    orrery ephemeris --body mars --apparent --from 2027-01-01 --to 2027-03-01 --step 1d --csv\n  \
+    orrery ephemeris --rise-set --at 48.14,11.58 --time 2026-06-21\n\n\
+    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel). \
+    Azimuths run from north through east; altitudes are without refraction. Rise and set count 34 arcminutes of refraction on the Earth and the upper \
+    limb of the Sun and the Moon; twilight ends with the Sun's centre at -6, -12 and -18 degrees.",
     next_help_heading = "Query"
 )]
 pub struct EphemerisArgs {
     /// Body or centre of mass, such as io or "mars barycenter"
-    #[arg(long, required_unless_present = "stdin")]
+    #[arg(long, required_unless_present_any = ["stdin", "rise_set"])]
     body: Option<String>,
     /// Origin: the body or centre of mass that positions are relative to
-    #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation"])]
+    #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation", "at"])]
     center: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:2460409.262 or now
-    #[arg(long, required_unless_present = "stdin", allow_hyphen_values = true)]
+    #[arg(long, required_unless_present_any = ["stdin", "from"], allow_hyphen_values = true)]
     time: Option<String>,
+    /// Start of a table
+    #[arg(long, value_name = "T", allow_hyphen_values = true, requires_all = ["to", "step"], conflicts_with_all = ["time", "stdin", "rise_set"])]
+    from: Option<String>,
+    /// End of a table, included where a step meets it
+    #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from")]
+    to: Option<String>,
+    /// Time between rows: 60s, 10m, 6h, 1d
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "from")]
+    step: Option<String>,
     /// Source of positions [default: the best one that covers the time]
     #[arg(long, value_enum)]
     source: Option<Source>,
@@ -41,6 +58,15 @@ pub struct EphemerisArgs {
     /// Pole, prime meridian, sub-observer and sub-solar points, with light time to --center (default: the Earth)
     #[arg(long, conflicts_with = "source")]
     orientation: bool,
+    /// Azimuth and altitude from a place on the Earth: latitude, east longitude (degrees), height (metres)
+    #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true, conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
+    at: Option<String>,
+    /// Rise, transit and set at a place within 24 hours from --time, and of the Sun (the default) the twilights
+    #[arg(long, requires = "at")]
+    rise_set: bool,
+    /// Print a table as CSV, angles in degrees
+    #[arg(long, requires = "from", conflicts_with = "json")]
+    csv: bool,
     /// Print one JSON value
     #[arg(long)]
     json: bool,
@@ -72,6 +98,9 @@ pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     if args.stdin {
         return answer_lines(&catalog, &ephemeris, source, asked);
     }
+    if args.from.is_some() || args.at.is_some() {
+        return put(&table(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
+    }
     let word = |w: &Option<String>| w.clone().unwrap_or_default();
     let question = Question { body: word(&args.body), center: word(&args.center), time: word(&args.time), source };
     if asked != Asked::State {
@@ -81,6 +110,53 @@ pub fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let answer = question.answer(&catalog, &ephemeris).map_err(CliError::Failed)?;
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     put(&text)
+}
+
+/// What has rows, or a place.
+fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
+    let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
+        body: NaifId::EARTH,
+        latitude_deg: p.latitude_deg,
+        longitude_deg: p.longitude_deg,
+        height_km: p.height_km,
+    });
+    let named = |option: &str, text: &Option<String>| text.as_deref().map_or(Err(format!("--{option} is missing")), |t| time_of(option, t));
+    let body = match &args.body {
+        Some(name) => place(catalog, "body", name)?,
+        None => NaifId::SUN,
+    };
+    if let (Some(at), true) = (at, args.rise_set) {
+        let day = ephemeris_table::day(catalog, ephemeris, body, at, named("time", &args.time)?).map_err(|e| e.to_string())?;
+        return Ok(if args.json { format!("{day}\n") } else { ephemeris_table::day_text(&day) });
+    }
+    let center = |usual: Option<NaifId>| match (&args.center, usual) {
+        (Some(name), _) => place(catalog, "center", name),
+        (None, Some(usual)) => Ok(usual),
+        (None, None) => Err("--center is missing: the body that positions are relative to".into()),
+    };
+    let columns = match (at, args.asked()) {
+        (Some(at), _) => Columns::Horizontal { at },
+        (_, Asked::State) => Columns::State { center: center(None)?, source: args.source },
+        (_, Asked::Apparent) => Columns::Apparent,
+        (_, Asked::Orientation) => Columns::Orientation { observer: center(Some(NaifId::EARTH))? },
+    };
+    let times = match &args.step {
+        Some(step) => {
+            let step_s = step_seconds(step).map_err(|e| e.to_string())?;
+            ephemeris_table::instants(named("from", &args.from)?, named("to", &args.to)?, step_s)?
+        }
+        None => vec![named("time", &args.time)?],
+    };
+    let form = match (args.csv, args.json) {
+        (true, _) => Form::Csv,
+        (_, true) => Form::Json,
+        _ => Form::Text,
+    };
+    ephemeris_table::table(catalog, ephemeris, body, columns, &times, form)
+}
+
+fn time_of(option: &str, text: &str) -> Result<Instant, String> {
+    time(text).map_err(|e| format!("--{option}: {e}"))
 }
 
 /// One question, still in the user's words.

@@ -2,7 +2,8 @@
 use super::composition_words::CompositionWords;
 use super::frames::{Output, kept, shard, step_seconds};
 use super::output::{put, say, to_stdout, write_error};
-use super::view_words::ViewWords;
+use super::render_views::Views;
+use super::view_words::{ViewWords, size};
 use super::{CliError, Common};
 use crate::image;
 use crate::measure::error_bounds;
@@ -12,7 +13,7 @@ use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use crate::wording::echo;
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as Moment};
 
 const EXAMPLES: &str = "Examples:
@@ -27,6 +28,7 @@ const EXAMPLES: &str = "Examples:
   orrery render --target mars --from earth --projection equirectangular --up celestial \
     --size 4096x2048 -o sky.png
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png --error bound.png
+  orrery render --tour eclipse.json --size 1280x720 -o - | ffmpeg -i - eclipse.mp4
 
 A sequence resumes where it stopped: each file records its request. Files of the same
 request are kept; a file of another request stops the command before it draws
@@ -35,12 +37,21 @@ request are kept; a file of another request stops the command before it draws
 to 8 taps, reference 4 samples and up to 16 taps.
 ";
 
+/// The fields of a tour file.
+const TOUR_FILE_HELP: &str = "Tour file: \"title\", and \"stops\" in order, each with
+  \"view\": a link (orrery://view?target=699&time=2017-05-17) or the fields of a saved view
+  \"text\": what to say there (the window shows it)
+  \"hold_s\": seconds for which the camera stays [6]
+  \"time_rate\": simulated seconds a second meanwhile [0]
+  \"travel_s\": seconds of the way from the stop before; 0 is a cut [4]
+";
+
 /// The group of options that are not of the view.
 const OUTPUT: &str = "Output";
 
 /// Text under the options: examples and the camera file.
 fn after_help() -> String {
-    format!("{EXAMPLES}\n{CAMERA_FILE_HELP}")
+    format!("{EXAMPLES}\n{CAMERA_FILE_HELP}\n{TOUR_FILE_HELP}")
 }
 
 #[derive(clap::Args, Debug, Default)]
@@ -56,6 +67,11 @@ pub struct RenderArgs {
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     frames: u32,
+    /// Tour file (JSON) in place of a view: frames along its stops, --rate of them a second; its fields are described below
+    #[cfg(feature = "view")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
+        "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
+    tour: Option<PathBuf>,
     /// Time between frames: 60s, 10m, 6h, 1d; may be negative
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT)]
     step: String,
@@ -68,7 +84,7 @@ pub struct RenderArgs {
     /// Write the bound of each pixel's error against the reference quality: .png in 255ths, .exr linear; repeat for both
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     error: Vec<PathBuf>,
-    /// Frames per second of a y4m stream
+    /// Frames per second of a y4m stream, and of a tour
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     rate: u32,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
@@ -79,7 +95,9 @@ pub struct RenderArgs {
 pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let begun = Moment::now();
     let mut first_frame = None;
-    let output = Output::parse(args.output.as_deref(), args.frames)?;
+    let tour_file = args.tour_file();
+    // How many frames a tour has is known once it is read.
+    let output = Output::parse(args.output.as_deref(), if tour_file.is_some() { u32::MAX } else { args.frames })?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
     if output == Output::Stream && stride > 1 {
@@ -91,17 +109,19 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("--stereo and --warp make display values: write .png, or - for a stream".into()));
     }
-    let request = args.view.request_with(session.catalog(), composition)?;
-    let request = ViewRequest { quality: common.quality, ..request };
+    let views = match tour_file {
+        Some(file) => Views::along_tour(file, args, &session, &composition)?,
+        None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
+    };
     let frame = |number: u32| {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
-        ViewRequest { time: request.time.plus_seconds(f64::from(number) * step_s), purpose, ..request.clone() }
+        ViewRequest { purpose, quality: common.quality, ..views.request(number) }
     };
-    let numbers = || (first..args.frames).step_by(stride as usize);
+    let numbers = || (first..views.count()).step_by(stride as usize);
     let wanted = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&frame(n)))));
-    let clock = args.view.time.eq_ignore_ascii_case("now");
-    let mut kept = kept(wanted, (request.width, request.height), args.overwrite, clock)?;
-    if args.frames == 1 {
+    let clock = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
+    let mut kept = kept(wanted, size(&args.view.size)?, args.overwrite, clock)?;
+    if views.count() == 1 {
         // The same bytes once more.
         kept.clear();
     }
@@ -114,7 +134,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut written = Stages::default();
     let mut stream = std::io::stdout();
     let failed = |e: image::ImageError| CliError::Failed(e.to_string());
-    let bar = progress(args.frames);
+    let bar = progress(views.count());
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
     for number in numbers() {
@@ -133,7 +153,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let start = Moment::now();
         match &path {
             Some(path) => {
-                let mut text = text_chunks(args, &request, &drawn.scene);
+                let mut text = text_chunks(args, views.title(), &request, &drawn.scene);
                 text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
                 write_picture(path, &drawn.frame, &text)?;
             }
@@ -173,6 +193,26 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     Ok(())
 }
 
+impl RenderArgs {
+    pub(super) fn size(&self) -> &str {
+        &self.view.size
+    }
+
+    pub(super) fn rate(&self) -> u32 {
+        self.rate
+    }
+
+    #[cfg(feature = "view")]
+    fn tour_file(&self) -> Option<&Path> {
+        self.tour.as_deref()
+    }
+
+    #[cfg(not(feature = "view"))]
+    fn tour_file(&self) -> Option<&Path> {
+        None
+    }
+}
+
 /// Refuses what no bound is written for: sequences, other endings, files of other requests.
 fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, clock: bool) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
@@ -197,7 +237,7 @@ fn progress(frames: u32) -> indicatif::ProgressBar {
 }
 
 /// What a picture says of itself: no clock, so that the same command writes the same bytes.
-fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
+fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
     for (word, value) in [("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)] {
@@ -210,7 +250,7 @@ fn text_chunks(args: &RenderArgs, request: &ViewRequest, scene: &crate::scene::S
     }
     view.push_str(&format!(", exposure {:+.3}", scene.exposure.stops));
     vec![
-        ("Title", v.target.clone().unwrap_or_else(|| "Orrery".into())),
+        ("Title", title.map(str::to_owned).or(v.target.clone()).unwrap_or_else(|| "Orrery".into())),
         ("Creation Time", request.time.to_utc_iso()),
         ("Description", view),
         ("Legend", legend_of(scene)),

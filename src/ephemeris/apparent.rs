@@ -29,6 +29,33 @@ impl RaDec {
         let (lon_deg, lat_deg) = lon_lat_deg(direction);
         Self { ra_deg: lon_deg, dec_deg: lat_deg }
     }
+
+    /// Right ascension in hours, minutes and seconds of time: `5h 34m 31.9s`.
+    pub fn ra_text(&self) -> String {
+        let tenths = tenths_of_seconds(self.ra_deg.rem_euclid(360.0) / 15.0) % (24 * TENTHS);
+        let (hours, minutes, seconds) = sexagesimal(tenths);
+        format!("{hours}h {minutes:02}m {seconds:04.1}s")
+    }
+
+    /// Declination in degrees, minutes and seconds of arc: `+8° 05′ 01.5″`.
+    pub fn dec_text(&self) -> String {
+        let tenths = tenths_of_seconds(self.dec_deg.abs());
+        let sign = if self.dec_deg < 0.0 && tenths > 0 { '-' } else { '+' };
+        let (degrees, minutes, seconds) = sexagesimal(tenths);
+        format!("{sign}{degrees}° {minutes:02}′ {seconds:04.1}″")
+    }
+}
+
+/// Tenths of a second in an hour or a degree.
+const TENTHS: u64 = 36_000;
+
+fn tenths_of_seconds(value: f64) -> u64 {
+    (value * TENTHS as f64).round() as u64
+}
+
+/// Whole part, minutes and seconds.
+fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
+    (tenths / TENTHS, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
 }
 
 /// Where a body is seen from the Earth's centre.
@@ -186,6 +213,15 @@ fn lon_lat_deg(v: DVec3) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sexagesimal_text_carries_and_keeps_the_sign() {
+        let text = |ra_deg: f64, dec_deg: f64| (RaDec { ra_deg, dec_deg }.ra_text(), RaDec { ra_deg, dec_deg }.dec_text());
+        assert_eq!(text(83.633, 8.083_75), ("5h 34m 31.9s".into(), "+8° 05′ 01.5″".into()));
+        assert_eq!(text(359.999_999_9, -0.5), ("0h 00m 00.0s".into(), "-0° 30′ 00.0″".into()));
+        assert_eq!(text(-15.0, 59.0 / 60.0 + 59.96 / 3600.0), ("23h 00m 00.0s".into(), "+1° 00′ 00.0″".into()));
+        assert_eq!(text(0.0, -1e-9).1, "+0° 00′ 00.0″");
+    }
 
     #[test]
     fn graphic_coordinates_of_saturn() {

@@ -38,6 +38,8 @@ pub struct Horizontal {
     pub azimuth_deg: f64,
     /// Without refraction.
     pub altitude_deg: f64,
+    /// About the ground's pole, from the meridian westward, -180 to 180.
+    pub hour_angle_deg: f64,
     /// From the observer to the body's centre.
     pub distance_km: f64,
     /// Of the disc's mean radius.
@@ -53,7 +55,7 @@ pub struct RiseSetTimes {
     pub rise: Option<Instant>,
     /// `None`: it does not set within the day.
     pub set: Option<Instant>,
-    /// Highest, and how high.
+    /// In the meridian above the pole, and its altitude, degrees; `None`: not within the day, as of the Moon once a month.
     pub transit: Option<(Instant, f64)>,
     /// Above the horizon at the start.
     pub up_at_start: bool,
@@ -118,6 +120,7 @@ impl ObserverSky<'_> {
         Ok(Horizontal {
             azimuth_deg,
             altitude_deg: local.dot(normal).atan2(across).to_degrees(),
+            hour_angle_deg: (normal.y * local.x - normal.x * local.y).atan2(normal.x * local.x + normal.y * local.y).to_degrees(),
             distance_km,
             semidiameter_deg: (body.radii_km.element_sum() / 3.0 / distance_km).min(1.0).asin().to_degrees(),
             direction,
@@ -133,34 +136,47 @@ impl ObserverSky<'_> {
         Ok(seen.altitude_deg + refraction + limb)
     }
 
-    /// Rising, setting and greatest altitude within `length_s` of `start`.
+    /// Rising, transit and setting within `length_s` of `start`.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn day(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
         let height = |s: f64| self.above(target, start.plus_seconds(s));
-        let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
-        let mut before = height(0.0)?;
-        let mut day = RiseSetTimes { up_at_start: before > 0.0, ..RiseSetTimes::default() };
-        let mut highest = (0.0, before);
-        for i in 1..=steps {
-            let (from, to) = ((i - 1) as f64 * RISE_STEP_S, i as f64 * RISE_STEP_S);
-            let now = height(to)?;
-            if before <= 0.0 && now > 0.0 && day.rise.is_none() {
-                day.rise = Some(start.plus_seconds(root(from, to, height)?));
+        let (rises, sets) = first_crossings(length_s, height)?;
+        let seen = |s: f64| self.topocentric(target, start.plus_seconds(s));
+        // Of the two meridians that it passes, one has the pole below it.
+        let westward = |s: f64| Ok(seen(s)?.hour_angle_deg.to_radians().sin());
+        let (to_west, to_east) = first_crossings(length_s, westward)?;
+        let mut transit = None;
+        for s in [to_west, to_east].into_iter().flatten() {
+            let passes = seen(s)?;
+            if passes.hour_angle_deg.abs() < 90.0 {
+                transit = Some((start.plus_seconds(s), passes.altitude_deg));
             }
-            if before > 0.0 && now <= 0.0 && day.set.is_none() {
-                day.set = Some(start.plus_seconds(root(from, to, |s| Ok(-height(s)?))?));
-            }
-            if now > highest.1 {
-                highest = (to, now);
-            }
-            before = now;
         }
-        let at = greatest((highest.0 - RISE_STEP_S).max(0.0), (highest.0 + RISE_STEP_S).min(length_s), height)?;
-        let when = start.plus_seconds(at);
-        day.transit = Some((when, self.topocentric(target, when)?.altitude_deg));
-        Ok(day)
+        Ok(RiseSetTimes {
+            rise: rises.map(|s| start.plus_seconds(s)),
+            set: sets.map(|s| start.plus_seconds(s)),
+            transit,
+            up_at_start: height(0.0)? > 0.0,
+        })
+    }
+
+    /// When the target's centre, without refraction, first rises over an altitude and first sinks under it within `length_s` of `start`: twilight by the Sun
+    /// at -6, -12 and -18 degrees. A stay of less than ten minutes on one side is missed.
+    ///
+    /// # Errors
+    /// As [`Self::topocentric`].
+    pub fn crossings(
+        &self,
+        target: NaifId,
+        altitude_deg: f64,
+        start: Instant,
+        length_s: f64,
+    ) -> Result<[Option<Instant>; 2], EphemerisError> {
+        let above = |s: f64| Ok(self.topocentric(target, start.plus_seconds(s))?.altitude_deg - altitude_deg);
+        let (rises, sets) = first_crossings(length_s, above)?;
+        Ok([rises, sets].map(|s| s.map(|s| start.plus_seconds(s))))
     }
 
     /// The first passage of `before` in front of `target` within `length_s` of `start`, above the horizon or not.
@@ -238,6 +254,25 @@ impl ObserverSky<'_> {
             altitude_deg: far.altitude_deg,
         }))
     }
+}
+
+/// Where `f` first turns positive and first turns negative from 0 to `length_s`.
+fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<(Option<f64>, Option<f64>), EphemerisError> {
+    let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
+    let (mut rises, mut sets) = (None, None);
+    let mut before = f(0.0)?;
+    for i in 1..=steps {
+        let (from, to) = ((i - 1) as f64 * RISE_STEP_S, (i as f64 * RISE_STEP_S).min(length_s));
+        let now = f(to)?;
+        if before <= 0.0 && now > 0.0 && rises.is_none() {
+            rises = Some(root(from, to, &f)?);
+        }
+        if before > 0.0 && now <= 0.0 && sets.is_none() {
+            sets = Some(root(from, to, |s| Ok(-f(s)?))?);
+        }
+        before = now;
+    }
+    Ok((rises, sets))
 }
 
 /// Where `f` turns positive between `a` (where it is not) and `b` (where it is).

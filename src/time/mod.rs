@@ -111,6 +111,11 @@ impl Instant {
         Self { tdb_s: self.tdb_s + s }
     }
 
+    /// So much later by the clock of UTC, whose days have 86 400 s: a day later it is the same time of day, whether or not a leap second lies between.
+    pub fn plus_utc_seconds(self, s: f64) -> Self {
+        Self::from_utc_seconds(self.utc_seconds().0 + s)
+    }
+
     fn from_tt_seconds(tt_s: f64) -> Self {
         Self { tdb_s: tt_s + tdb_minus_tt_s(tt_s) }
     }

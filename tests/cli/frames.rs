@@ -185,3 +185,30 @@ fn a_file_that_cannot_be_written_is_told_without_a_temporary_name() {
     }
     assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");
 }
+
+/// A tour's frames go on where they stopped, end with it, and say what they are of; a fault names file, stop and field, and words of a view beside it are refused.
+#[cfg(feature = "view")]
+#[test]
+fn a_tour_is_drawn_frame_by_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (tour, pattern) = (folder.path().join("tour.json"), folder.path().join("out-%02d.png"));
+    let stop = |target: &str| format!(r#"{{"view":"orrery://view?target={target}&time={TIME}","text":"Here","hold_s":1,"travel_s":1}}"#);
+    std::fs::write(&tour, format!(r#"{{"title":"Two","stops":[{},{}]}}"#, stop("Phobos"), stop("Deimos"))).expect("a file");
+    let words = ["--tour", text(&tour), "--size", "12x10", "--rate", "2", "-o", text(&pattern)];
+    let out = render(&words);
+    assert!(out.status.success(), "{}", said(&out));
+    let written = files(folder.path());
+    let names: Vec<&str> = written.iter().map(|(name, _)| name.as_str()).filter(|n| n.ends_with(".png")).collect();
+    assert_eq!(names, ["out-00.png", "out-01.png", "out-02.png", "out-03.png", "out-04.png", "out-05.png"]);
+    // Two held, two on the way, two held: those that are held are alike, those on the way are not.
+    let pixels = |k: usize| image::open(folder.path().join(names[k])).expect("a picture").to_rgb8().into_raw();
+    assert!(pixels(0) == pixels(1) && pixels(4) == pixels(5) && pixels(1) != pixels(3) && pixels(3) != pixels(4));
+    let again = render(&words);
+    assert!(again.status.success() && said(&again).contains("kept 6 of 6"), "{}", said(&again));
+    assert_eq!(files(folder.path()), written);
+    let beside = render(&[&words[..], &["--target", "moon"]].concat());
+    assert!(beside.status.code() == Some(2) && said(&beside).contains("--target"), "{}", said(&beside));
+    std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
+    let wrong = render(&words);
+    assert!(wrong.status.code() == Some(1) && said(&wrong).contains("tour.json: stop 1, view: target: "), "{}", said(&wrong));
+}

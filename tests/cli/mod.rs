@@ -4,6 +4,7 @@ mod bench;
 #[cfg(unix)]
 mod bounded;
 mod composition;
+mod ephemeris;
 mod error_bound;
 mod frames;
 mod hostile;

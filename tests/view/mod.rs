@@ -11,5 +11,6 @@ mod panels;
 mod search;
 mod sharing;
 mod time;
+mod tour;
 #[cfg(feature = "gpu")]
 mod window_frame;

@@ -27,7 +27,7 @@ pub struct Flight {
 }
 
 /// Starts and ends at rest.
-fn eased(part: f64) -> f64 {
+pub(super) fn eased(part: f64) -> f64 {
     let p = part.clamp(0.0, 1.0);
     p * p * p * (p * (6.0 * p - 15.0) + 10.0)
 }

@@ -15,5 +15,6 @@ pub mod search;
 pub mod settings;
 pub mod time_rate;
 pub mod time_text;
+pub mod tour;
 pub mod view_state;
 pub mod viewer;

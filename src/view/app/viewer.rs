@@ -104,6 +104,8 @@ pub struct Viewer {
     pub time_rate: TimeRate,
     /// Highlighted; panels tell about it.
     pub selected: NaifId,
+    /// A tour moves the view: every frame differs.
+    pub is_led: bool,
     subjects: Vec<Subject>,
     flight: Option<(Flight, ViewState)>,
     past: Vec<ViewState>,
@@ -117,7 +119,7 @@ impl Viewer {
         let selected = view.target;
         let mut time_rate = TimeRate::default();
         time_rate.set_paused(view.paused.take().unwrap_or(false));
-        Self { view, time_rate, selected, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
+        Self { view, time_rate, selected, is_led: false, subjects, flight: None, past: Vec::new(), future: Vec::new(), clock }
     }
 
     pub fn subjects(&self) -> &[Subject] {
@@ -224,7 +226,7 @@ impl Viewer {
     /// Seconds between frames that time alone asks for: none when paused, one in real time, else as fast as they come.
     pub fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
-            _ if self.flight.is_some() => Some(1.0 / 60.0),
+            _ if self.flight.is_some() || self.is_led => Some(1.0 / 60.0),
             0.0 => None,
             r if r <= 1.0 => Some(1.0),
             _ => Some(1.0 / 60.0),
@@ -233,7 +235,7 @@ impl Viewer {
 
     /// Every frame differs.
     pub fn races(&self) -> bool {
-        self.time_rate.rate().abs() > 1.0 || self.flight.is_some()
+        self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_led
     }
 
     /// Remembers the view, then changes it.

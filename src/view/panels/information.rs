@@ -179,8 +179,8 @@ fn over_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rende
     };
     Grid::new("from a place").num_columns(2).striped(true).show(ui, |ui| {
         if let Some(a) = &report.apparent {
-            line(ui, "right ascension", hours(a.true_of_date.ra_deg));
-            line(ui, "declination", declination(a.true_of_date.dec_deg));
+            line(ui, "right ascension", a.true_of_date.ra_text());
+            line(ui, "declination", a.true_of_date.dec_text());
             line(ui, "source", source_text(a.source, a.error_arcsec));
         }
         match &report.altitude_azimuth_deg {
@@ -277,25 +277,6 @@ fn source_text(source: Source, error_arcsec: f64) -> String {
     if error_arcsec.is_finite() { format!("{name} (±{error_arcsec:.digits$}″)") } else { name.to_owned() }
 }
 
-/// `5h 34m 31.9s`.
-fn hours(ra_deg: f64) -> String {
-    let (_, hours, minutes, seconds) = sexagesimal(ra_deg / 15.0);
-    format!("{hours}h {minutes:02}m {seconds:04.1}s")
-}
-
-/// `+8° 05′ 01.5″`.
-fn declination(deg: f64) -> String {
-    let (sign, whole, minutes, seconds) = sexagesimal(deg);
-    format!("{sign}{whole}° {minutes:02}′ {seconds:04.1}″")
-}
-
-/// Sign, whole part, minutes and seconds to a tenth.
-fn sexagesimal(value: f64) -> (char, u64, u64, f64) {
-    let tenths = (value.abs() * 36_000.0).round() as u64;
-    let sign = if value < 0.0 { '-' } else { '+' };
-    (sign, tenths / 36_000, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -306,11 +287,8 @@ mod tests {
         assert_eq!(grouped(12.0, 0), "12");
         assert_eq!(Unit::AstronomicalUnits.tell(KM_PER_AU, 1.0), "1.000000 au");
         assert_eq!(Unit::BodyRadii.tell(12.0, 4.0), "3.000 radii");
-        assert_eq!(declination(-0.5), "-0° 30′ 00.0″");
-        assert_eq!(declination(8.083_75), "+8° 05′ 01.5″");
         assert_eq!(latitude_longitude(-33.3, 0.1), "33.30° S, 0.10° E");
         assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.017″)");
-        assert_eq!(hours(359.999_999_9), "24h 00m 00.0s");
         assert_eq!(seconds(90.0 * 60.0), "90.0 min");
     }
 }

@@ -20,6 +20,7 @@ mod shortcuts;
 mod standpoint;
 mod theme;
 mod time_bar;
+mod tour;
 mod viewport;
 mod warning;
 
@@ -133,6 +134,7 @@ pub struct Interface {
     compare: compare::ComparePanel,
     information: information::InformationPanel,
     moments: moments::MomentsPanel,
+    tour: tour::TourPlayer,
     events: events::EventsPanel,
     standpoint: standpoint::Standpoint,
     prices: effects::Prices,
@@ -170,6 +172,7 @@ impl Interface {
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
             moments: moments::MomentsPanel::default(),
+            tour: tour::TourPlayer::default(),
             events: events::EventsPanel::default(),
             standpoint: standpoint::Standpoint::default(),
             prices: effects::Prices::default(),
@@ -186,6 +189,7 @@ impl Interface {
         let passed_s = if self.viewport.last_s.is_nan() { 0.0 } else { now_s - self.viewport.last_s };
         self.viewport.last_s = now_s;
         self.viewer.pass(passed_s);
+        tour::advance(self, ui.ctx(), passed_s);
         // Who draws is told where the times of frames are, and not over the picture.
         let (of_drivers, others): (Vec<_>, Vec<_>) = self.heard.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(of_drivers);
@@ -213,6 +217,7 @@ impl Interface {
             ui.ctx().set_zoom_factor(self.settings.zoom);
         }
         let mut actions = Vec::new();
+        let had_tour = self.tour.is_open();
         shortcuts::pressed(self, ui.ctx(), &mut actions);
         share::work(self, worker);
         events::work(self, worker);
@@ -252,12 +257,16 @@ impl Interface {
             shortcuts::help(self, ui.ctx());
         }
         warning::show(self, ui.ctx());
+        let starts_tour = !had_tour && self.tour.is_open();
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
         let places = SessionPlaces(worker.session());
         // A selection moves nothing: the picture stays sharp.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.moved_s = now_s;
+            if !starts_tour {
+                self.tour.pause();
+            }
         }
         for action in actions {
             match action {

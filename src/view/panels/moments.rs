@@ -1,6 +1,6 @@
 //! The list of well-known moments, one click away, and the views that were kept.
 
-use super::Interface;
+use super::{Interface, tour};
 use crate::catalog::moments::KINDS;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::places::SessionPlaces;
@@ -20,6 +20,9 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     let wanted = interface.moments.wanted.to_lowercase();
     let catalog = worker.session().catalog();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        if wanted.is_empty() {
+            tours(interface, ui, worker, actions);
+        }
         for kind in KINDS {
             let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && m.name.to_lowercase().contains(&wanted)).collect();
             if of_kind.is_empty() {
@@ -37,6 +40,25 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
                 }
                 ui.weak(format!("{} · {}", moment.time.to_utc_iso().get(..10).unwrap_or_default(), moment.about));
             }
+        }
+    });
+}
+
+/// The tours that ship, and those of files.
+fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    ui.add_space(6.0);
+    ui.strong("Tours");
+    for (name, about, text) in orrery_catalogs::TOURS {
+        if ui.button(*name).on_hover_text(*about).clicked() {
+            tour::start(interface, worker.session(), text, actions);
+        }
+        ui.weak(*about);
+    }
+    ui.horizontal(|ui| {
+        let field = egui::TextEdit::singleline(&mut interface.tour.file).hint_text("tour.json").desired_width(140.0);
+        ui.add(field).on_hover_text("Tour file (JSON); `orrery render --help` describes its fields").accessible_name("Tour file");
+        if ui.button("Open tour").on_hover_text("Play the tour of the file").clicked() {
+            tour::open(interface, worker.session(), actions);
         }
     });
 }

@@ -146,7 +146,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
 /// Closes what lies on top, one thing at a time: the program is left by closing its window or Ctrl+Q.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
-    if interface.warning.take().is_some() || interface.search.give_up() || had_keyboard {
+    if interface.warning.take().is_some() || interface.search.give_up() || had_keyboard || interface.tour.end() {
         return;
     }
     if !std::mem::take(&mut interface.help_shown) && interface.tab.take().is_none() {

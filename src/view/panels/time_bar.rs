@@ -1,6 +1,6 @@
-//! The line below the sky: calendar and clock, the rate of time, steps, the next event of a kind.
+//! The two lines below the sky: calendar and clock, the rate of time; steps, the day of the year, the next event of a kind.
 
-use super::{Interface, accessible, events};
+use super::{Interface, accessible, caption, events};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::Clock;
@@ -34,6 +34,8 @@ impl Default for TimeBar {
 
 /// Steps that a button takes: seconds and name.
 const STEPS: [(f64, &str); 4] = [(60.0, "min"), (3600.0, "h"), (SECONDS_PER_DAY, "d"), (365.25 * SECONDS_PER_DAY, "yr")];
+/// Width of the slider over the days of the year, points: two thirds of a point a day.
+const YEAR_WIDTH: f32 = 240.0;
 /// How far the next event is looked for, and how far from the shown time, seconds: the one that is shown is not the next.
 const EVENT_REACH_S: f64 = 130.0 * 365.25 * SECONDS_PER_DAY;
 const EVENT_GAP_S: f64 = 60.0;
@@ -47,16 +49,21 @@ pub fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         }
         ui.separator();
         rate(interface, ui, actions);
-        ui.separator();
-        for (seconds, name) in STEPS {
-            for (sign, way) in [(-1.0, "-"), (1.0, "+")] {
-                if ui.small_button(format!("{way}{name}")).on_hover_text(format!("Step time by {way}1 {name}")).clicked() {
-                    actions.push(Action::Step(sign * seconds));
-                }
+    });
+    ui.horizontal_wrapped(|ui| {
+        caption(ui, "Step");
+        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{name}")));
+        let on = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{name}")));
+        for (seconds, name) in back.chain(on) {
+            if ui.small_button(&name).on_hover_text(format!("Step time by {name}")).clicked() {
+                actions.push(Action::Step(seconds));
             }
         }
+        ui.separator();
+        caption(ui, "Day of the year");
         day_of_year(interface, ui, actions);
         ui.separator();
+        caption(ui, "Event");
         neighbours(interface, ui, worker, actions);
     });
 }
@@ -182,6 +189,7 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
             actions.push(action);
         }
     }
+    caption(ui, "Rate");
     let mut pace = time_rate.pace();
     let slider = Slider::new(&mut pace, SLOWEST..=FASTEST).logarithmic(true).show_value(false);
     let slider = ui.add(slider).on_hover_text("Rate of time: from real time to a year a second (, and .)").accessible_name("Rate of time");
@@ -244,10 +252,13 @@ fn day_of_year(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Actio
     let minutes = ((now.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000()) / 60.0).round();
     let mut day = minutes * 60.0 / SECONDS_PER_DAY;
     let before = day;
-    let slider = Slider::new(&mut day, 0.0..=365.99).show_value(false);
-    if ui.add(slider).on_hover_text("Day of the year").changed() {
-        actions.push(Action::Step((day - before) * SECONDS_PER_DAY));
-    }
+    ui.scope(|ui| {
+        ui.spacing_mut().slider_width = YEAR_WIDTH;
+        let slider = Slider::new(&mut day, 0.0..=365.99).show_value(false);
+        if ui.add(slider).on_hover_text("Day of the year").changed() {
+            actions.push(Action::Step((day - before) * SECONDS_PER_DAY));
+        }
+    });
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The image, its labels, and the mouse on it.
 
-use super::Interface;
+use super::{Interface, tour};
 use crate::scene::marks::{self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit};
 use crate::view::app::orbit::NOTCH;
 use crate::view::app::viewer::Action;
@@ -48,7 +48,11 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     interface.viewport.picked_px = clicked_px.or(interface.viewport.picked_px);
     menu(interface, &response, &place, actions);
     say(interface, ui, rect);
-    hints(interface, ui, rect);
+    if interface.tour.is_open() {
+        tour::show(interface, ui, rect);
+    } else {
+        hints(interface, ui, rect);
+    }
     if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {
         paint_probe(interface, ui, rect);
     }

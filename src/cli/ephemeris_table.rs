@@ -1,0 +1,282 @@
+//! `orrery ephemeris` over a span of time or over a day at a place: rows of a table, and rising, transit, setting and twilight.
+//!
+//! In: a body, instants, what is asked of the body. Out: rows of named cells as text, CSV or JSON. Always: every form has the same columns, units stand in their names, and
+//! a row's time is UTC. Not here: the words of the command line.
+
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::apparent::{apparent_place, sub_points};
+use crate::ephemeris::topocentric::{Observer, ObserverSky};
+use crate::ephemeris::{Ephemeris, EphemerisError, Source};
+use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+/// Rows of a table, at most: a year by two and a half minutes.
+pub const MAX_ROWS: usize = 200_000;
+
+/// What a table tells of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Columns {
+    /// Geometric position and velocity about a centre, ICRF.
+    State { center: NaifId, source: Option<Source> },
+    /// Right ascension and declination from the Earth's centre.
+    Apparent,
+    /// The points under an observer and under the Sun.
+    Orientation { observer: NaifId },
+    /// Azimuth and altitude at a place, without refraction.
+    Horizontal { at: Observer },
+}
+
+/// One value of a row.
+#[derive(Clone, Debug, PartialEq)]
+enum Cell {
+    /// A number, and its decimals in text.
+    Number(f64, usize),
+    /// A number that people read in another form: that form, then the number and its decimals in CSV.
+    Read(String, f64, usize),
+    Text(String),
+    None,
+}
+
+type Row = Vec<(&'static str, Cell)>;
+
+/// A table's form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    Text,
+    Csv,
+    Json,
+}
+
+/// The instants from `from` to `to`, both included where a step meets them, by the clock of UTC.
+///
+/// # Errors
+/// A step that is not positive, a span that is, or more than [`MAX_ROWS`] of them.
+pub fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
+    let span_s = to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000();
+    if span_s < 0.0 {
+        return Err("--from is not before --to: swap them".into());
+    }
+    if step_s <= 0.0 {
+        return Err("--step: must be more than 0".into());
+    }
+    let all = (0..=MAX_ROWS).map(|k| from.plus_utc_seconds(k as f64 * step_s));
+    // A tenth of a millisecond: what an end that the user wrote loses on its way to TDB.
+    let rows: Vec<Instant> = all.take_while(|t| t.tdb_seconds_past_j2000() <= to.tdb_seconds_past_j2000() + 1e-4).collect();
+    if rows.len() > MAX_ROWS {
+        return Err(format!("--step: more than {MAX_ROWS} rows; take a longer step or a shorter span"));
+    }
+    Ok(rows)
+}
+
+/// A table of a body over instants.
+///
+/// # Errors
+/// What the ephemeris cannot answer, with its instant.
+pub fn table(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    body: NaifId,
+    columns: Columns,
+    times: &[Instant],
+    form: Form,
+) -> Result<String, String> {
+    let rows: Vec<Row> = times
+        .iter()
+        .map(|t| row(catalog, ephemeris, body, columns, *t).map_err(|e| format!("{}: {e}", t.to_utc_iso())))
+        .collect::<Result<_, _>>()?;
+    Ok(written(&rows, form))
+}
+
+fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns, t: Instant) -> Result<Row, EphemerisError> {
+    let mut row: Row = vec![("time_utc", Cell::Text(t.to_utc_iso()))];
+    match columns {
+        Columns::State { center, source } => {
+            let found = ephemeris.state(body, center, t, source)?;
+            for (name, km) in ["x_km", "y_km", "z_km"].into_iter().zip(found.state.pos_km.to_array()) {
+                row.push((name, Cell::Number(km, 3)));
+            }
+            for (name, km_s) in ["vx_km_s", "vy_km_s", "vz_km_s"].into_iter().zip(found.state.vel_km_s.to_array()) {
+                row.push((name, Cell::Number(km_s, 9)));
+            }
+            row.push(("distance_km", Cell::Number(found.state.pos_km.length(), 3)));
+            let error = if found.error_km.is_finite() { Cell::Number(found.error_km, 3) } else { Cell::None };
+            row.extend([("error_km", error), ("source", Cell::Text(name_of(found.source)))]);
+        }
+        Columns::Apparent => {
+            let seen = apparent_place(ephemeris, body, t)?;
+            let (date, gcrs) = (seen.true_of_date, seen.gcrs);
+            row.extend([
+                ("ra_deg", Cell::Read(date.ra_text(), date.ra_deg, 7)),
+                ("dec_deg", Cell::Read(date.dec_text(), date.dec_deg, 7)),
+                ("ra_gcrs_deg", Cell::Read(gcrs.ra_text(), gcrs.ra_deg, 7)),
+                ("dec_gcrs_deg", Cell::Read(gcrs.dec_text(), gcrs.dec_deg, 7)),
+                ("distance_km", Cell::Number(seen.distance_km, 3)),
+                ("light_time_s", Cell::Number(seen.light_time_s, 3)),
+                ("error_arcsec", if seen.error_arcsec.is_finite() { Cell::Number(seen.error_arcsec, 4) } else { Cell::None }),
+            ]);
+        }
+        Columns::Orientation { observer } => {
+            let body = catalog.body(body).ok_or_else(|| EphemerisError("a centre of mass has no orientation".into()))?;
+            let seen = sub_points(ephemeris, body, observer, t)?;
+            let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Number(v, 5));
+            row.extend([
+                ("sub_observer_lat_deg", degrees(Some(seen.sub_observer.lat_graphic_deg))),
+                ("sub_observer_lon_east_deg", degrees(Some(seen.sub_observer.lon_east_deg))),
+                ("sub_solar_lat_deg", degrees(seen.sub_solar.map(|p| p.lat_graphic_deg))),
+                ("sub_solar_lon_east_deg", degrees(seen.sub_solar.map(|p| p.lon_east_deg))),
+                ("phase_angle_deg", degrees(seen.phase_angle_deg)),
+                ("distance_km", Cell::Number(seen.distance_km, 3)),
+                ("light_time_s", Cell::Number(seen.light_time_s, 3)),
+            ]);
+        }
+        Columns::Horizontal { at } => {
+            let seen = ObserverSky { catalog, ephemeris, place: at }.topocentric(body, t)?;
+            row.extend([
+                ("azimuth_deg", Cell::Number(seen.azimuth_deg, 5)),
+                ("altitude_deg", Cell::Number(seen.altitude_deg, 5)),
+                ("hour_angle_deg", Cell::Number(seen.hour_angle_deg, 5)),
+                ("distance_km", Cell::Number(seen.distance_km, 3)),
+                ("semidiameter_deg", Cell::Number(seen.semidiameter_deg, 6)),
+            ]);
+        }
+    }
+    Ok(row)
+}
+
+fn name_of(source: Source) -> String {
+    json!(source).as_str().unwrap_or_default().to_owned()
+}
+
+fn written(rows: &[Row], form: Form) -> String {
+    let mut out = String::new();
+    match form {
+        Form::Json => {
+            let objects: Vec<String> = rows.iter().map(|row| format!("  {}", object(row))).collect();
+            out = format!("[\n{}\n]\n", objects.join(",\n"));
+        }
+        Form::Csv => {
+            let names: Vec<&str> = rows.first().map_or(Vec::new(), |row| row.iter().map(|(name, _)| *name).collect());
+            let _ = writeln!(out, "{}", names.join(","));
+            for row in rows {
+                let cells: Vec<String> = row.iter().map(|(_, cell)| cell.in_csv()).collect();
+                let _ = writeln!(out, "{}", cells.join(","));
+            }
+        }
+        Form::Text => {
+            let mut lines: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(|(_, cell)| cell.in_text()).collect()).collect();
+            let heads = rows.first().map_or(Vec::new(), |row| row.iter().map(|(name, cell)| cell.head(name)).collect());
+            lines.insert(0, heads);
+            let widths: Vec<usize> =
+                (0..lines[0].len()).map(|k| lines.iter().map(|line| line[k].chars().count()).max().unwrap_or(0)).collect();
+            for line in lines {
+                let cells: Vec<String> = line.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+                let _ = writeln!(out, "{}", cells.join("  "));
+            }
+        }
+    }
+    out
+}
+
+fn object(row: &Row) -> Value {
+    let value = |cell: &Cell| match cell {
+        Cell::Number(v, _) | Cell::Read(_, v, _) => json!(v),
+        Cell::Text(text) => json!(text),
+        Cell::None => Value::Null,
+    };
+    row.iter().map(|(name, cell)| ((*name).to_owned(), value(cell))).collect::<Map<_, _>>().into()
+}
+
+impl Cell {
+    fn in_text(&self) -> String {
+        match self {
+            Self::Number(v, digits) => format!("{v:.digits$}"),
+            Self::Read(text, ..) | Self::Text(text) => text.clone(),
+            Self::None => "-".into(),
+        }
+    }
+
+    fn in_csv(&self) -> String {
+        match self {
+            Self::Read(_, v, digits) | Self::Number(v, digits) => format!("{v:.digits$}"),
+            Self::Text(text) => text.clone(),
+            Self::None => String::new(),
+        }
+    }
+
+    /// A column that is not in degrees does not say so.
+    fn head(&self, name: &str) -> String {
+        match self {
+            Self::Read(..) => name.trim_end_matches("_deg").to_owned(),
+            _ => name.to_owned(),
+        }
+    }
+}
+
+/// Altitudes of the Sun's centre at the ends of the twilights (Explanatory Supplement, 3rd ed., section 12.1.3).
+const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)];
+
+/// Rising, transit and setting of a body over a place within the day that starts at `start`, and of the Sun the twilights.
+///
+/// # Errors
+/// As [`ObserverSky::topocentric`].
+pub fn day(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, place: Observer, start: Instant) -> Result<Value, EphemerisError> {
+    let sky = ObserverSky { catalog, ephemeris, place };
+    let found = sky.day(body, start, SECONDS_PER_DAY)?;
+    let time = |t: Option<Instant>| t.map_or(Value::Null, |t| json!(t.to_utc_iso()));
+    let moment = |t: Option<Instant>| -> Result<Value, EphemerisError> {
+        let Some(t) = t else { return Ok(Value::Null) };
+        let seen = sky.topocentric(body, t)?;
+        Ok(json!({ "time": t.to_utc_iso(), "azimuth_deg": seen.azimuth_deg, "altitude_deg": seen.altitude_deg }))
+    };
+    let mut answer = json!({
+        "body": catalog.body(body).map(|b| b.name.clone()),
+        "place": { "lat_deg": place.latitude_deg, "lon_deg": place.longitude_deg, "height_km": place.height_km },
+        "from": start.to_utc_iso(),
+        "to": start.plus_seconds(SECONDS_PER_DAY).to_utc_iso(),
+        "up_at_start": found.up_at_start,
+        "rise": moment(found.rise)?,
+        "transit": moment(found.transit.map(|t| t.0))?,
+        "set": moment(found.set)?,
+    });
+    if body == NaifId::SUN {
+        let mut twilight = Map::new();
+        for (name, altitude_deg) in TWILIGHTS {
+            let [dawn, dusk] = sky.crossings(body, altitude_deg, start, SECONDS_PER_DAY)?;
+            twilight.insert(name.into(), json!({ "dawn": time(dawn), "dusk": time(dusk) }));
+        }
+        answer["twilight"] = twilight.into();
+    }
+    Ok(answer)
+}
+
+/// The same for people, a line each.
+pub fn day_text(day: &Value) -> String {
+    let mut out = String::new();
+    let up = if day["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };
+    let _ = writeln!(
+        out,
+        "{} at {}, {}, from {}: {up} the horizon at first",
+        day["body"].as_str().unwrap_or_default(),
+        day["place"]["lat_deg"],
+        day["place"]["lon_deg"],
+        day["from"].as_str().unwrap_or_default()
+    );
+    for name in ["rise", "transit", "set"] {
+        let event = &day[name];
+        let _ = match (event["time"].as_str(), event["azimuth_deg"].as_f64(), event["altitude_deg"].as_f64()) {
+            (Some(time), Some(azimuth), Some(altitude)) => {
+                writeln!(out, "{name:<22}{time}  azimuth {azimuth:.2} deg, altitude {altitude:.2} deg")
+            }
+            _ => writeln!(out, "{name:<22}none within the day"),
+        };
+    }
+    for (name, _) in TWILIGHTS.iter().filter(|_| day["twilight"].is_object()) {
+        for end in ["dawn", "dusk"] {
+            let time = day["twilight"][name][end].as_str().unwrap_or("none within the day");
+            let _ = writeln!(out, "{:<22}{time}", format!("{name} {end}"));
+        }
+    }
+    out
+}

@@ -1,0 +1,86 @@
+//! Which views `orrery render` draws: one and the same as time goes on, or those along a tour.
+//!
+//! In: a request and a step, or a tour file. Out: the request of each frame by its number. Always: the same words give the same requests.
+
+use super::CliError;
+use super::render::RenderArgs;
+use crate::scene::request::{Composition, ViewRequest};
+use crate::session::Session;
+use std::path::Path;
+
+/// Frames of a tour, at most: an hour at 60 a second.
+#[cfg(feature = "view")]
+const MAX_FRAMES: f64 = 216_000.0;
+
+pub enum Views {
+    /// So many of one view, simulated seconds apart.
+    Steps {
+        first: Box<ViewRequest>,
+        step_s: f64,
+        count: u32,
+    },
+    Tour {
+        title: String,
+        frames: Vec<ViewRequest>,
+    },
+}
+
+impl Views {
+    pub fn steps(first: ViewRequest, step_s: f64, count: u32) -> Self {
+        Self::Steps { first: Box::new(first), step_s, count }
+    }
+
+    /// # Errors
+    /// The file, the stop and the field that cannot be.
+    #[cfg(feature = "view")]
+    pub fn along_tour(file: &Path, args: &RenderArgs, session: &Session, composition: &Composition) -> Result<Self, CliError> {
+        use super::view_words::{instant, size};
+        use crate::view::app::tour::{MAX_BYTES, Tour};
+        let named = |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
+        let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| named(&e))?;
+        let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| named(&e))?;
+        let (width, height) = size(args.size())?;
+        let rate = f64::from(args.rate());
+        if tour.length_s() * rate > MAX_FRAMES {
+            return Err(CliError::Failed(format!("--rate {rate}: more than {MAX_FRAMES} frames; the tour takes {:.0} s", tour.length_s())));
+        }
+        let frames = (0..(tour.length_s() * rate).round().max(1.0) as u32).map(|number| {
+            let view = tour.at(f64::from(number) / rate).view;
+            let request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| named(&e))?;
+            Ok(ViewRequest { composition: composition.clone(), ..request })
+        });
+        Ok(Self::Tour { title: tour.title.clone(), frames: frames.collect::<Result<_, CliError>>()? })
+    }
+
+    /// # Errors
+    /// Always: a tour is of the window's views, and this build has no window.
+    #[cfg(not(feature = "view"))]
+    pub fn along_tour(_file: &Path, _args: &RenderArgs, _session: &Session, _composition: &Composition) -> Result<Self, CliError> {
+        Err(CliError::Failed("--tour needs a build with the feature \"view\"".into()))
+    }
+
+    /// Frames in all.
+    pub fn count(&self) -> u32 {
+        match self {
+            Self::Steps { count, .. } => *count,
+            Self::Tour { frames, .. } => u32::try_from(frames.len()).unwrap_or(u32::MAX),
+        }
+    }
+
+    /// Of a frame, counted from 0; beyond the end the last.
+    pub fn request(&self, number: u32) -> ViewRequest {
+        match self {
+            Self::Steps { first, step_s, .. } => {
+                ViewRequest { time: first.time.plus_seconds(f64::from(number) * step_s), ..(**first).clone() }
+            }
+            Self::Tour { frames, .. } => frames[(number as usize).min(frames.len() - 1)].clone(),
+        }
+    }
+
+    pub fn title(&self) -> Option<&str> {
+        match self {
+            Self::Steps { .. } => None,
+            Self::Tour { title, .. } => Some(title),
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! A tour: views with texts, one after the other, and the way from each to the next.
+//!
+//! In: JSON, a session. Out: the view and the text after so many seconds. Always: the camera starts and ends each way at rest and meets both ends; time runs from the one view's to
+//! the other's without a jump; what a stop does not say has the defaults of a link. A file with a fault is refused whole, with the stop and the field. Not here: who shows it.
+
+use super::flight::{FLIGHT_S, Flight, Pose, eased};
+use super::view_state::{CameraPose, ViewState};
+use crate::scene::viewpoint::viewer;
+use crate::session::Session;
+use crate::time::Instant;
+use crate::view::link::restored;
+use serde::Deserialize;
+use serde_json::Value;
+
+/// A longer text is no tour: a stop has some 600 bytes.
+pub const MAX_BYTES: u64 = 1 << 20;
+/// Seconds of a tour, at most: an hour.
+const MAX_LENGTH_S: f64 = 3600.0;
+
+/// Why a text is no tour, in one line.
+#[derive(Debug, thiserror::Error)]
+pub enum TourError {
+    /// It is not JSON of the right shape.
+    #[error("not a tour: {0}")]
+    Json(#[from] serde_json::Error),
+    #[error("a tour has at least one stop: add to \"stops\"")]
+    Empty,
+    /// A field of a stop, counted from 1.
+    #[error("stop {stop}, {field}: {why}")]
+    Stop { stop: usize, field: &'static str, why: String },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TourFile {
+    title: String,
+    stops: Vec<StopFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StopFile {
+    /// A link, or the fields of a view file.
+    view: Value,
+    #[serde(default)]
+    text: String,
+    #[serde(default = "usual_hold_s")]
+    hold_s: f64,
+    #[serde(default = "usual_travel_s")]
+    travel_s: f64,
+    #[serde(default)]
+    time_rate: f64,
+}
+
+fn usual_hold_s() -> f64 {
+    6.0
+}
+
+fn usual_travel_s() -> f64 {
+    4.0
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Stop {
+    view: ViewState,
+    text: String,
+    /// Seconds for which the camera stays, and of the scene that pass in each of them.
+    hold_s: f64,
+    time_rate: f64,
+    /// Seconds of the way to this stop.
+    travel_s: f64,
+    /// `None`: the first stop, or a cut.
+    way: Option<Way>,
+}
+
+/// From the end of one stop to the start of the next.
+#[derive(Clone, Debug, PartialEq)]
+struct Way {
+    flight: Flight,
+    from_tdb_s: f64,
+    from_fov_deg: f64,
+}
+
+/// What is shown at one instant of a tour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TourMoment {
+    pub view: ViewState,
+    /// Number of the stop, from 0: on a way the one that it leads to.
+    pub stop: usize,
+    /// The camera is on its way.
+    pub moves: bool,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tour {
+    pub title: String,
+    stops: Vec<Stop>,
+}
+
+impl Tour {
+    /// `now`: the time of stops that tell none.
+    ///
+    /// # Errors
+    /// The stop and the field that cannot be.
+    pub fn parse(text: &str, session: &Session, now: Instant) -> Result<Self, TourError> {
+        let file: TourFile = serde_json::from_str(text)?;
+        let mut stops: Vec<Stop> = Vec::new();
+        let mut length_s = 0.0;
+        for (k, told) in file.stops.into_iter().enumerate() {
+            let wrong = |field: &'static str, why: String| TourError::Stop { stop: k + 1, field, why };
+            let words = match told.view {
+                Value::String(link) => link,
+                fields => fields.to_string(),
+            };
+            let view = restored(&words, session, now).map_err(|e| wrong("view", e.to_string()))?;
+            for (field, value) in [("hold_s", told.hold_s), ("travel_s", told.travel_s)] {
+                if !(0.0..=3600.0).contains(&value) {
+                    return Err(wrong(field, format!("{value} is not 0 to 3600 seconds")));
+                }
+            }
+            if !(-1e9..=1e9).contains(&told.time_rate) {
+                return Err(wrong("time_rate", format!("{} is not -1e9 to 1e9 seconds a second", told.time_rate)));
+            }
+            let mut stop =
+                Stop { view, text: told.text, hold_s: told.hold_s, time_rate: told.time_rate, travel_s: told.travel_s, way: None };
+            match stops.last() {
+                Some(before) if stop.travel_s > 0.0 => {
+                    let way = Way::between(&before.left(), &stop.view, session).map_err(|why| wrong("view", why))?;
+                    stop.way = Some(way);
+                }
+                _ => stop.travel_s = 0.0,
+            }
+            length_s += stop.travel_s + stop.hold_s;
+            if length_s > MAX_LENGTH_S {
+                return Err(wrong("hold_s", format!("the tour is longer than {MAX_LENGTH_S} s")));
+            }
+            stops.push(stop);
+        }
+        if stops.is_empty() { Err(TourError::Empty) } else { Ok(Self { title: file.title, stops }) }
+    }
+
+    /// Seconds from the first view to the end of the last.
+    pub fn length_s(&self) -> f64 {
+        self.stops.iter().map(|s| s.travel_s + s.hold_s).sum()
+    }
+
+    /// Number of stops.
+    pub fn stops(&self) -> usize {
+        self.stops.len()
+    }
+
+    /// What is said at a stop.
+    pub fn text(&self, stop: usize) -> &str {
+        self.stops.get(stop).map_or("", |s| s.text.as_str())
+    }
+
+    /// When the camera arrives at a stop, seconds from the start.
+    pub fn arrival_s(&self, stop: usize) -> f64 {
+        let before: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
+        before + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
+    }
+
+    /// After so many seconds; before the start and after the end as at those.
+    pub fn at(&self, passed_s: f64) -> TourMoment {
+        let mut left_s = passed_s.max(0.0);
+        let last = self.stops.len() - 1;
+        for (k, stop) in self.stops.iter().enumerate() {
+            if let Some(way) = stop.way.as_ref().filter(|_| left_s < stop.travel_s) {
+                return TourMoment { view: way.at(left_s / stop.travel_s, &stop.view), stop: k, moves: true };
+            }
+            left_s -= stop.travel_s;
+            if left_s < stop.hold_s || k == last {
+                let held_s = left_s.clamp(0.0, stop.hold_s);
+                return TourMoment { view: stop.after(held_s), stop: k, moves: stop.time_rate != 0.0 && left_s < stop.hold_s };
+            }
+            left_s -= stop.hold_s;
+        }
+        // A tour has a stop.
+        TourMoment { view: self.stops[last].left(), stop: last, moves: false }
+    }
+}
+
+impl Stop {
+    fn after(&self, held_s: f64) -> ViewState {
+        ViewState { tdb_s: self.view.tdb_s + held_s * self.time_rate, paused: Some(true), ..self.view.clone() }
+    }
+
+    fn left(&self) -> ViewState {
+        self.after(self.hold_s)
+    }
+}
+
+impl Way {
+    fn between(from: &ViewState, to: &ViewState, session: &Session) -> Result<Self, String> {
+        let body = to.eye.body();
+        let pose = |view: &ViewState| -> Result<Pose, String> {
+            let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
+            // The size has no part in where the camera stands.
+            let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
+            let camera = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?.camera;
+            let centre = ephemeris.state(body, crate::catalog::NaifId::SOLAR_SYSTEM_BARYCENTER, view.time(), None);
+            let centre_km = centre.map_err(|e| e.to_string())?.state.pos_km;
+            Ok(Pose { offset_km: camera.position_km - centre_km, forward: camera.forward, up: camera.up })
+        };
+        Ok(Self { flight: Flight::new(pose(from)?, pose(to)?), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg })
+    }
+
+    fn at(&self, part: f64, to: &ViewState) -> ViewState {
+        let Pose { offset_km, forward, up } = Flight { passed_s: part * FLIGHT_S, ..self.flight }.pose();
+        let s = eased(part);
+        ViewState {
+            tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * s,
+            eye: CameraPose::Free { body: to.eye.body(), offset_km, forward, up },
+            tracks: false,
+            fov_deg: (self.from_fov_deg.ln() + (to.fov_deg / self.from_fov_deg).ln() * s).exp(),
+            paused: Some(true),
+            ..to.clone()
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! A tour that is played over the sky: its text, and buttons to pause it, to go from stop to stop, and to end it.
+//!
+//! In: a [`Tour`], passing time. Out: the view, and a line of text with controls over the sky's lower edge. Always: whoever moves the view by hand pauses the tour and keeps
+//! the view; quality and what the window shows beside the sky are the user's. Not here: ways and views ([`crate::view::app::tour`]).
+
+use super::Interface;
+use crate::files::read_text;
+use crate::session::Session;
+use crate::view::app::tour::{MAX_BYTES, Tour};
+use crate::view::app::view_state::ViewState;
+use crate::view::app::viewer::Action;
+use crate::wording::echo;
+use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
+use std::path::Path;
+use std::time::Duration;
+
+/// What plays, if anything.
+#[derive(Default)]
+pub struct TourPlayer {
+    playing: Option<Playing>,
+    /// The file that *Open tour* reads.
+    pub file: String,
+}
+
+struct Playing {
+    tour: Tour,
+    passed_s: f64,
+    is_paused: bool,
+}
+
+/// Between two turns while nothing moves: the bar goes on.
+const QUIET_TURN: Duration = Duration::from_millis(200);
+/// Of the text, points at the most.
+const TEXT_WIDTH: f32 = 560.0;
+
+impl TourPlayer {
+    pub fn is_open(&self) -> bool {
+        self.playing.is_some()
+    }
+
+    /// Whoever takes the view into their own hands keeps it.
+    pub fn pause(&mut self) {
+        if let Some(playing) = &mut self.playing {
+            playing.is_paused = true;
+        }
+    }
+
+    /// Ends the tour; the view stays. Whether there was one.
+    pub fn end(&mut self) -> bool {
+        self.playing.take().is_some()
+    }
+}
+
+/// Starts a tour from its text; *Back* leads to the view before it.
+pub fn start(interface: &mut Interface, session: &Session, text: &str, actions: &mut Vec<Action>) {
+    match Tour::parse(text, session, interface.viewer.now()) {
+        Ok(tour) => {
+            actions.push(Action::Show(Box::new(of_user(tour.at(0.0).view, &interface.viewer.view, true))));
+            interface.tour.playing = Some(Playing { tour, passed_s: 0.0, is_paused: false });
+        }
+        Err(e) => interface.message = e.to_string(),
+    }
+}
+
+/// Starts the tour of a file.
+pub fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
+    match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
+        Ok(text) => start(interface, session, &text, actions),
+        Err(e) => interface.message = format!("{}: {e}", echo(&interface.tour.file)),
+    }
+}
+
+/// A tour's view with the user's quality; `paused`: time stands still from here on.
+fn of_user(view: ViewState, shown: &ViewState, paused: bool) -> ViewState {
+    ViewState { quality: shown.quality, paused: paused.then_some(true), ..view }
+}
+
+/// Lets seconds pass.
+pub fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
+    interface.viewer.is_led = false;
+    let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };
+    playing.passed_s += seconds.max(0.0);
+    let moment = playing.tour.at(playing.passed_s);
+    playing.is_paused = playing.passed_s >= playing.tour.length_s();
+    interface.viewer.view = of_user(moment.view, &interface.viewer.view, false);
+    interface.viewer.is_led = moment.moves && !playing.is_paused;
+    ctx.request_repaint_after(if moment.moves { Duration::ZERO } else { QUIET_TURN });
+}
+
+/// The text and the controls, over the sky.
+pub fn show(interface: &mut Interface, ui: &egui::Ui, sky: Rect) {
+    let Some(playing) = &mut interface.tour.playing else { return };
+    let stop = playing.tour.at(playing.passed_s).stop;
+    let mut go_to = None;
+    let mut ended = false;
+    let place = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
+    place.fixed_pos(sky.center_bottom() - Vec2::new(0.0, 16.0)).show(ui.ctx(), |ui| {
+        Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width(TEXT_WIDTH.min(sky.width() - 40.0).max(120.0));
+            ui.add(Label::new(RichText::new(format!("{}: {} of {}", playing.tour.title, stop + 1, playing.tour.stops())).small()));
+            let text = ui.label(playing.tour.text(stop));
+            // Read out by a screen reader without being gone to.
+            ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
+            let part = playing.passed_s / playing.tour.length_s().max(1e-9);
+            ui.horizontal(|ui| {
+                let button =
+                    |ui: &mut egui::Ui, on: bool, name: &str, tip: &str| ui.add_enabled(on, Button::new(name)).on_hover_text(tip).clicked();
+                if button(ui, stop > 0, "Previous", "Back to the stop before") {
+                    go_to = Some(stop - 1);
+                }
+                let (name, tip) =
+                    if playing.is_paused { ("Play tour", "Go on") } else { ("Pause tour", "Stay here; you can move the view") };
+                if button(ui, true, name, tip) {
+                    playing.is_paused = !playing.is_paused;
+                    if playing.passed_s >= playing.tour.length_s() {
+                        playing.passed_s = 0.0;
+                    }
+                }
+                if button(ui, stop + 1 < playing.tour.stops(), "Next", "On to the next stop") {
+                    go_to = Some(stop + 1);
+                }
+                ended = button(ui, true, "End tour", "Close the tour and keep the view (Escape)");
+                let bar = ProgressBar::new(part.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
+                ui.add(bar.fill(Color32::from_gray(140)));
+            });
+        });
+    });
+    if let Some(stop) = go_to {
+        playing.passed_s = playing.tour.arrival_s(stop);
+        playing.is_paused = false;
+    }
+    if ended {
+        interface.tour.end();
+    }
+}

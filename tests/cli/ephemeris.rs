@@ -1,0 +1,117 @@
+//! Tables of `orrery ephemeris`, and risings and settings over a place, against single answers, the horizon and a published almanac.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+fn orrery(words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_orrery")).arg("ephemeris").args(words).output().expect("the program starts")
+}
+
+fn text(words: &[&str]) -> String {
+    let out = orrery(words);
+    assert!(out.status.success(), "{words:?}: {}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8(out.stdout).expect("UTF-8")
+}
+
+fn json(words: &[&str]) -> Value {
+    serde_json::from_str(&text(&[words, &["--json"]].concat())).expect("JSON")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
+}
+
+/// Every row is what a single question answers, in all forms alike.
+#[test]
+fn rows_are_single_answers() {
+    let span = ["--from", "2016-12-30", "--to", "2017-01-02", "--step", "1d"];
+    let kinds: [(&[&str], &str, &str); 4] = [
+        (&["--body", "mars", "--center", "sun"], "x_km", "/pos_km/0"),
+        (&["--body", "mars", "--apparent"], "ra_deg", "/true_of_date/ra_deg"),
+        (&["--body", "mars", "--orientation"], "sub_observer_lon_east_deg", "/sub_observer/lon_east_deg"),
+        (&["--body", "moon", "--at", "52.5,13.4,40"], "altitude_deg", "/0/altitude_deg"),
+    ];
+    for (words, column, pointer) in kinds {
+        let rows = json(&[words, &span].concat());
+        let rows = rows.as_array().expect("rows");
+        // A leap second lies between the second and the third: the time of day stays.
+        let times: Vec<&str> = rows.iter().map(|r| r["time_utc"].as_str().expect("a time")).collect();
+        assert_eq!(times, ["2016-12-30T00:00:00Z", "2016-12-31T00:00:00Z", "2017-01-01T00:00:00Z", "2017-01-02T00:00:00Z"]);
+        let csv = text(&[words, &span, &["--csv"]].concat());
+        let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+        assert!(lines.len() == 5 && lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
+        let at = lines[0].iter().position(|name| *name == column).expect("the column");
+        for (row, line) in rows.iter().zip(&lines[1..]) {
+            let alone = json(&[words, &["--time", row["time_utc"].as_str().expect("a time")]].concat());
+            let (found, expected) = (number(&row[column]), number(alone.pointer(pointer).expect("the same figure")));
+            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{words:?} {column}: {found} {expected}");
+            assert!((line[at].parse::<f64>().expect("a number") - found).abs() <= 6e-4, "{csv}");
+        }
+        assert_ne!(rows[0][column], rows[1][column], "the comparison must be able to fail");
+        let table = text(&[words, &span].concat());
+        let widths: Vec<usize> = table.lines().map(|line| line.chars().count()).collect();
+        assert!(widths.len() == 5 && widths.iter().all(|w| *w == widths[0]), "{table}");
+    }
+}
+
+/// Sun and twilights: the horizontal table has the Sun at those altitudes at those instants, in middle latitudes, in the tropics and beyond the polar circles.
+#[test]
+fn the_sun_is_where_rise_set_and_twilight_say() {
+    let altitude = |place: &str, time: &str| number(&json(&["--body", "sun", "--at", place, "--time", time])[0]["altitude_deg"]);
+    for (place, day) in [("51.48,0", "2026-03-20"), ("0,-78.5", "2026-06-21"), ("-33.9,18.4", "2025-12-21"), ("69.65,18.96", "2026-09-01")]
+    {
+        let found = json(&["--rise-set", "--at", place, "--time", day]);
+        for name in ["rise", "set"] {
+            // 34 minutes of refraction and 15.7 to 16.3 of the limb; roots are within 0.05 s, which is under 1e-3 degrees, written to the millisecond.
+            let h = altitude(place, found[name]["time"].as_str().expect("a time"));
+            assert!((-50.4 / 60.0..-49.6 / 60.0).contains(&h), "{place} {name}: {h}");
+        }
+        let transit = found["transit"]["time"].as_str().expect("a time");
+        assert!((number(&found["transit"]["altitude_deg"]) - altitude(place, transit)).abs() < 1e-6);
+        let seen = json(&["--body", "sun", "--at", place, "--time", transit]);
+        assert!(number(&seen[0]["hour_angle_deg"]).abs() < 1e-3, "{place}: {seen}");
+        for (name, expected) in [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)] {
+            for end in ["dawn", "dusk"] {
+                let h = altitude(place, found["twilight"][name][end].as_str().unwrap_or_else(|| panic!("{place} {name} {end}")));
+                assert!((h - expected).abs() < 1e-3, "{place} {name} {end}: {h}");
+            }
+        }
+    }
+    // London in June has no end of astronomical twilight; Tromsø has no night then and no day in December.
+    let london = json(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
+    assert!(london["twilight"]["astronomical"]["dawn"].is_null() && london["twilight"]["nautical"]["dusk"].is_string(), "{london}");
+    let tromso = |day: &str| json(&["--rise-set", "--at", "69.65,18.96", "--time", day]);
+    let (june, december) = (tromso("2026-06-21"), tromso("2026-12-21"));
+    assert!(june["rise"].is_null() && june["set"].is_null() && june["up_at_start"] == true, "{june}");
+    assert!(
+        december["rise"].is_null() && december["up_at_start"] == false && december["twilight"]["civil"]["dawn"].is_string(),
+        "{december}"
+    );
+    // What is no Sun has no twilight; the text has a line for each.
+    assert!(json(&["--body", "moon", "--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"])["twilight"].is_null());
+    let lines = text(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
+    assert!(lines.lines().count() == 10 && lines.contains("astronomical dawn     none within the day"), "{lines}");
+}
+
+#[test]
+fn wrong_spans_and_places_say_what_to_do() {
+    let span = |from: &'static str, to: &'static str, step: &'static str| {
+        vec!["--body", "mars", "--apparent", "--from", from, "--to", to, "--step", step]
+    };
+    for (words, about) in [
+        (span("2026-01-02", "2026-01-01", "1d"), "swap"),
+        (span("2026-01-01", "2026-01-02", "0s"), "more than 0"),
+        (span("2026-01-01", "2026-01-02", "-1h"), "more than 0"),
+        (span("2026-01-01", "2036-01-02", "1s"), "200000 rows"),
+        (span("soon", "2026-01-02", "1d"), "--from"),
+        (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02"], "--step"),
+        (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02", "--step", "1d"], "--center"),
+        (vec!["--rise-set", "--at", "91,0", "--time", "now"], "--at"),
+        (vec!["--rise-set", "--time", "now"], "--at"),
+        (vec!["--body", "nibiru", "--at", "51,0", "--time", "now"], "nibiru"),
+    ] {
+        let out = orrery(&words);
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(matches!(out.status.code(), Some(1 | 2)) && said.contains(about) && out.stdout.is_empty(), "{words:?}: {said}");
+    }
+}

@@ -1,0 +1,144 @@
+//! Tours: those that ship, the way between stops, files with faults; played, paused by hand and ended in the window.
+
+use crate::view::hands::without_pictures;
+use crate::view::interface::session;
+use egui_kittest::kittest::Queryable;
+use glam::DVec3;
+use orrery::catalog::NaifId;
+use orrery::scene::viewpoint::viewer;
+use orrery::time::Instant;
+use orrery::view::app::tour::Tour;
+use orrery::view::app::view_state::ViewState;
+use orrery::view::panels::Tab;
+
+fn parse(text: &str) -> Result<Tour, String> {
+    Tour::parse(text, session(), Instant::parse("2024-01-01").expect("a time")).map_err(|e| e.to_string())
+}
+
+/// From a body's centre to the camera, where it looks, and half its field.
+fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
+    let session = session();
+    let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
+    let camera = viewer(session.catalog(), session.ephemeris(), &request).expect("a camera").camera;
+    let centre = session.ephemeris().state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, view.time(), None).expect("a place").state.pos_km;
+    (camera.position_km - centre, camera.forward)
+}
+
+/// Every tour that ships can be shown at every instant; between two pictures, at 25 a second, the camera turns and moves by little, but for a cut.
+#[test]
+fn shipped_tours_are_smooth_from_end_to_end() {
+    for (name, _, text) in orrery_catalogs::TOURS {
+        let tour = parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(tour.title == *name && tour.stops() >= 3 && (20.0..180.0).contains(&tour.length_s()), "{name}: {} s", tour.length_s());
+        let mut before = tour.at(0.0);
+        let mut way = 0;
+        for k in 1..=(25.0 * tour.length_s()) as u32 {
+            let now = tour.at(f64::from(k) / 25.0);
+            let body = now.view.eye.body();
+            if now.moves && before.moves && now.stop == before.stop && now.view.tracks == before.view.tracks && !now.view.tracks {
+                let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&now.view, body));
+                way += 1;
+                let ratio = (b.length() / a.length()).ln().abs();
+                assert!(ratio < 0.2, "{name}, {} s: the distance changes by {ratio}", f64::from(k) / 25.0);
+                let turned = ahead.cross(ahead_now).length().atan2(ahead.dot(ahead_now)).to_degrees();
+                assert!(turned < 6.0, "{name}, {} s: the camera turns by {turned} degrees", f64::from(k) / 25.0);
+            }
+            before = now;
+        }
+        assert!(way > 50, "{name}: {way} pictures on the way");
+    }
+}
+
+#[test]
+fn a_way_starts_and_ends_where_its_stops_are() {
+    let stop = |view: &str| format!(r#"{{"view":"orrery://view?{view}","hold_s":2,"travel_s":3,"time_rate":100}}"#);
+    let stops = [
+        "target=Saturn&time=2017-05-17&eye.distance_radii=6",
+        "target=Moon&time=2017-05-18&eye.distance_radii=3&fov_deg=10",
+        "target=Sun&time=2017-05-18T12:00:00Z&eye.kind=ground&eye.body=Earth&eye.latitude_deg=50&eye.longitude_deg=10&fov_deg=2",
+    ];
+    let tour = parse(&format!(r#"{{"title":"T","stops":[{}]}}"#, stops.map(stop).join(","))).expect("a tour");
+    // The first has no way to it.
+    assert_eq!((tour.length_s(), tour.arrival_s(0), tour.arrival_s(1), tour.arrival_s(2)), (12.0, 0.0, 5.0, 10.0));
+    for k in [1, 2] {
+        let (starts_s, arrives_s) = (tour.arrival_s(k) - 3.0, tour.arrival_s(k));
+        for at_s in [starts_s, arrives_s] {
+            let (before, after) = (tour.at(at_s - 1e-7), tour.at(at_s + 1e-7));
+            let body = tour.at(arrives_s).view.eye.body();
+            let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&after.view, body));
+            assert!((a - b).length() < 1e-5 * a.length(), "stop {k}, {at_s} s: {a} {b}");
+            // A followed target stands where its light comes from; the way ends where it is looked for without: 20 arcsec of aberration.
+            assert!((ahead - ahead_now).length() < 2e-4, "stop {k}, {at_s} s: {ahead} {ahead_now}");
+            assert!(
+                (before.view.tdb_s - after.view.tdb_s).abs() < 1e-3 * 86_400.0
+                    && (before.view.fov_deg / after.view.fov_deg - 1.0).abs() < 1e-5
+            );
+        }
+        // It can fail: half a second from the arrival the camera is elsewhere.
+        let (a, b) = (
+            camera(&tour.at(arrives_s - 1.0).view, tour.at(arrives_s).view.eye.body()).0,
+            camera(&tour.at(arrives_s).view, tour.at(arrives_s).view.eye.body()).0,
+        );
+        assert!((a - b).length() > 1e-3 * b.length());
+    }
+    assert_eq!(tour.at(1e9), tour.at(12.0));
+    assert!((tour.at(2.0).view.tdb_s - tour.at(0.0).view.tdb_s - 200.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_fault_is_told_with_its_stop_and_field() {
+    let one = |fields: &str| format!(r#"{{"title":"T","stops":[{{"view":"orrery://view?target=Moon"}},{{{fields}}}]}}"#);
+    for (text, about) in [
+        ("[".to_owned(), "not a tour"),
+        (r#"{"title":"T","stops":[]}"#.to_owned(), "at least one stop"),
+        (r#"{"stops":[]}"#.to_owned(), "title"),
+        (one(r#""text":"x""#), "view"),
+        (one(r#""view":"orrery://view?target=Nibiru""#), "stop 2, view: target: "),
+        (one(r#""view":{"target":399,"fov_deg":-1}"#), "stop 2, view: fov_deg"),
+        (one(r#""view":"orrery://view?target=Moon","hold_s":-1"#), "stop 2, hold_s"),
+        (one(r#""view":"orrery://view?target=Moon","travel_s":1e9"#), "stop 2, travel_s"),
+        (one(r#""view":"orrery://view?target=Moon","time_rate":1e99"#), "stop 2, time_rate"),
+        (one(r#""view":"orrery://view?target=Moon","holds":3"#), "holds"),
+    ] {
+        let said = parse(&text).expect_err(&text);
+        assert!(said.contains(about) && !said.contains('\n'), "{text}: {said}");
+    }
+    let long = format!(r#"{{"title":"T","stops":[{}]}}"#, vec![r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
+    assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
+}
+
+/// Two clicks play it; a hand on the view pauses it and keeps the view; Escape ends it.
+#[test]
+fn a_tour_plays_in_the_window() {
+    let mut window = without_pictures(NaifId(699));
+    window.run_steps(2);
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(2);
+    let (name, _, text) = orrery_catalogs::TOURS[0];
+    let tour = parse(text).expect("a tour");
+    window.get_by_label(name).click();
+    window.run_steps(2);
+    assert!(window.query_by_label_contains(tour.text(0)).is_some(), "the first text is shown");
+    assert_eq!(window.state().viewer.view.target, NaifId::EARTH);
+    let quality = window.state().viewer.view.quality;
+    window.get_by_label("Next").click();
+    window.run_steps(2);
+    assert!(window.query_by_label_contains(tour.text(1)).is_some());
+    assert_eq!(window.state().viewer.view.quality, quality, "quality is the user's");
+    // A hand on the time.
+    window.get_by_label("+d").click();
+    window.run_steps(2);
+    let kept = window.state().viewer.view.tdb_s;
+    window.run_steps(5);
+    assert!(window.query_by_label("Play tour").is_some() && window.state().viewer.view.tdb_s == kept);
+    window.key_press(egui::Key::Escape);
+    window.run_steps(2);
+    assert!(
+        window.query_by_label("End tour").is_none() && window.state().tab == Some(Tab::Moments),
+        "Escape ends the tour and leaves the panel"
+    );
+    // The way back.
+    window.get_by_label("Back").click();
+    window.run_steps(2);
+    assert_eq!(window.state().viewer.view.target, NaifId(699));
+}
