@@ -4,6 +4,7 @@
 //! to be this request's own or free to be written.
 
 use super::CliError;
+use crate::image::AnimationFormat;
 use crate::session::{ExistingPicture, Provenance};
 use crate::wording::{echo, echo_within};
 use std::collections::BTreeSet;
@@ -16,6 +17,8 @@ pub enum Output {
     /// Text before and after the frame number, and its width.
     Run(String, usize, String),
     Stream,
+    /// One moving picture.
+    Animation(PathBuf, AnimationFormat),
 }
 
 impl Output {
@@ -25,8 +28,14 @@ impl Output {
         if text == "-" {
             return Ok(Self::Stream);
         }
+        let ending = Path::new(text).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match ending.as_deref() {
+            Some("gif") => return Ok(Self::Animation(text.into(), AnimationFormat::Gif)),
+            Some("apng") => return Ok(Self::Animation(text.into(), AnimationFormat::Apng)),
+            _ => {}
+        }
         if !text.to_ascii_lowercase().ends_with(".png") && !text.to_ascii_lowercase().ends_with(".exr") {
-            return wrong("the name must end in .png or .exr");
+            return wrong("the name must end in .png, .exr, .gif or .apng");
         }
         match text.split_once('%') {
             None if frames > 1 => wrong(&format!("for {frames} frames the name needs a number, such as out-%05d.png")),
@@ -45,7 +54,7 @@ impl Output {
         match self {
             Self::One(path) => Some(path.clone()),
             Self::Run(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
-            Self::Stream => None,
+            Self::Stream | Self::Animation(..) => None,
         }
     }
 }

@@ -31,6 +31,7 @@ mod frames;
 mod inputs;
 mod library;
 mod measure;
+mod moving_output;
 mod output;
 mod probe;
 mod render;

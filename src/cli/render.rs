@@ -1,18 +1,18 @@
 //! `orrery render`: an image or a sequence of frames to files or a video stream.
 use super::composition_words::CompositionWords;
 use super::frames::{Output, kept, shard, step_seconds};
-use super::output::{put, say, to_stdout, write_error};
+use super::moving_output::MovingOutput;
+use super::output::{put, say, write_error};
 use super::render_views::Views;
 use super::view_words::{ViewWords, size};
 use super::{CliError, Common};
-use crate::image;
 use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_picture};
 use crate::wording::echo;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as Moment};
 
@@ -28,6 +28,7 @@ const EXAMPLES: &str = "Examples:
   orrery render --target mars --from earth --projection equirectangular --up celestial \
     --size 4096x2048 -o sky.png
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png --error bound.png
+  orrery render --target jupiter --time 2015-01-24T05:00:00Z --frames 60 --step 3m --size 400x400 -o moons.gif
   orrery render --tour eclipse.json --size 1280x720 -o - | ffmpeg -i - eclipse.mp4
 
 A sequence resumes where it stopped: each file records its request. Files of the same
@@ -61,7 +62,7 @@ pub struct RenderArgs {
     view: ViewWords,
     #[command(flatten)]
     composition: CompositionWords,
-    /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, or - for a y4m stream
+    /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, a moving picture (.apng keeps every level, .gif has 256 colours), or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,
     /// Number of frames
@@ -84,7 +85,7 @@ pub struct RenderArgs {
     /// Write the bound of each pixel's error against the reference quality: .png in 255ths, .exr linear; repeat for both
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     error: Vec<PathBuf>,
-    /// Frames per second of a y4m stream, and of a tour
+    /// Frames per second of a y4m stream, of a moving picture and of a tour
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
     rate: u32,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
@@ -100,8 +101,10 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let output = Output::parse(args.output.as_deref(), if tour_file.is_some() { u32::MAX } else { args.frames })?;
     let step_s = step_seconds(&args.step)?;
     let (first, stride) = shard(args.shard.as_deref())?;
-    if output == Output::Stream && stride > 1 {
-        return Err(CliError::Failed("--shard needs files: a stream is written in order by one process".into()));
+    if matches!(output, Output::Stream | Output::Animation(..)) && stride > 1 {
+        return Err(CliError::Failed(
+            "--shard needs files of one frame: a stream or a moving picture is written in order by one process".into(),
+        ));
     }
     let session = Session::open(&common.sources_to_draw(), say)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
@@ -132,8 +135,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     check_error_files(args, &session, &bounded, clock)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
-    let mut stream = std::io::stdout();
-    let failed = |e: image::ImageError| CliError::Failed(e.to_string());
+    let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args)?;
     let bar = progress(views.count());
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -157,14 +159,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
                 text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
                 write_picture(path, &drawn.frame, &text)?;
             }
-            None => {
-                let mut bytes = Vec::new();
-                if number == first {
-                    image::write_y4m_header(&mut bytes, request.width, request.height, args.rate).map_err(failed)?;
-                }
-                image::write_y4m_frame(&mut bytes, &drawn.frame.display).map_err(failed)?;
-                stream.write_all(&bytes).and_then(|()| stream.flush()).map_err(|e| to_stdout(&e))?;
-            }
+            None => moving.add(&drawn.frame)?,
         }
         written.add(Stage::Write, start.elapsed());
         if let Some(ran) = before.and_then(|before| process_cpu()?.checked_sub(before)) {
@@ -172,6 +167,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         bar.inc(1);
     }
+    moving.finish()?;
     bar.finish_and_clear();
     if !args.error.is_empty() {
         let bounds = error_bounds(&session, &bounded)?;
@@ -196,6 +192,10 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
 impl RenderArgs {
     pub(super) fn size(&self) -> &str {
         &self.view.size
+    }
+
+    pub(super) fn overwrites(&self) -> bool {
+        self.overwrite
     }
 
     pub(super) fn rate(&self) -> u32 {

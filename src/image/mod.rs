@@ -8,6 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaIm
 use std::io::Cursor;
 use std::sync::Arc;
 
+mod animation;
 mod compare;
 mod glyph_atlas;
 mod maps;
@@ -19,6 +20,7 @@ pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 mod write;
 
+pub use animation::{AnimationFormat, AnimationWriter};
 pub use compare::{Difference, DisplayImage};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use maps::{MapDecoding, MapOrigin, MapStore};

@@ -58,7 +58,7 @@ fn rows_are_single_answers() {
 #[test]
 fn the_sun_is_where_rise_set_and_twilight_say() {
     let altitude = |place: &str, time: &str| number(&json(&["--body", "sun", "--at", place, "--time", time])[0]["altitude_deg"]);
-    for (place, day) in [("51.48,0", "2026-03-20"), ("0,-78.5", "2026-06-21"), ("-33.9,18.4", "2025-12-21"), ("69.65,18.96", "2026-09-01")]
+    for (place, day) in [("51.48,0", "2026-03-20"), ("0,-78.5", "2026-06-21"), ("-33.9,18.4", "2025-12-21"), ("69.65,18.96", "2026-10-15")]
     {
         let found = json(&["--rise-set", "--at", place, "--time", day]);
         for name in ["rise", "set"] {

@@ -212,3 +212,52 @@ fn a_tour_is_drawn_frame_by_frame() {
     let wrong = render(&words);
     assert!(wrong.status.code() == Some(1) && said(&wrong).contains("tour.json: stop 1, view: target: "), "{}", said(&wrong));
 }
+
+/// The frames of a moving picture are those of a sequence; a file that is there stays, and what a form cannot hold is said before anything is drawn.
+#[test]
+fn a_moving_picture_has_the_frames_of_a_sequence() {
+    use image::AnimationDecoder;
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let words = |out: &Path| {
+        [&BASE[..], &["--frames", "3", "--step", "20m", "--rate", "10", "-o", text(out)]]
+            .concat()
+            .into_iter()
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    let draw = |out: &Path, more: &[&str]| {
+        let words = words(out);
+        render(&[&words.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat())
+    };
+    for name in ["out-%d.png", "out.apng", "out.gif"] {
+        let out = draw(&at(name), &[]);
+        assert!(out.status.success(), "{name}: {}", said(&out));
+    }
+    let single = |k: usize| image::open(at(&format!("out-{k}.png"))).expect("a picture").to_rgb8();
+    let file = std::io::BufReader::new(std::fs::File::open(at("out.apng")).expect("a file"));
+    let frames =
+        image::codecs::png::PngDecoder::new(file).expect("a PNG").apng().expect("animated").into_frames().collect_frames().expect("frames");
+    assert_eq!(frames.len(), 3);
+    for (k, frame) in frames.iter().enumerate() {
+        assert_eq!(image::DynamicImage::from(frame.buffer().clone()).to_rgb8(), single(k), "frame {k}");
+        assert_eq!(frame.delay().numer_denom_ms(), (100, 1));
+    }
+    assert_ne!(single(0), single(2), "the comparison must be able to fail");
+    let before = files(folder.path());
+    for name in ["out.apng", "out.gif"] {
+        let again = draw(&at(name), &[]);
+        assert!(again.status.code() == Some(1) && said(&again).contains("--overwrite"), "{}", said(&again));
+        assert!(draw(&at(name), &["--overwrite"]).status.success());
+    }
+    // The same bytes once more.
+    assert_eq!(files(folder.path()), before);
+    for (more, about) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
+        let mut words = words(&at("other.gif"));
+        if more[0] == "--rate" {
+            words.retain(|w| w != "--rate" && w != "10");
+        }
+        let out = render(&[&words.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat());
+        assert!(out.status.code() == Some(1) && said(&out).contains(about) && !at("other.gif").exists(), "{}", said(&out));
+    }
+}

@@ -4,6 +4,7 @@ mod access;
 mod contrast;
 mod events;
 mod failures;
+mod flights;
 mod hands;
 mod inspect;
 pub mod interface;

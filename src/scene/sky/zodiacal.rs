@@ -2,7 +2,7 @@
 //!
 //! In: the elongation from the Sun and the ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm; [`law`] is a fit that meets
 //! each of its entries from 15 degrees of elongation on within 13 % (the table itself is good to 10 %). Nearer to the Sun the corona goes on: its F part is the same
-//! dust, and its law grows with the same power of the distance, so that both meet wherever the observer is. Seen from r au the light goes with r^-2.3 (Helios 1 and 2
+//! dust, and its law grows with the same power of the distance, so that both meet within a factor of 2 wherever the observer is (0.54 at 0.3 au). Seen from r au the light goes with r^-2.3 (Helios 1 and 2
 //! between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177), which is an extrapolation beyond. Left out: the cloud's tilt of 1.5 degrees, the seasons that
 //! follow from it, observers far off the ecliptic, and the dust's reddening.
 

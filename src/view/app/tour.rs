@@ -198,8 +198,8 @@ impl Way {
             // The size has no part in where the camera stands.
             let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
             let camera = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?.camera;
-            let centre = ephemeris.state(body, crate::catalog::NaifId::SOLAR_SYSTEM_BARYCENTER, view.time(), None);
-            let centre_km = centre.map_err(|e| e.to_string())?.state.pos_km;
+            // A free camera is placed from where the body's light comes from.
+            let (centre_km, _) = ephemeris.light_time_position(body, camera.position_km, view.time()).map_err(|e| e.to_string())?;
             Ok(Pose { offset_km: camera.position_km - centre_km, forward: camera.forward, up: camera.up })
         };
         Ok(Self { flight: Flight::new(pose(from)?, pose(to)?), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg })

@@ -292,7 +292,6 @@ impl Viewer {
     fn pose_from(&self, body: NaifId, places: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let carrier = self.view.eye.body();
-        let to_carrier = if carrier == body { DVec3::ZERO } else { places.between_km(body, carrier, time)? };
         let icrf_from_body = places.body_from_icrf(carrier, time)?.transpose();
         let (offset_km, forward, up) = match self.view.eye {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
@@ -321,7 +320,8 @@ impl Viewer {
             }
         };
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        Some(Pose { offset_km: offset_km + to_carrier, forward, up })
+        let follows_light = matches!(self.view.eye, CameraPose::Free { .. } | CameraPose::Orbit { .. });
+        Some(Pose { offset_km: places.offset_from_km(body, carrier, offset_km, follows_light, time)?, forward, up })
     }
 
     fn fly_to(&mut self, id: NaifId, places: &dyn BodyPositions) {

@@ -27,6 +27,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let description = format!("The sky: {}", interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    tour::show(interface, ui, rect);
     let Some(size_px) = interface.drawing().map(|d| [d.width, d.height]) else {
         if interface.said().is_empty() {
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, "drawing…", FontId::proportional(18.0), NAME_COLOUR);
@@ -48,9 +49,7 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     interface.viewport.picked_px = clicked_px.or(interface.viewport.picked_px);
     menu(interface, &response, &place, actions);
     say(interface, ui, rect);
-    if interface.tour.is_open() {
-        tour::show(interface, ui, rect);
-    } else {
+    if !interface.tour.is_open() {
         hints(interface, ui, rect);
     }
     if interface.tab == Some(super::Tab::Shader) && interface.shader.probes() {

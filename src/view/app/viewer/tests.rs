@@ -14,6 +14,10 @@ impl BodyPositions for Line {
         };
         Some(DVec3::new(x(to)? - x(from)?, 0.0, 0.0))
     }
+    /// Light takes no time here.
+    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, _: bool, time: Instant) -> Option<DVec3> {
+        Some(self.between_km(body, carrier, time)? + offset_km)
+    }
     fn body_from_icrf(&self, _: NaifId, time: Instant) -> Option<DMat3> {
         Some(DMat3::from_rotation_z(-time.tdb_seconds_past_j2000() * 1e-4))
     }

@@ -1,0 +1,117 @@
+//! Where frames go that make one output: a y4m stream on standard output, or a moving picture in a file.
+//!
+//! In: frames in order. Out: bytes on standard output as they come, or a whole file at the end. Always: a file of that name is left as it is, unless it may be replaced; one that is
+//! interrupted leaves nothing. Not here: single pictures.
+
+use super::CliError;
+use super::frames::Output;
+use super::output::to_stdout;
+use super::render::RenderArgs;
+use crate::files::{FileAccess, write_new, write_whole};
+use crate::image::{AnimationWriter, ImageError, write_y4m_frame, write_y4m_header};
+use crate::render::frame::Frame;
+use crate::wording::echo;
+use parking_lot::Mutex;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Pixels of a moving picture, at most: it is made in memory.
+const MAX_PIXELS: f64 = 2e9;
+
+/// Bytes that the writer fills and keeps, and that are taken from here in the end.
+#[derive(Clone, Default)]
+pub struct Shared(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+pub enum MovingOutput {
+    /// Each frame has a file of its own.
+    None,
+    Stream {
+        rate: u32,
+        begun: bool,
+    },
+    File {
+        path: PathBuf,
+        overwrite: bool,
+        writer: Box<AnimationWriter<Shared>>,
+        bytes: Shared,
+    },
+}
+
+fn failed(e: ImageError) -> CliError {
+    CliError::Failed(e.to_string())
+}
+
+impl MovingOutput {
+    /// # Errors
+    /// A file that may not be replaced, or a size, number of frames or rate that the form does not know.
+    pub fn begin(output: &Output, size: (u32, u32), frames: u32, args: &RenderArgs) -> Result<Self, CliError> {
+        match output {
+            Output::One(_) | Output::Run(..) => Ok(Self::None),
+            Output::Stream => Ok(Self::Stream { rate: args.rate(), begun: false }),
+            Output::Animation(path, format) => {
+                let name = echo(&path.display().to_string());
+                if path.exists() && !args.overwrites() {
+                    return Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")));
+                }
+                if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_PIXELS {
+                    return Err(CliError::Failed(format!(
+                        "-o {name}: more than {:.0} million pixels in all; draw fewer or smaller frames, or write a stream (-o -) to an encoder",
+                        MAX_PIXELS / 1e6
+                    )));
+                }
+                let bytes = Shared::default();
+                let writer = AnimationWriter::new(bytes.clone(), *format, size, frames, args.rate()).map_err(failed)?;
+                Ok(Self::File { path: path.clone(), overwrite: args.overwrites(), writer: Box::new(writer), bytes })
+            }
+        }
+    }
+
+    /// Adds the next frame.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    pub fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
+        match self {
+            Self::None => Ok(()),
+            Self::Stream { rate, begun } => {
+                let mut bytes = Vec::new();
+                if !std::mem::replace(begun, true) {
+                    write_y4m_header(&mut bytes, frame.width, frame.height, *rate).map_err(failed)?;
+                }
+                write_y4m_frame(&mut bytes, &frame.display).map_err(failed)?;
+                let mut out = std::io::stdout();
+                out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| to_stdout(&e))
+            }
+            Self::File { writer, .. } => writer.add(&frame.display).map_err(failed),
+        }
+    }
+
+    /// Writes what is written as a whole.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    pub fn finish(self) -> Result<(), CliError> {
+        let Self::File { path, overwrite, writer, bytes } = self else { return Ok(()) };
+        writer.finish().map_err(failed)?;
+        let bytes = bytes.0.lock();
+        let fill = |out: &mut std::io::BufWriter<&mut std::fs::File>| out.write_all(&bytes);
+        if overwrite {
+            write_whole(&path, FileAccess::All, fill)?;
+        } else {
+            write_new([path], FileAccess::All, fill)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,167 @@
+//! Frames of display bytes to one moving picture: an animated PNG, which keeps every level, or a GIF of 256 colours a frame.
+//!
+//! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: it runs for ever, frame by frame as long as the rate says (a GIF knows hundredths of
+//! a second: at rates that do not divide 100 single frames are a hundredth longer, so that the whole keeps time). Alpha is left out. The same input gives the same bytes.
+
+use super::ImageError;
+use std::io::Write;
+
+/// Sides that a GIF can have, and numbers in an animated PNG's delays.
+const MAX_16: u32 = u16::MAX as u32;
+/// Of the search for a frame's 256 colours: 1 best, 30 fastest.
+const PALETTE_SPEED: i32 = 10;
+
+/// The form of a moving picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnimationFormat {
+    Apng,
+    Gif,
+}
+
+enum Encoder<W: Write> {
+    Apng(Box<png::Writer<W>>),
+    Gif(Box<gif::Encoder<W>>),
+}
+
+/// Takes frames one after the other.
+pub struct AnimationWriter<W: Write> {
+    encoder: Encoder<W>,
+    width: u32,
+    height: u32,
+    rate: u32,
+    written: u32,
+}
+
+fn failed(e: impl std::fmt::Display) -> ImageError {
+    ImageError::Write(e.to_string())
+}
+
+impl<W: Write> AnimationWriter<W> {
+    /// Starts a file of so many frames, `rate` a second.
+    ///
+    /// # Errors
+    /// A side or a rate that the form does not know, or what the writer says.
+    pub fn new(out: W, format: AnimationFormat, (width, height): (u32, u32), frames: u32, rate: u32) -> Result<Self, ImageError> {
+        let encoder = match format {
+            AnimationFormat::Apng => {
+                let mut encoder = png::Encoder::new(out, width, height);
+                encoder.set_color(png::ColorType::Rgb);
+                encoder.set_depth(png::BitDepth::Eight);
+                encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+                encoder.set_compression(png::Compression::Fast);
+                encoder.set_animated(frames, 0).map_err(failed)?;
+                let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_16}")))?;
+                encoder.set_frame_delay(1, rate).map_err(failed)?;
+                Encoder::Apng(Box::new(encoder.write_header().map_err(failed)?))
+            }
+            AnimationFormat::Gif => {
+                let side = |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_16} pixels a side")));
+                if !(1..=100).contains(&rate) {
+                    return Err(ImageError::Write(format!("{rate} frames a second: a GIF has 1 to 100")));
+                }
+                let mut encoder = gif::Encoder::new(out, side(width)?, side(height)?, &[]).map_err(failed)?;
+                encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
+                Encoder::Gif(Box::new(encoder))
+            }
+        };
+        Ok(Self { encoder, width, height, rate, written: 0 })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// Another size, or what the writer says.
+    pub fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
+        let (width, height) = (self.width, self.height);
+        if u64::from(width) * u64::from(height) != display.len() as u64 {
+            return Err(ImageError::Size { width, height, given: display.len().saturating_mul(4) });
+        }
+        let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let starts = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
+        let hundredths = starts(self.written + 1) - starts(self.written);
+        match &mut self.encoder {
+            Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
+            Encoder::Gif(writer) => {
+                // Both were checked against 65535 at the start.
+                let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SPEED);
+                frame.delay = hundredths as u16;
+                writer.write_frame(&frame).map_err(failed)?;
+            }
+        }
+        self.written += 1;
+        Ok(())
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// Fewer frames than were told at the start, or what the writer says.
+    pub fn finish(self) -> Result<(), ImageError> {
+        match self.encoder {
+            Encoder::Apng(writer) => writer.finish().map_err(failed),
+            Encoder::Gif(writer) => writer.into_inner().map(drop).map_err(failed),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::AnimationDecoder;
+    use std::io::Cursor;
+
+    fn frames() -> Vec<Vec<[u8; 4]>> {
+        (0..5_u8).map(|k| (0..12_u8).map(|i| [40 * k, 20 * i, 255 - 20 * i, 255]).collect()).collect()
+    }
+
+    fn written(format: AnimationFormat, rate: u32) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut writer = AnimationWriter::new(&mut bytes, format, (4, 3), 5, rate).expect("a writer");
+        frames().iter().for_each(|frame| writer.add(frame).expect("a frame"));
+        writer.finish().expect("an end");
+        bytes
+    }
+
+    #[test]
+    fn an_animated_png_keeps_every_frame_bit_for_bit() {
+        let bytes = written(AnimationFormat::Apng, 25);
+        let decoder = image::codecs::png::PngDecoder::new(Cursor::new(&bytes)).expect("a PNG").apng().expect("animated");
+        let read: Vec<image::Frame> = decoder.into_frames().collect_frames().expect("frames");
+        assert_eq!(read.len(), 5);
+        for (frame, expected) in read.iter().zip(frames()) {
+            assert_eq!(frame.delay().numer_denom_ms(), (40, 1));
+            assert_eq!(frame.buffer().as_raw().chunks(4).map(|p| [p[0], p[1], p[2], p[3]]).collect::<Vec<_>>(), expected);
+        }
+        assert_eq!(bytes, written(AnimationFormat::Apng, 25));
+    }
+
+    #[test]
+    fn a_gif_keeps_time_and_colours_that_fit_its_palette() {
+        for rate in [1, 24, 30, 60, 100] {
+            let bytes = written(AnimationFormat::Gif, rate);
+            let mut options = gif::DecodeOptions::new();
+            options.set_color_output(gif::ColorOutput::RGBA);
+            let mut decoder = options.read_info(Cursor::new(&bytes)).expect("a GIF");
+            let (mut hundredths, mut count) = (0, 0);
+            while let Some(frame) = decoder.read_next_frame().expect("a frame") {
+                hundredths += u32::from(frame.delay);
+                for (p, expected) in frame.buffer.chunks(4).zip(&frames()[count]) {
+                    let off = (0..3).map(|c| p[c].abs_diff(expected[c])).max();
+                    assert!(off <= Some(8), "{p:?} {expected:?}");
+                }
+                count += 1;
+            }
+            assert!(count == 5 && (f64::from(hundredths) - 500.0 / f64::from(rate)).abs() <= 0.5, "{rate}: {hundredths}");
+        }
+    }
+
+    #[test]
+    fn what_a_form_does_not_know_is_refused() {
+        let new = |format, size, rate| AnimationWriter::new(Vec::new(), format, size, 1, rate).map(drop).map_err(|e| e.to_string());
+        assert!(new(AnimationFormat::Gif, (70_000, 1), 25).is_err_and(|e| e.contains("65535")));
+        assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));
+        assert!(new(AnimationFormat::Apng, (7, 1), 70_000).is_err_and(|e| e.contains("65535")));
+        let mut writer = AnimationWriter::new(Vec::new(), AnimationFormat::Gif, (4, 3), 1, 25).expect("a writer");
+        assert!(matches!(writer.add(&[[0; 4]; 5]), Err(ImageError::Size { .. })));
+    }
+}

@@ -1,0 +1,53 @@
+//! Flights with the session's own bodies: the first picture of a flight shows what the last one before it showed.
+
+use crate::view::interface::{interface, session};
+use orrery::catalog::NaifId;
+use orrery::scene::camera::Camera;
+use orrery::scene::viewpoint::viewer;
+use orrery::view::app::places::SessionPlaces;
+use orrery::view::app::view_state::{CameraPose, ViewState};
+use orrery::view::app::viewer::Action;
+
+fn camera(view: &ViewState) -> Camera {
+    let session = session();
+    let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
+    viewer(session.catalog(), session.ephemeris(), &request).expect("a camera").camera
+}
+
+/// From each of seven bodies to each other, from orbits and from the ground: light takes hours between some, in which they go a million kilometres.
+#[test]
+fn a_flight_starts_where_the_camera_is() {
+    let bodies = [10, 399, 301, 499, 599, 699, 999].map(NaifId);
+    let places = SessionPlaces(session());
+    let mut geometric_jump_km: f64 = 0.0;
+    for from in bodies {
+        for to in bodies.into_iter().filter(|to| *to != from) {
+            for on_ground in [false, true] {
+                let mut viewer = interface(from, "2017-05-17T00:00:00Z").viewer;
+                if on_ground {
+                    let (latitude_deg, longitude_deg) = (40.0, 10.0);
+                    viewer.view.eye = CameraPose::Ground {
+                        body: from,
+                        latitude_deg,
+                        longitude_deg,
+                        height_km: 1.0,
+                        azimuth_deg: 30.0,
+                        altitude_deg: 5.0,
+                    };
+                }
+                let before = camera(&viewer.view);
+                viewer.apply(Action::FlyTo(to), 800.0, &places);
+                assert!(viewer.is_flying());
+                let after = camera(&viewer.view);
+                let moved_km = (after.position_km - before.position_km).length();
+                // Positions of five billion kilometres have steps of a metre.
+                assert!(moved_km < 0.1, "{from:?} to {to:?}, ground {on_ground}: {moved_km} km");
+                assert!((after.forward - before.forward).length() < 1e-3, "{from:?} to {to:?}, ground {on_ground}: the gaze jumps");
+                let CameraPose::Free { offset_km, .. } = viewer.view.eye else { panic!("no flight") };
+                let state = session().ephemeris().state(to, NaifId::SOLAR_SYSTEM_BARYCENTER, viewer.view.time(), None).expect("a place");
+                geometric_jump_km = geometric_jump_km.max((state.state.pos_km + offset_km - before.position_km).length());
+            }
+        }
+    }
+    assert!(geometric_jump_km > 1e4, "without light time the camera would jump by {geometric_jump_km} km");
+}
