@@ -139,6 +139,7 @@ fn rings() -> String {
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
             ),
             constant("Cosines below this count as it.", "", "MIN_COSINE", Value::F32(shared::MIN_COSINE)),
+            constant("Strips of the Sun's disc under a low Sun.", "ring_shadow_penumbra", "SUN_PARTS", Value::I32(shared::SUN_PARTS)),
             constant(
                 "Ring-shine table: heights over the ring's plane, of one side.",
                 "ring_shine",

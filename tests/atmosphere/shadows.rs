@@ -49,7 +49,8 @@ fn air_beyond_the_rings_is_dark_and_the_suns_side_keeps_every_bit() {
             let draw = &mut scene.draws[0];
             draw.features.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
             let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
-            draw.uniforms.ring.table = tau_normal.and_then(|t| RingTable::of([ring(t)].iter(), 1.0)).map(Arc::new);
+            draw.uniforms.ring.table =
+                tau_normal.and_then(|t| RingTable::of_shadow([ring(t)].iter(), 1.0, &[1.0 / sun.z.abs()])).map(Arc::new);
             draw.uniforms.ring.reach = glam::Vec2::new(0.9, 50.0);
             pixels(&scene)
         };

@@ -8,3 +8,4 @@ pub mod ring_table;
 pub(crate) mod view;
 
 pub use phase::{MIN_COSINE, bodies_with_peak, forward};
+pub use ring_table::slopes_of_sunlight;

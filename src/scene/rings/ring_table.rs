@@ -1,12 +1,12 @@
-//! The table that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
+//! The tables that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
 //!
-//! In: rings in the order of the catalog (a later one lies over an earlier one). Out: [`RingTable`], plain f32 texels; their meaning and the
-//! error of reading between rows stand in shaders/lib/ring/profile.wesl. Always holds: radii rise, integrals never fall.
+//! In: rings in the order of the catalog (a later one lies over an earlier one), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels;
+//! their meaning and the error of reading between rows stand in shaders/lib/ring. Always holds: radii rise, integrals never fall.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
 use crate::scene::camera::narrow_scalar;
-use crate::scene::constants::RING_SLOPES_PER_OCTAVE;
+use crate::scene::constants::{MIN_COSINE, RING_SLOPES_PER_OCTAVE, SUN_PARTS};
 use crate::scene::draw::tables::RingTable;
 use std::sync::Arc;
 
@@ -24,6 +24,17 @@ pub(crate) struct Step {
     pub albedo: [f64; 3],
     /// Part of its light that dust scatters.
     pub dust: f64,
+}
+
+impl Step {
+    /// The part of the light that it takes from a path of a slope (one over the cosine between the path and the plane's normal).
+    fn taken(&self, slope: f64) -> f64 {
+        -(-self.tau * slope).exp_m1()
+    }
+
+    fn has_dust(&self) -> bool {
+        self.tau > 0.0 && self.dust > 0.0
+    }
 }
 
 /// Cuts overlapping rings into stretches, each with the last ring that holds it.
@@ -54,11 +65,12 @@ const KEPT: usize = 16;
 pub(crate) struct RingTables {
     steps: Memo<Numbers, Arc<Vec<Step>>>,
     profiles: Memo<Numbers, Option<Arc<RingTable>>>,
+    shadows: Memo<Numbers, Option<Arc<RingTable>>>,
 }
 
 impl Default for RingTables {
     fn default() -> Self {
-        Self { steps: Memo::holding(KEPT), profiles: Memo::holding(KEPT) }
+        Self { steps: Memo::holding(KEPT), profiles: Memo::holding(KEPT), shadows: Memo::holding(KEPT) }
     }
 }
 
@@ -74,20 +86,91 @@ impl RingTables {
         let key = std::iter::once(unit_km).chain(rings.iter().flat_map(|r| numbers(r))).collect();
         self.profiles.get(key, || RingTable::of(rings.iter().copied(), unit_km).map(Arc::new))
     }
+
+    /// [`RingTable::of_shadow`] of some rings of a body.
+    pub fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
+        let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| numbers(r))).collect();
+        self.shadows.get(key, || RingTable::of_shadow(rings.iter().copied(), unit_km, slopes).map(Arc::new))
+    }
+}
+
+/// Slopes of sunlight (one over the sine of its angle to the ring's plane) that a shadow's table has rows for. `sine`: of the Sun's centre; `tangent`: of its
+/// angular radius; `disc`: the Sun is no point.
+///
+/// One does where it changes so little across the disc that what a stretch takes changes by less than 0.155 `tangent` / `sine` from one half of the disc to the other: up to
+/// 0.4 % of the light. Of a lower Sun each strip of the disc has its own, after that of the centre.
+pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
+    let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
+    if !disc || sine.abs() > SUNS_HEIGHT_OF_ONE_SLOPE * tangent {
+        return vec![slope(sine)];
+    }
+    let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+    let of_strip = |k: usize| {
+        let aside = (k as f64 * std::f64::consts::PI / (SUN_PARTS + 1) as f64).cos() * tangent;
+        slope((sine + cosine * aside) / aside.hypot(1.0))
+    };
+    std::iter::once(slope(sine)).chain((1..=SUN_PARTS).map(of_strip)).collect()
+}
+
+/// Heights of the Sun over the plane, in radii of its disc, from which on one slope does.
+const SUNS_HEIGHT_OF_ONE_SLOPE: f64 = 40.0;
+/// Bins that a texel of the table's first row holds.
+const BINS_PER_TEXEL: usize = 4;
+/// Part of a bin by which it begins earlier than it says: more than the fragment's f32 is off in finding it.
+const BIN_MARGIN: f64 = 0.01;
+
+/// Where the stretches of a table lie: shaders/lib/ring/stretches.wesl reads it.
+struct Bins {
+    texels: Vec<f32>,
+    formula: [f64; 3],
+}
+
+impl Bins {
+    /// Of stretches from the innermost outwards, for a table with a column for each and one more.
+    fn of(steps: &[Step]) -> Self {
+        let outer = steps.last().map_or(1.0, |s| s.to);
+        // A ring that reaches the centre would have infinitely many.
+        let inner = steps.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
+        let count = BINS_PER_TEXEL * (steps.len() + 1);
+        let per_inverse = count as f64 / (1.0 / inner - 1.0 / outer);
+        let at_inner = per_inverse / inner;
+        let begins_in = |bin: usize| {
+            let radius = per_inverse / (at_inner - (bin as f64 - BIN_MARGIN));
+            let step = if bin == 0 { 0 } else { steps.partition_point(|s| s.to <= radius).min(steps.len() - 1) };
+            narrow_scalar(step as f64)
+        };
+        Self { texels: (0..count).map(begins_in).collect(), formula: [at_inner, per_inverse, count as f64 - 1.0] }
+    }
+}
+
+/// Where stretches end; none is past the last one.
+fn ends(steps: &[Step]) -> impl Iterator<Item = f32> {
+    let last = steps.len().saturating_sub(1);
+    steps.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
+}
+
+/// Stretches of rings that a table can hold: some, and no more edges than [`MAX_NODES`].
+fn tabulated<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Option<(Vec<Step>, [f64; 2])> {
+    let steps = steps(rings, unit_km);
+    let reach = [steps.first()?.from, steps.last()?.to];
+    (steps.len() < MAX_NODES).then_some((steps, reach))
 }
 
 impl RingTable {
-    /// `None` without a ring, or with more edges than `NODES_AT_MOST`. `unit_km`: the body's equatorial radius.
+    /// What a ring's own fragments read. `None` without a ring, or with more edges than [`MAX_NODES`]. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Option<Self> {
-        let steps = steps(rings, unit_km);
-        let (first, last) = (steps.first()?, steps.last()?);
+        let (steps, reach) = tabulated(rings, unit_km)?;
         let nodes = steps.len() + 1;
-        if nodes > MAX_NODES {
-            return None;
+        let bins = Bins::of(&steps);
+        let mut texels = bins.texels;
+        texels.reserve(nodes * (2 * SLOPES as usize + 1) * 4);
+        let mut dusty = 0.0;
+        for (step, end) in steps.iter().zip(ends(&steps)) {
+            let code = dusty + if step.has_dust() { 0.5 } else { 0.0 };
+            dusty += if step.has_dust() { 1.0 } else { 0.0 };
+            texels.extend([narrow_scalar(step.from), end, code, narrow_scalar(step.to - step.from)]);
         }
-        let mut texels = Vec::with_capacity(nodes * (2 * SLOPES as usize + 1) * 4);
-        let radii = steps.iter().map(|s| [s.from, s.to - s.from]).chain([[last.to, 0.0]]);
-        texels.extend(radii.flat_map(|[r, width]| [narrow_scalar(r), narrow_scalar(width), 0.0, 0.0]));
+        texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 1.0]);
         // Dust apart from bodies: it scatters by another law, and its sums keep digits that would drown in those of the dense rings.
         for dusty in [false, true] {
             for k in 0..SLOPES {
@@ -95,7 +178,7 @@ impl RingTable {
                 let mut sum = [0.0; 4];
                 texels.extend([0.0; 4]);
                 for step in &steps {
-                    let stopped = (step.to - step.from) * -(-step.tau * slope).exp_m1();
+                    let stopped = (step.to - step.from) * step.taken(slope);
                     let part = if dusty { step.dust } else { 1.0 - step.dust };
                     let [red, green, blue] = step.albedo.map(|a| a * part);
                     for (of, weight) in sum.iter_mut().zip([red, green, blue, if dusty { part } else { 1.0 }]) {
@@ -105,7 +188,25 @@ impl RingTable {
                 }
             }
         }
-        Some(Self { width: nodes as u32, height: 2 * SLOPES + 1, texels, reach: [first.from, last.to] })
+        Some(Self { width: nodes as u32, height: 2 * SLOPES + 2, texels, reach, bins: bins.formula })
+    }
+
+    /// What the fragments of a globe in the rings' shadow read, for sunlight of some slopes ([`slopes_of_sunlight`]). `None` as of [`RingTable::of`].
+    pub fn of_shadow<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, slopes: &[f64]) -> Option<Self> {
+        let (steps, reach) = tabulated(rings, unit_km)?;
+        let nodes = steps.len() + 1;
+        let bins = Bins::of(&steps);
+        let mut texels = bins.texels;
+        for slope in slopes {
+            let mut sum = 0.0;
+            for (step, end) in steps.iter().zip(ends(&steps)) {
+                let taken = step.taken(*slope);
+                texels.extend([narrow_scalar(step.from), end, narrow_scalar(taken), narrow_scalar(sum)]);
+                sum += (step.to - step.from) * taken;
+            }
+            texels.extend([narrow_scalar(reach[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
+        }
+        Some(Self { width: nodes as u32, height: slopes.len() as u32 + 1, texels, reach, bins: bins.formula })
     }
 }
 
@@ -127,9 +228,9 @@ mod tests {
     #[test]
     fn integrals_rise_by_what_each_stretch_stops() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0).expect("a table");
-        assert_eq!((table.width, table.height, table.reach), (4, 2 * SLOPES + 1, [1.0, 3.0]));
-        for row in 1..=SLOPES as usize {
-            let slope = (row as f64 - 1.0) / 8.0;
+        assert_eq!((table.width, table.height, table.reach), (4, 2 * SLOPES + 2, [1.0, 3.0]));
+        for row in 2..2 + SLOPES as usize {
+            let slope = (row as f64 - 2.0) / 8.0;
             let at = |node: usize, c: usize| f64::from(table.texels[(row * 4 + node) * 4 + c]);
             let first = 1.0 - (-0.7 * slope.exp2()).exp();
             assert!((at(1, 3) - first).abs() < 1e-6 && (at(1, 0) - 0.5 * first).abs() < 1e-6, "row {row}");
@@ -145,7 +246,7 @@ mod tests {
         let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
         let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0).expect("a table");
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
-        let (bodies, dust) = (1, 1 + SLOPES);
+        let (bodies, dust) = (2, 2 + SLOPES);
         assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "none inside of it");
         let light = at(dust, 3, 0) - at(dust, 2, 0);
         assert!((light / (0.5 * 0.8e-6) - 1.0).abs() < 1e-5, "{light}");
