@@ -3,7 +3,7 @@
 //! Each stands here once. `shader::constants` writes them as WGSL for the fragments; the modules of `scene` that fill the tables
 //! use them under names of their own. Not here: numbers that only one side knows.
 
-/// Rows of each part of the ring profile table: slopes x = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up.
+/// Slopes that a ring's table has rows for at most: x = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up to one over [`MIN_COSINE`].
 pub const RING_SLOPES: u32 = 97;
 pub const RING_SLOPES_PER_OCTAVE: u32 = 8;
 /// Cosines below this count as it: paths that are almost parallel to a ring's plane.

@@ -19,7 +19,8 @@ use crate::scene::draw::{
     Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
-use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine};
+use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
+use crate::scene::rings::RingSeen;
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -85,9 +86,10 @@ fn ring(surface: Surface) -> RingUniforms {
         dust: 0.0,
     };
     let rings = [ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)];
+    let sine = f64::from(SUNWARD.normalize_or_zero().z);
     let table = match surface {
-        Surface::Ring => RingTable::of(rings.iter(), 1.0),
-        _ => RingTable::of_shadow(rings.iter(), 1.0, &[f64::from(SUNWARD.normalize_or_zero().z.abs()).recip()]),
+        Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingSeen::new(Some(halves(sine, 5e-4)), 1.0, 4.0)),
+        _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
     };
     RingUniforms {
         reach: Vec2::new(1.1, 2.2),

@@ -127,13 +127,7 @@ fn rings() -> String {
         "Tables of the rings.",
         &[
             constant(
-                "Rows of each part of the profile table: slopes 2^(k / RING_SLOPES_PER_OCTAVE).",
-                "",
-                "RING_SLOPES",
-                Value::I32(shared::RING_SLOPES as usize),
-            ),
-            constant(
-                "Rows to a doubling of the slope.",
+                "Slopes of the profile table's rows to a doubling.",
                 "",
                 "RING_SLOPES_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),

@@ -11,6 +11,8 @@ pub struct RingTable {
     pub reach: [f64; 2],
     /// A radius lies in the bin of this number, less the second one over the radius; the last bin.
     pub bins: [f64; 3],
+    /// Of a ring's own table the first and the last slope of its rows.
+    pub slopes: [u32; 2],
 }
 
 impl RingTable {

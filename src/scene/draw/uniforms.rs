@@ -282,6 +282,12 @@ impl RingUniforms {
         self.table.as_ref().map_or(Vec3::ZERO, |t| Vec3::from_array(t.bins.map(camera::narrow_scalar)))
     }
 
+    fn slopes(&self) -> Vec2 {
+        let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slopes).map(f64::from);
+        // The last row is read as the one after that before it.
+        Vec2::new(camera::narrow_scalar(first), camera::narrow_scalar(last - first - 1e-3))
+    }
+
     fn sun_rows(&self) -> f32 {
         self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.rows())))
     }
@@ -289,7 +295,7 @@ impl RingUniforms {
 
 impl DrawUniforms {
     /// Uniforms that several fields make together.
-    const DERIVED: [&'static str; 5] = ["light_direction", "light_irradiance", "overlay", "ring_bins", "ring_sun_rows"];
+    const DERIVED: [&'static str; 6] = ["light_direction", "light_irradiance", "overlay", "ring_bins", "ring_slopes", "ring_sun_rows"];
 
     /// Names of all uniforms that a draw's values fill.
     pub fn names() -> impl Iterator<Item = &'static str> {
@@ -306,6 +312,7 @@ impl DrawUniforms {
             "light_irradiance" => Some(of_lights(|l| l.irradiance)),
             "overlay" => Some(UniformValue::Rows(self.overlays.iter().flat_map(|o| o.rows).collect())),
             "ring_bins" => Some(UniformValue::Vec3(self.ring.bins())),
+            "ring_slopes" => Some(UniformValue::Vec2(self.ring.slopes())),
             "ring_sun_rows" => Some(UniformValue::F32(self.ring.sun_rows())),
             _ => self
                 .own_uniform(name)

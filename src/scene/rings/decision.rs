@@ -69,7 +69,7 @@ fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Dec
     let shared = DrawUniforms {
         albedo: camera::narrow(DVec3::splat(case.share)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
-        ring: view.uniforms(seen, case.sun()),
+        ring: view.uniforms(seen, case.sun(), case.pixel_view()),
         eclipse,
         ..view.rays(rect)
     };

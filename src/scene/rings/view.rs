@@ -7,15 +7,15 @@ use crate::catalog::{Body, Ring};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use crate::scene::draw::DrawUniforms;
-use crate::scene::draw::features::{BodyShadow, RingShadow};
+use crate::scene::draw::features::{BodyShadow, PixelView, RingShadow};
 use crate::scene::draw::tables::{RingShine, RingTable};
 use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
 use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, phase_factor, phase_function};
-use crate::scene::rings::ring_shine::RingShineGeometry;
-use crate::scene::rings::ring_table::slopes_of_sunlight;
+use crate::scene::rings::ring_shine::{RingShineGeometry, halves};
+use crate::scene::rings::ring_table::{RingSeen, slopes_of_sunlight};
 use crate::scene::tiers::{self, WITHIN_PX};
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::sync::Arc;
@@ -187,12 +187,22 @@ impl<'a> View<'a> {
         Vec4::new(x, y, z, w)
     }
 
+    /// The light on rings and the view rays that meet them.
+    fn seen(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingSeen {
+        let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
+        let [same, other] = halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
+        let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
+        // From the place in the plane that is nearest to the viewer to the farthest.
+        let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
+        let (height, aside) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
+        let slope = |along: f64| height.hypot(along) / height;
+        RingSeen::new((shows != PixelView::Albedo).then_some(sunlight), slope((aside - outer_km).max(0.0)), slope(aside + outer_km))
+    }
+
     /// The uniforms of both draws; `half` is set by each.
-    pub fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>) -> RingUniforms {
-        self.caches
-            .ring_tables
-            .profile(rings, self.body.radii_km.x)
-            .map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
+    pub fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingUniforms {
+        let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.seen(rings, sun, shows));
+        table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
     /// Those of the globe in the rings' shadow: out to the last ring that takes light which counts, or all of them where none does.
