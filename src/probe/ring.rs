@@ -7,6 +7,7 @@ use super::{ProbeError, Prober, QuestionKind, fields, must, one_of, or};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniforms_of};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
+use crate::scene::rings::slopes_of_sunlight;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::{DVec3, Vec2, Vec3};
@@ -158,6 +159,12 @@ pub(super) static SHADOW: QuestionKind = QuestionKind {
 fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeError> {
     let f: Through = fields(question)?;
     let sun = unit("sun", f.sun)?;
+    let tangent = sun_tangent(f.sun_angular_radius_deg)?;
+    let ring_shadow = match f.model {
+        ThroughModel::PointSun => RingShadow::PointSun,
+        ThroughModel::Penumbra => RingShadow::Penumbra,
+    };
+    let slopes = slopes_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
     let table = match (&f.profile, &f.body) {
         (Some(profile), None) => {
             if let Some(bad) =
@@ -176,23 +183,19 @@ fn transmission(prober: &Prober<'_>, question: Value) -> Result<Value, ProbeErro
                 dust: 0.0,
             };
             let rings: Vec<_> = profile.iter().map(ring).collect();
-            RingTable::of(rings.iter(), 1.0)
+            RingTable::of_shadow(rings.iter(), 1.0, &slopes)
         }
         (None, Some(name)) => {
             let body = body(prober, name)?;
-            RingTable::of(body.rings.iter(), body.radii_km.x)
+            RingTable::of_shadow(body.rings.iter(), body.radii_km.x, &slopes)
         }
         _ => return Err("give either \"profile\" or \"body\"".into()),
     };
     let Some(table) = table else { return Ok(json!({ "transmission": 1.0 })) };
-    let ring_shadow = match f.model {
-        ThroughModel::PointSun => RingShadow::PointSun,
-        ThroughModel::Penumbra => RingShadow::Penumbra,
-    };
     let ring = RingUniforms {
         reach: Vec2::new(table.reach[0] as f32, table.reach[1] as f32),
         table: Some(Arc::new(table)),
-        sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
+        sun_tangent: tangent,
         ..RingUniforms::default()
     };
     let features = DrawFeatures { lights: 1, ring_shadow, ..DrawFeatures::MINIMAL };

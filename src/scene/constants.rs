@@ -3,11 +3,13 @@
 //! Each stands here once. `shader::constants` writes them as WGSL for the fragments; the modules of `scene` that fill the tables
 //! use them under names of their own. Not here: numbers that only one side knows.
 
-/// Rows of each part of the ring profile table: slopes x = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up.
+/// Slopes that a ring's table has rows for at most: x = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), from 1 up to one over [`MIN_COSINE`].
 pub const RING_SLOPES: u32 = 97;
 pub const RING_SLOPES_PER_OCTAVE: u32 = 8;
 /// Cosines below this count as it: paths that are almost parallel to a ring's plane.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
+/// Strips of the Sun's disc, along its height over a ring's plane, that a low Sun's penumbra is summed by.
+pub const SUN_PARTS: usize = 7;
 /// Heights over the ring's plane, of one side, and hour angles from the Sun of the ring-shine table.
 pub const RING_SHINE_ROWS: usize = 25;
 pub const RING_SHINE_COLUMNS: usize = 33;

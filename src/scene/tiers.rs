@@ -64,13 +64,13 @@ pub fn of_eclipse(model: EclipseModel) -> Option<Tier> {
     }
 }
 
-/// `None` without a shadow. Against the closed form (tests/rings/reference_tables.rs); the simpler one is taken where its edges stay within a part of a pixel.
+/// `None` without a shadow. Against the closed form and sums over the Sun's disc (tests/rings/reference_tables.rs); the simpler one is taken where its edges stay within a part of a pixel.
 pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
     let of = |name, at_most, of| Some(Tier { name, mostly: None, at_most, of });
     match model {
         RingShadow::None => None,
         RingShadow::PointSun => of("point-sun", WITHIN_PX, "a pixel where its edges lie"),
-        RingShadow::Penumbra => of("penumbra", 1e-3, "the Sun's light"),
+        RingShadow::Penumbra => of("penumbra", 0.013, "the Sun's light"),
     }
 }
 

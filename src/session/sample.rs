@@ -19,7 +19,8 @@ use crate::scene::draw::{
     Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
-use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine};
+use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
+use crate::scene::rings::RingSeen;
 use crate::shader::key::ShaderKey;
 use crate::shader::{Library, ModuleId};
 use glam::{Mat4, Vec2, Vec3, Vec4};
@@ -75,7 +76,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
 }
 
 /// A thin and a thick ring with a gap between them.
-fn ring() -> RingUniforms {
+fn ring(surface: Surface) -> RingUniforms {
     let ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
         inner_km,
@@ -84,12 +85,17 @@ fn ring() -> RingUniforms {
         albedo: [0.8, 0.7, 0.5],
         dust: 0.0,
     };
-    let table = RingTable::of([ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)].iter(), 1.0);
+    let rings = [ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)];
+    let sine = f64::from(SUNWARD.normalize_or_zero().z);
+    let table = match surface {
+        Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingSeen::new(Some(halves(sine, 5e-4)), 1.0, 4.0)),
+        _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
+    };
     RingUniforms {
         reach: Vec2::new(1.1, 2.2),
         table: table.map(Arc::new),
         blur: 0.002,
-        phase: Vec3::new(0.15, 3.0, 1.0),
+        phase: Vec2::new(0.15, 3.0),
         dust_asymmetry: Vec3::new(0.99, 0.6, 0.1),
         dust_weight: Vec3::new(0.05, 0.03, 0.02),
         opposition: Vec2::new(0.3, 0.005),
@@ -131,6 +137,7 @@ fn air() -> AtmosphereUniforms {
         absorption_extinction: Vec3::new(0.8, 2.0, 0.2),
         blend_mode: 0.0,
         night: 1e-3,
+        thin_rim: 0.0,
         multi_scatter_heights: Vec2::new(0.0, 5.0),
         multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
     }
@@ -172,7 +179,7 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         clouds: CloudUniforms { clear: 0.1, full: 0.9, radius: 1.01, albedo: 0.7 },
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlays(key),
-        ring: ring(),
+        ring: ring(key.features().surface),
         ..DrawUniforms::default()
     }
 }

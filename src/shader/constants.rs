@@ -127,18 +127,13 @@ fn rings() -> String {
         "Tables of the rings.",
         &[
             constant(
-                "Rows of each part of the profile table: slopes 2^(k / RING_SLOPES_PER_OCTAVE).",
-                "",
-                "RING_SLOPES",
-                Value::I32(shared::RING_SLOPES as usize),
-            ),
-            constant(
-                "Rows to a doubling of the slope.",
+                "Slopes of the profile table's rows to a doubling.",
                 "",
                 "RING_SLOPES_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
             ),
             constant("Cosines below this count as it.", "", "MIN_COSINE", Value::F32(shared::MIN_COSINE)),
+            constant("Strips of the Sun's disc under a low Sun.", "ring_shadow_penumbra", "SUN_PARTS", Value::I32(shared::SUN_PARTS)),
             constant(
                 "Ring-shine table: heights over the ring's plane, of one side.",
                 "ring_shine",

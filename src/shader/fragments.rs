@@ -94,6 +94,7 @@ fragments![
     "lib/ring/profile.wesl",
     "lib/ring/shadow.wesl",
     "lib/ring/shine.wesl",
+    "lib/ring/stretches.wesl",
     "lib/ring/surface.wesl",
     "lib/screen.wesl",
     "lib/srgb_decoded.wesl",

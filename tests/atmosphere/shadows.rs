@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, Ring};
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
-use orrery::scene::draw::{AtmosphereModel, DrawFeatures, Eclipse, Light, Part, RingShadow, RingTable};
+use orrery::scene::draw::{AtmosphereModel, Draw, DrawFeatures, Eclipse, Light, Part, RingShadow, RingTable};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
 use orrery::time::Instant;
@@ -44,40 +44,84 @@ fn air_beyond_the_rings_is_dark_and_the_suns_side_keeps_every_bit() {
         scene.draws.retain(|d| d.body == SATURN && d.part == Part::Sky);
         assert_eq!(scene.draws.len(), 1);
         assert_eq!(scene.draws[0].features.air.tier, tier);
-        let under = |tau_normal: Option<f64>| {
-            let mut scene = scene.clone();
-            let draw = &mut scene.draws[0];
-            draw.features.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
-            let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
-            draw.uniforms.ring.table = tau_normal.and_then(|t| RingTable::of([ring(t)].iter(), 1.0)).map(Arc::new);
-            draw.uniforms.ring.reach = glam::Vec2::new(0.9, 50.0);
-            pixels(&scene)
-        };
-        let (bare, clear, opaque) = (under(None), under(Some(0.0)), under(Some(50.0)));
-        let brightest = bare.iter().map(|p| p[1]).fold(0.0, f32::max);
-        let placement = scene.body(SATURN).expect("Saturn").placement;
-        let (mut dark, mut lit) = (0, 0);
-        for k in 0..bare.len() {
-            let (shown, through, hidden) = (bare[k], clear[k], opaque[k]);
-            assert!((0..4).all(|c| (shown[c] - through[c]).abs() <= 1e-6 * brightest.max(shown[c])), "{way} {k}: {shown:?} {through:?}");
-            if shown[1] < 1e-3 * brightest {
-                continue;
+        // Shaded at each sample and, as a rim under a pixel is, once a ray.
+        for thin in [0.0, 1.0] {
+            let under = |tau_normal: Option<f64>| {
+                let mut scene = scene.clone();
+                let draw = &mut scene.draws[0];
+                draw.uniforms.air.thin_rim = thin;
+                draw.features.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
+                let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
+                draw.uniforms.ring.table =
+                    tau_normal.and_then(|t| RingTable::of_shadow([ring(t)].iter(), 1.0, &[1.0 / sun.z.abs()])).map(Arc::new);
+                draw.uniforms.ring.reach = glam::Vec2::new(0.9, 50.0);
+                pixels(&scene)
+            };
+            let (bare, clear, opaque) = (under(None), under(Some(0.0)), under(Some(50.0)));
+            let brightest = bare.iter().map(|p| p[1]).fold(0.0, f32::max);
+            let placement = scene.body(SATURN).expect("Saturn").placement;
+            let (mut dark, mut lit) = (0, 0);
+            for k in 0..bare.len() {
+                let (shown, through, hidden) = (bare[k], clear[k], opaque[k]);
+                assert!(
+                    (0..4).all(|c| (shown[c] - through[c]).abs() <= 1e-6 * brightest.max(shown[c])),
+                    "{way} {k}: {shown:?} {through:?}"
+                );
+                if shown[1] < 1e-3 * brightest {
+                    continue;
+                }
+                // Where the ray passes nearest to the centre, over the equatorial radius.
+                let pixel = DVec2::new(f64::from(k as u32 % SIDE) + 0.5, f64::from(k as u32 / SIDE) + 0.5);
+                let along = (placement.body_from_icrf * scene.camera.ray(scene.camera.clip_from_pixel(pixel))).normalize();
+                let camera = -(placement.body_from_icrf * placement.centre_km);
+                let z = (camera - along * camera.dot(along)).z / 60_268.0;
+                if z * sun.z.signum() < -0.2 {
+                    assert!(hidden[1] < 1e-4 * shown[1], "{way}: beyond the plane at {z}: {hidden:?} of {shown:?}");
+                    dark += 1;
+                } else if z * sun.z.signum() > 0.2 {
+                    assert_eq!(hidden.map(f32::to_bits), shown.map(f32::to_bits), "{way}: on the Sun's side at {z}");
+                    lit += 1;
+                }
             }
-            // Where the ray passes nearest to the centre, over the equatorial radius.
-            let pixel = DVec2::new(f64::from(k as u32 % SIDE) + 0.5, f64::from(k as u32 / SIDE) + 0.5);
-            let along = (placement.body_from_icrf * scene.camera.ray(scene.camera.clip_from_pixel(pixel))).normalize();
-            let camera = -(placement.body_from_icrf * placement.centre_km);
-            let z = (camera - along * camera.dot(along)).z / 60_268.0;
-            if z * sun.z.signum() < -0.2 {
-                assert!(hidden[1] < 1e-4 * shown[1], "{way}: beyond the plane at {z}: {hidden:?} of {shown:?}");
-                dark += 1;
-            } else if z * sun.z.signum() > 0.2 {
-                assert_eq!(hidden.map(f32::to_bits), shown.map(f32::to_bits), "{way}: on the Sun's side at {z}");
-                lit += 1;
-            }
+            assert!(dark > 100 && lit > 100, "{way}: {dark} dark and {lit} lit pixels");
         }
-        assert!(dark > 100 && lit > 100, "{way}: {dark} dark and {lit} lit pixels");
     }
+}
+
+/// The rim of Saturn's air, 0.5 to 1 pixels high, in the rings' shadow taken once a ray against the penumbra at its samples: 255ths of the picture whose brightest pixel is white.
+#[test]
+fn a_rim_under_a_pixel_is_shaded_once_a_ray() {
+    let (mut worst, mut without) = (0.0_f64, 0.0_f64);
+    for time in ["2017-05-17T00:00:00Z", "2021-08-01T00:00:00Z", "2024-06-08T12:00:00Z"] {
+        for (way, radii) in [("pixel-8", 3.3), ("pixel-16", 2.6)] {
+            let effects = format!("+atmosphere,+atmosphere={way},+ring-shadow,-eclipse,-planet-shine");
+            let position = Position::Over { towards: None, distance_radii: Some(radii) };
+            let asked = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(45.0), ..request(SATURN, time, position, &effects) };
+            let once = SESSION.scene(&asked).expect("a scene");
+            let sky = once.draws.iter().find(|d| d.part == Part::Sky).expect("a rim");
+            assert!(sky.uniforms.air.thin_rim > 0.5 && sky.features.ring_shadow == RingShadow::PointSun, "{time} {way}");
+            let changed = |change: &dyn Fn(&mut Draw)| {
+                let mut scene = once.clone();
+                scene.draws.iter_mut().filter(|d| d.part == Part::Sky).for_each(change);
+                pixels(&scene)
+            };
+            let by_samples = changed(&|d| {
+                d.features.ring_shadow = RingShadow::Penumbra;
+                d.uniforms.air.thin_rim = 0.0;
+            });
+            let unshaded = changed(&|d| d.features.ring_shadow = RingShadow::None);
+            let white = by_samples.iter().map(|p| p[1]).fold(0.0, f32::max);
+            let level = |v: f32| 255.0 * orrery::units::linear_to_srgb(f64::from(v / white).clamp(0.0, 1.0));
+            let apart = |a: &[[f32; 4]]| {
+                let of = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, f64::max);
+                a.iter().zip(&by_samples).map(of).fold(0.0, f64::max)
+            };
+            let (found, bare) = (apart(&pixels(&once)), apart(&unshaded));
+            println!("{time} {way}: {found:.2} of 255, {bare:.1} without the shadow");
+            (worst, without) = (worst.max(found), without.max(bare));
+        }
+    }
+    assert!(worst < 4.0 && without > 4.0 * worst, "{worst} of 255, {without} without a shadow");
 }
 
 /// The Earth under the Moon's shadow with eight samples: with occluders out of reach it is the Earth without; where the eclipse is deepest, at 25.3 N 104.1 W,

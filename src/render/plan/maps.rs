@@ -89,16 +89,22 @@ pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
 }
 
+/// The bytes of a table as a texture holds them.
+fn little_endian(texels: &[f32]) -> Vec<u8> {
+    if cfg!(target_endian = "little") {
+        return bytemuck::cast_slice(texels).to_vec();
+    }
+    texels.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
 /// The ring's table as a texture of one level: it is read by texel.
 pub fn ring_profile(table: &RingTable) -> SharedTexture {
-    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
-    let level = Level { width: table.width, height: table.height, bytes };
+    let level = Level { width: table.width, height: table.height, bytes: little_endian(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
 /// Light from the ring as a texture of one level: it is read by texel.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
-    let bytes = table.texels.iter().flat_map(|v| v.to_le_bytes()).collect();
-    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes };
+    let level = Level { width: ring_shine::COLUMNS as u32, height: 2 * ring_shine::ROWS as u32, bytes: little_endian(&table.texels) };
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }

@@ -94,6 +94,8 @@ pub(crate) fn bound(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f6
 
 /// A thinner rim is left out: each pixel at the limb would show it as if it were a pixel wide.
 pub(crate) const RIM_PX: f64 = 0.5;
+/// In a thinner one rings shade each ray as a whole.
+pub(crate) const SHADED_RIM_PX: f64 = 1.0;
 /// Scale heights over which a limb is bright.
 const BRIGHT_HEIGHTS: f64 = 4.0;
 
@@ -138,6 +140,7 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         absorption_extinction: of(layer(air), extinction),
         blend_mode: 0.0,
         night: camera::narrow_scalar(night_radiance(air)),
+        thin_rim: 0.0,
         multi_scatter_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: std::sync::Arc::default(),
     }

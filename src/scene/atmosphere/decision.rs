@@ -66,7 +66,8 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         log.note(Effect::Ellipsoid.name(), true, "required by the atmosphere".into());
     }
     let features = chosen.sky_needs(body, case.pixel_view());
-    let no_rim = !inside && air::rim_px(body, air, case.diameter_px) < air::RIM_PX;
+    let rim_px = air::rim_px(body, air, case.diameter_px);
+    let no_rim = !inside && rim_px < air::RIM_PX;
     // Only a bare ground's colour lacks what the air does to it from afar.
     let held = !inside && !air::ground_is_bare(body) && case.pixel_view() != PixelView::OpticalDepth;
     if held && (no_rim || !air::is_opaque(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
@@ -82,11 +83,17 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     };
     let camera = case.frame.camera;
     let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
-    let (Some(rect), Some(features), false) = (rect, features, no_rim) else { return so_far };
+    let (Some(rect), Some(mut features), false) = (rect, features, no_rim) else { return so_far };
     let mut uniforms = globe::amounts_at(case, &case.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, true);
     if !inside {
         uniforms.air.night = 0.0;
+    }
+    if !inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
+        features.ring_shadow = RingShadow::PointSun;
+        uniforms.air.thin_rim = 1.0;
+        let reason = format!("once a ray and by a point Sun: the rim is {rim_px:.2} px high against {}", air::SHADED_RIM_PX);
+        so_far.log.note("ring-shadow-on-air", true, reason);
     }
     let name = format!("{} air", body.name);
     so_far.sky = Some(Draw { body: body.id, part: Part::Sky, name, features, uniforms, map_files: MapFiles::default() });

@@ -1,6 +1,7 @@
 //! Tables that draws read by texel: plain values, made by `rings`.
 
-/// Texels row by row, four numbers each.
+/// Integrals over a ring's radius: texels row by row, four numbers each. What each is stands in shaders/lib/ring/profile.wesl for the ring itself and in
+/// shaders/lib/ring/shadow.wesl for its shadow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingTable {
     pub width: u32,
@@ -8,6 +9,17 @@ pub struct RingTable {
     pub texels: Vec<f32>,
     /// Innermost and outermost radius, equatorial radii.
     pub reach: [f64; 2],
+    /// A radius lies in the bin of this number, less the second one over the radius; the last bin.
+    pub bins: [f64; 3],
+    /// Of a ring's own table the first and the last slope of its rows.
+    pub slopes: [u32; 2],
+}
+
+impl RingTable {
+    /// Rows after that of the bins.
+    pub fn rows(&self) -> u32 {
+        self.height - 1
+    }
 }
 
 /// Irradiance of level ground over its height above the ring's plane, per unit of sunlight: texels row by row, red, green, blue and 0. The rows of the side

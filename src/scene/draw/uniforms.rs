@@ -196,6 +196,8 @@ uniforms! {
         pub blend_mode: f32 = "air_blend_mode",
         /// Radiance of the night sky: none for a sky that is seen from outside.
         pub night: f32 = "air_night_radiance",
+        /// 1 where the rim is under a pixel high: rings shade each of its rays as one.
+        pub thin_rim: f32 = "air_rim_is_thin",
         /// Height of the floor over the ground and one over that of the top, both in the floor's radii.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
         /// [`crate::scene::air_table`]; empty where the draw does not read it.
@@ -254,8 +256,8 @@ uniforms! {
         pub reach: Vec2 = "ring_radius_range",
         /// Half a pixel at the body, equatorial radii.
         pub blur: f32 = "ring_half_pixel",
-        /// Factor and exponent of the bodies' phase function; 1 where any ring has dust.
-        pub phase: Vec3 = "ring_phase",
+        /// Factor and exponent of the bodies' phase function.
+        pub phase: Vec2 = "ring_phase",
         /// Asymmetry of the lobes of the dust's phase function, and the part of its light in each.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
         pub dust_weight: Vec3 = "ring_dust_weight",
@@ -276,14 +278,24 @@ uniforms! {
 }
 
 impl RingUniforms {
-    pub fn nodes(&self) -> f32 {
-        self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.width)))
+    fn bins(&self) -> Vec3 {
+        self.table.as_ref().map_or(Vec3::ZERO, |t| Vec3::from_array(t.bins.map(camera::narrow_scalar)))
+    }
+
+    fn slopes(&self) -> Vec2 {
+        let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slopes).map(f64::from);
+        // The last row is read as the one after that before it.
+        Vec2::new(camera::narrow_scalar(first), camera::narrow_scalar(last - first - 1e-3))
+    }
+
+    fn sun_rows(&self) -> f32 {
+        self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.rows())))
     }
 }
 
 impl DrawUniforms {
     /// Uniforms that several fields make together.
-    const DERIVED: [&'static str; 4] = ["light_direction", "light_irradiance", "overlay", "ring_profile_nodes"];
+    const DERIVED: [&'static str; 6] = ["light_direction", "light_irradiance", "overlay", "ring_bins", "ring_slopes", "ring_sun_rows"];
 
     /// Names of all uniforms that a draw's values fill.
     pub fn names() -> impl Iterator<Item = &'static str> {
@@ -299,7 +311,9 @@ impl DrawUniforms {
             "light_direction" => Some(of_lights(|l| l.direction_in_body)),
             "light_irradiance" => Some(of_lights(|l| l.irradiance)),
             "overlay" => Some(UniformValue::Rows(self.overlays.iter().flat_map(|o| o.rows).collect())),
-            "ring_profile_nodes" => Some(UniformValue::F32(self.ring.nodes())),
+            "ring_bins" => Some(UniformValue::Vec3(self.ring.bins())),
+            "ring_slopes" => Some(UniformValue::Vec2(self.ring.slopes())),
+            "ring_sun_rows" => Some(UniformValue::F32(self.ring.sun_rows())),
             _ => self
                 .own_uniform(name)
                 .or_else(|| self.clouds.own_uniform(name))

@@ -26,7 +26,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         so_far.log.note(Effect::BodyShadow.name(), false, "no ring is drawn".into());
         return so_far;
     }
-    so_far.rings = halves(case, view, &seen.rings, all.len(), &mut so_far);
+    so_far.rings = halves(case, view, &seen.rings, &mut so_far);
     so_far
 }
 
@@ -41,7 +41,7 @@ fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut D
     let wanted = case.effects().override_of(Effect::RingShine);
     let (bound, shine) = view.ring_shine(all, sun_radius_km, wanted);
     let dark = so_far.chosen.ring_shadow == RingShadow::None;
-    let mut for_globe = if dark { RingUniforms::default() } else { view.uniforms(all, case.sun()) };
+    let mut for_globe = if dark { RingUniforms::default() } else { view.shadow_uniforms(all, case.sun(), model) };
     if so_far.log.effect(Effect::RingShine, bound.on, bound.reason)
         && let Some(shine) = shine
     {
@@ -52,8 +52,8 @@ fn for_globe(case: &Case<'_, '_>, view: &View<'_>, all: &[&Ring], so_far: &mut D
     for_globe
 }
 
-/// The draws of the rings: the half behind the globe's centre, then the half before it. `all`: how many rings the body has.
-fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], all: usize, so_far: &mut Decided<'_>) -> Vec<Draw> {
+/// The draws of the rings: the half behind the globe's centre, then the half before it.
+fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], so_far: &mut Decided<'_>) -> Vec<Draw> {
     let sun_radius_km = case.sun().map_or(0.0, |s| s.radii_km.x);
     let (bound, model) = view.body_shadow(seen, sun_radius_km);
     if so_far.log.effect(Effect::BodyShadow, bound.on, bound.reason) {
@@ -69,8 +69,7 @@ fn halves(case: &Case<'_, '_>, view: &View<'_>, seen: &[&Ring], all: usize, so_f
     let shared = DrawUniforms {
         albedo: camera::narrow(DVec3::splat(case.share)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
-        // One table serves both where the same rings count.
-        ring: if so_far.ring.table.is_some() && seen.len() == all { so_far.ring.clone() } else { view.uniforms(seen, case.sun()) },
+        ring: view.uniforms(seen, case.sun(), case.pixel_view()),
         eclipse,
         ..view.rays(rect)
     };

@@ -5,6 +5,8 @@ pub(crate) mod phase;
 pub(crate) mod ring_light;
 pub mod ring_shine;
 pub mod ring_table;
+mod single_scatter;
 pub(crate) mod view;
 
 pub use phase::{MIN_COSINE, bodies_with_peak, forward};
+pub use ring_table::{RingSeen, slopes_of_sunlight};

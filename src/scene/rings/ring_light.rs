@@ -37,7 +37,7 @@ impl RingLight {
         if body.rings.iter().all(|r| r.tau_normal <= 0.0) {
             return Self::NONE;
         }
-        let layer = tables.steps(&body.rings, unit_km);
+        let layer = tables.steps(body.rings.iter(), unit_km);
         let (Some(first), Some(last)) = (layer.first(), layer.last()) else { return Self::NONE };
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let same_side = viewer.z * sun.z > 0.0;

@@ -16,6 +16,7 @@ pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
 use crate::scene::rings::phase::{MIN_COSINE, bodies_with_peak};
 use crate::scene::rings::ring_table::{self, Step, steps};
+pub use crate::scene::rings::single_scatter::{halves, scattered};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -71,30 +72,6 @@ pub struct RingShineGeometry<'a> {
     pub sine: f64,
     /// Tangent of the Sun's angular radius.
     pub sun_tangent: f64,
-}
-
-/// Part of the Sun's disc over one side of the plane, and the mean sine of that part; then those of the other side.
-pub fn halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
-    if sine >= tangent {
-        return [[1.0, sine], [0.0, 1.0]];
-    }
-    // A disc cut by a line: its area and first moment.
-    let h = sine / tangent;
-    let chord = (1.0 - h * h).sqrt();
-    let above = 0.5 + (h * chord + h.asin()) / PI;
-    let moment = tangent * (h * above + chord.powi(3) * 2.0 / (3.0 * PI));
-    [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
-}
-
-/// Light of particles per unit of phase function over four, towards a path of slope `x`, lit along one of slope `y` from the same side or from beyond.
-pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
-    if same_side {
-        return x / (x + y) * -(-tau * (x + y)).exp_m1();
-    }
-    // exp(-tau x) - exp(-tau y) over y - x, the same with x and y exchanged; its limit at y = x is tau exp(-tau x).
-    let (less, apart) = (x.min(y), (y - x).abs());
-    let over = if tau * apart < 1e-6 { tau } else { -(-tau * apart).exp_m1() / apart };
-    x * (-tau * less).exp() * over
 }
 
 /// A stretch of rings taken as one radius.

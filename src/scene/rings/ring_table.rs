@@ -1,16 +1,17 @@
-//! The table that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
+//! The tables that ring shaders read: integrals over radius of what a layer of particles stops, one row for each slope of a path.
 //!
-//! In: rings in the order of the catalog (a later one lies over an earlier one). Out: [`RingTable`], plain f32 texels; their meaning and the
-//! error of reading between rows stand in shaders/lib/ring/profile.wesl. Always holds: radii rise, integrals never fall.
+//! In: rings in the order of the catalog (a later one lies over an earlier one), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels;
+//! their meaning and the error of reading between rows stand in shaders/lib/ring. Always holds: radii rise, integrals never fall.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
 use crate::scene::camera::narrow_scalar;
-use crate::scene::constants::RING_SLOPES_PER_OCTAVE;
+use crate::scene::constants::{MIN_COSINE, RING_SLOPES_PER_OCTAVE, SUN_PARTS};
 use crate::scene::draw::tables::RingTable;
+use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
 
-/// Rows of each of the table's two parts, bodies and dust: slopes x = 2^(k/8), k = 0..=96. A row of radii comes before them.
+/// Slopes of paths that a ring's table can have rows for: x = 2^(k/8), k = 0..=96.
 pub use crate::scene::constants::RING_SLOPES as SLOPES;
 /// Radii beyond which a table is refused: the widest texture that every GPU takes, halved.
 pub const MAX_NODES: usize = 4096;
@@ -24,6 +25,17 @@ pub(crate) struct Step {
     pub albedo: [f64; 3],
     /// Part of its light that dust scatters.
     pub dust: f64,
+}
+
+impl Step {
+    /// The part of the light that it takes from a path of a slope (one over the cosine between the path and the plane's normal).
+    fn taken(&self, slope: f64) -> f64 {
+        -(-self.tau * slope).exp_m1()
+    }
+
+    fn has_dust(&self) -> bool {
+        self.tau > 0.0 && self.dust > 0.0
+    }
 }
 
 /// Cuts overlapping rings into stretches, each with the last ring that holds it.
@@ -54,58 +66,191 @@ const KEPT: usize = 16;
 pub(crate) struct RingTables {
     steps: Memo<Numbers, Arc<Vec<Step>>>,
     profiles: Memo<Numbers, Option<Arc<RingTable>>>,
+    shadows: Memo<Numbers, Option<Arc<RingTable>>>,
 }
 
 impl Default for RingTables {
     fn default() -> Self {
-        Self { steps: Memo::holding(KEPT), profiles: Memo::holding(KEPT) }
+        Self { steps: Memo::holding(KEPT), profiles: Memo::holding(KEPT), shadows: Memo::holding(KEPT) }
     }
 }
 
 impl RingTables {
     /// [`steps`] of all rings of a body: finding which ring holds each stretch takes a millisecond for Saturn's.
-    pub fn steps(&self, rings: &[Ring], unit_km: f64) -> Arc<Vec<Step>> {
-        let key = std::iter::once(unit_km).chain(rings.iter().flat_map(numbers)).collect();
-        self.steps.get(key, || Arc::new(steps(rings.iter(), unit_km)))
+    pub fn steps<'a>(&self, rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Arc<Vec<Step>> {
+        let key = std::iter::once(unit_km).chain(rings.clone().flat_map(numbers)).collect();
+        self.steps.get(key, || Arc::new(steps(rings, unit_km)))
     }
 
     /// [`RingTable::of`] some rings of a body.
-    pub fn profile(&self, rings: &[&Ring], unit_km: f64) -> Option<Arc<RingTable>> {
-        let key = std::iter::once(unit_km).chain(rings.iter().flat_map(|r| numbers(r))).collect();
-        self.profiles.get(key, || RingTable::of(rings.iter().copied(), unit_km).map(Arc::new))
+    pub fn profile(&self, rings: &[&Ring], unit_km: f64, seen: &RingSeen) -> Option<Arc<RingTable>> {
+        let light = seen.sunlight.iter().flatten().flatten().copied();
+        let asked = std::iter::once(unit_km).chain(seen.slopes.map(f64::from)).chain(light);
+        let key = asked.chain(rings.iter().flat_map(|r| numbers(r))).collect();
+        let steps = || self.steps(rings.iter().copied(), unit_km);
+        self.profiles.get(key, || RingTable::of_steps(&steps(), seen).map(Arc::new))
+    }
+
+    /// [`RingTable::of_shadow`] of some rings of a body.
+    pub fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
+        let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| numbers(r))).collect();
+        let steps = || self.steps(rings.iter().copied(), unit_km);
+        self.shadows.get(key, || RingTable::of_shadow_steps(&steps(), slopes).map(Arc::new))
+    }
+}
+
+/// Slopes of sunlight (one over the sine of its angle to the ring's plane) that a shadow's table has rows for. `sine`: of the Sun's centre; `tangent`: of its
+/// angular radius; `disc`: the Sun is no point.
+///
+/// One does where it changes so little across the disc that what a stretch takes changes by less than 0.155 `tangent` / `sine` from one half of the disc to the other: up to
+/// 0.4 % of the light. Of a lower Sun each strip of the disc has its own, after that of the centre.
+pub fn slopes_of_sunlight(sine: f64, tangent: f64, disc: bool) -> Vec<f64> {
+    let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
+    if !disc || sine.abs() > SUNS_HEIGHT_OF_ONE_SLOPE * tangent {
+        return vec![slope(sine)];
+    }
+    let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+    let of_strip = |k: usize| {
+        let aside = (k as f64 * std::f64::consts::PI / (SUN_PARTS + 1) as f64).cos() * tangent;
+        slope((sine + cosine * aside) / aside.hypot(1.0))
+    };
+    std::iter::once(slope(sine)).chain((1..=SUN_PARTS).map(of_strip)).collect()
+}
+
+/// Heights of the Sun over the plane, in radii of its disc, from which on one slope does.
+const SUNS_HEIGHT_OF_ONE_SLOPE: f64 = 40.0;
+/// Bins that a texel of the table's first row holds.
+const BINS_PER_TEXEL: usize = 4;
+/// Part of a bin by which it begins earlier than it says: more than the fragment's f32 is off in finding it.
+const BIN_MARGIN: f64 = 0.01;
+
+/// Where the stretches of a table lie: shaders/lib/ring/stretches.wesl reads it.
+struct Bins {
+    texels: Vec<f32>,
+    formula: [f64; 3],
+}
+
+impl Bins {
+    /// Of stretches from the innermost outwards, for a table with a column for each and one more.
+    fn of(steps: &[Step]) -> Self {
+        let outer = steps.last().map_or(1.0, |s| s.to);
+        // A ring that reaches the centre would have infinitely many.
+        let inner = steps.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
+        let count = BINS_PER_TEXEL * (steps.len() + 1);
+        let per_inverse = count as f64 / (1.0 / inner - 1.0 / outer);
+        let at_inner = per_inverse / inner;
+        let begins_in = |bin: usize| {
+            let radius = per_inverse / (at_inner - (bin as f64 - BIN_MARGIN));
+            let step = if bin == 0 { 0 } else { steps.partition_point(|s| s.to <= radius).min(steps.len() - 1) };
+            narrow_scalar(step as f64)
+        };
+        Self { texels: (0..count).map(begins_in).collect(), formula: [at_inner, per_inverse, count as f64 - 1.0] }
+    }
+}
+
+/// Where stretches end; none is past the last one.
+fn ends(steps: &[Step]) -> impl Iterator<Item = f32> {
+    let last = steps.len().saturating_sub(1);
+    steps.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
+}
+
+/// Innermost and outermost radius of what a table can hold: some stretches, and no more edges than [`MAX_NODES`].
+fn tabulated(steps: &[Step]) -> Option<[f64; 2]> {
+    let reach = [steps.first()?.from, steps.last()?.to];
+    (steps.len() < MAX_NODES).then_some(reach)
+}
+
+/// The light on a ring and the view rays that meet it: what all pixels share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RingSeen {
+    /// Parts of the Sun's disc over the viewer's side of the plane and over the other, each with its mean sine: [`halves`](super::ring_shine::halves). None for a view of colours.
+    pub sunlight: Option<[[f64; 2]; 2]>,
+    /// The first and the last slope of the table's rows.
+    slopes: [u32; 2],
+}
+
+impl RingSeen {
+    /// `steepest` and `flattest`: of the view rays, one over the cosine of the angle to the plane's normal.
+    pub fn new(sunlight: Option<[[f64; 2]; 2]>, steepest: f64, flattest: f64) -> Self {
+        let place = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
+        let first = (place(steepest).floor() as u32).min(SLOPES - 2);
+        Self { sunlight, slopes: [first, (place(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
+    }
+
+    /// What a stretch sends along a path of a slope, but for its colour and a quarter of its phase function.
+    fn light(&self, step: &Step, slope: f64) -> f64 {
+        let Some(sunlight) = self.sunlight else { return step.taken(slope) };
+        let from = |(half, [part, sine]): (usize, [f64; 2])| {
+            if part > 0.0 { part * scattered(step.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
+        };
+        sunlight.into_iter().enumerate().map(from).sum()
     }
 }
 
 impl RingTable {
-    /// `None` without a ring, or with more edges than `NODES_AT_MOST`. `unit_km`: the body's equatorial radius.
-    pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Option<Self> {
-        let steps = steps(rings, unit_km);
-        let (first, last) = (steps.first()?, steps.last()?);
+    /// What a ring's own fragments read. `None` without a ring, or with more edges than [`MAX_NODES`]. `unit_km`: the body's equatorial radius.
+    pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, seen: &RingSeen) -> Option<Self> {
+        Self::of_steps(&steps(rings, unit_km), seen)
+    }
+
+    fn of_steps(steps: &[Step], seen: &RingSeen) -> Option<Self> {
+        let reach = tabulated(steps)?;
         let nodes = steps.len() + 1;
-        if nodes > MAX_NODES {
-            return None;
+        let [first, last] = seen.slopes;
+        let height = 2 + 2 * (last - first + 1);
+        let bins = Bins::of(steps);
+        let mut texels = bins.texels;
+        texels.reserve(nodes * height as usize * 4);
+        let mut dusty = 0.0;
+        for (step, end) in steps.iter().zip(ends(steps)) {
+            let code = dusty + if step.has_dust() { 0.5 } else { 0.0 };
+            dusty += if step.has_dust() { 1.0 } else { 0.0 };
+            texels.extend([narrow_scalar(step.from), end, code, narrow_scalar(step.to - step.from)]);
         }
-        let mut texels = Vec::with_capacity(nodes * (2 * SLOPES as usize + 1) * 4);
-        let radii = steps.iter().map(|s| [s.from, s.to - s.from]).chain([[last.to, 0.0]]);
-        texels.extend(radii.flat_map(|[r, width]| [narrow_scalar(r), narrow_scalar(width), 0.0, 0.0]));
-        // Dust apart from bodies: it scatters by another law, and its sums keep digits that would drown in those of the dense rings.
-        for dusty in [false, true] {
-            for k in 0..SLOPES {
-                let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
-                let mut sum = [0.0; 4];
-                texels.extend([0.0; 4]);
-                for step in &steps {
-                    let stopped = (step.to - step.from) * -(-step.tau * slope).exp_m1();
-                    let part = if dusty { step.dust } else { 1.0 - step.dust };
-                    let [red, green, blue] = step.albedo.map(|a| a * part);
-                    for (of, weight) in sum.iter_mut().zip([red, green, blue, if dusty { part } else { 1.0 }]) {
-                        *of += stopped * weight;
-                    }
-                    texels.extend(sum.map(narrow_scalar));
+        texels.extend([narrow_scalar(reach[1]), f32::MAX, dusty, 1.0]);
+        for k in first..=last {
+            let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
+            // Dust apart from bodies: it scatters by another law, and its sums keep digits that would drown in those of the dense rings.
+            let (mut bodies, mut dust) = ([0.0; 4], [0.0; 4]);
+            let mut of_dust = Vec::with_capacity(4 * nodes);
+            for step in steps {
+                texels.extend(bodies.map(narrow_scalar));
+                of_dust.extend(dust.map(narrow_scalar));
+                let width = step.to - step.from;
+                let light = width * seen.light(step, slope);
+                for (channel, albedo) in step.albedo.into_iter().enumerate() {
+                    bodies[channel] += light * albedo * (1.0 - step.dust);
+                    dust[channel] += light * albedo * step.dust;
                 }
+                bodies[3] += width * step.taken(slope);
             }
+            texels.extend(bodies.map(narrow_scalar));
+            of_dust.extend(dust.map(narrow_scalar));
+            texels.append(&mut of_dust);
         }
-        Some(Self { width: nodes as u32, height: 2 * SLOPES + 1, texels, reach: [first.from, last.to] })
+        Some(Self { width: nodes as u32, height, texels, reach, bins: bins.formula, slopes: seen.slopes })
+    }
+
+    /// What the fragments of a globe in the rings' shadow read, for sunlight of some slopes ([`slopes_of_sunlight`]). `None` as of [`RingTable::of`].
+    pub fn of_shadow<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, slopes: &[f64]) -> Option<Self> {
+        Self::of_shadow_steps(&steps(rings, unit_km), slopes)
+    }
+
+    fn of_shadow_steps(steps: &[Step], slopes: &[f64]) -> Option<Self> {
+        let reach = tabulated(steps)?;
+        let nodes = steps.len() + 1;
+        let bins = Bins::of(steps);
+        let mut texels = bins.texels;
+        for slope in slopes {
+            let mut sum = 0.0;
+            for (step, end) in steps.iter().zip(ends(steps)) {
+                let taken = step.taken(*slope);
+                texels.extend([narrow_scalar(step.from), end, narrow_scalar(taken), narrow_scalar(sum)]);
+                sum += (step.to - step.from) * taken;
+            }
+            texels.extend([narrow_scalar(reach[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
+        }
+        Some(Self { width: nodes as u32, height: slopes.len() as u32 + 1, texels, reach, bins: bins.formula, slopes: [0, 1] })
     }
 }
 
@@ -117,6 +262,9 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust: 0.0 }
     }
 
+    /// Without light, for every slope.
+    const COLOURS: RingSeen = RingSeen { sunlight: None, slopes: [0, SLOPES - 1] };
+
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {
         let cut = steps([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), 1.0);
@@ -126,26 +274,50 @@ mod tests {
 
     #[test]
     fn integrals_rise_by_what_each_stretch_stops() {
-        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0).expect("a table");
-        assert_eq!((table.width, table.height, table.reach), (4, 2 * SLOPES + 1, [1.0, 3.0]));
-        for row in 1..=SLOPES as usize {
-            let slope = (row as f64 - 1.0) / 8.0;
+        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &COLOURS).expect("a table");
+        assert_eq!((table.width, table.height, table.reach), (4, 2 * SLOPES + 2, [1.0, 3.0]));
+        for row in (2..2 + 2 * SLOPES as usize).step_by(2) {
+            let slope = (row as f64 - 2.0) / 16.0;
             let at = |node: usize, c: usize| f64::from(table.texels[(row * 4 + node) * 4 + c]);
             let first = 1.0 - (-0.7 * slope.exp2()).exp();
             assert!((at(1, 3) - first).abs() < 1e-6 && (at(1, 0) - 0.5 * first).abs() < 1e-6, "row {row}");
             assert_eq!(at(2, 3), at(1, 3), "a gap adds nothing");
             assert!(at(3, 3) > at(2, 3) && at(3, 3) <= 1.5 + 1e-6);
         }
-        assert!(RingTable::of([].iter(), 1.0).is_none());
+        assert!(RingTable::of([].iter(), 1.0, &COLOURS).is_none());
+    }
+
+    /// The fragments' way to a stretch, in their f32: for every radius it is the one that holds it, and few reads away.
+    #[test]
+    fn a_bin_begins_at_or_below_the_stretch_of_its_radii() {
+        let catalog = crate::catalog::Catalog::embedded();
+        for body in catalog.bodies().iter().filter(|b| !b.rings.is_empty()) {
+            let steps = steps(body.rings.iter(), body.radii_km.x);
+            let bins = Bins::of(&steps);
+            let [at_inner, per_inverse, last] = bins.formula.map(narrow_scalar);
+            let (from, to) = (steps[0].from, steps[steps.len() - 1].to);
+            let (mut reads, mut most) = (0, 0);
+            const PLACES: usize = 100_000;
+            for k in 0..PLACES {
+                let radius = narrow_scalar(from + (to - from) * (k as f64 / PLACES as f64).powi(3));
+                let bin = (at_inner - per_inverse / radius).clamp(0.0, last) as usize;
+                let first = bins.texels[bin] as usize;
+                let held = steps.partition_point(|s| narrow_scalar(s.to) <= radius).min(steps.len() - 1);
+                assert!(first <= held, "{}, {radius}: bin {bin} begins in stretch {first}, past {held}", body.name);
+                reads += held - first;
+                most = most.max(held - first);
+            }
+            assert!(reads < PLACES / 2 && most <= 8, "{}: {reads} reads more for {PLACES} places, {most} at most", body.name);
+        }
     }
 
     /// A faint dusty ring outside a dense one keeps its light to six digits.
     #[test]
     fn dust_is_summed_apart_from_bodies() {
         let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
-        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0).expect("a table");
+        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0, &COLOURS).expect("a table");
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
-        let (bodies, dust) = (1, 1 + SLOPES);
+        let (bodies, dust) = (2, 3);
         assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "none inside of it");
         let light = at(dust, 3, 0) - at(dust, 2, 0);
         assert!((light / (0.5 * 0.8e-6) - 1.0).abs() < 1e-5, "{light}");

@@ -7,16 +7,17 @@ use crate::catalog::{Body, Ring};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, AnchorForm, Camera, ClipRect, Placement};
 use crate::scene::draw::DrawUniforms;
-use crate::scene::draw::features::{BodyShadow, RingShadow};
-use crate::scene::draw::tables::RingShine;
+use crate::scene::draw::features::{BodyShadow, PixelView, RingShadow};
+use crate::scene::draw::tables::{RingShine, RingTable};
 use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
 use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, phase_factor, phase_function};
-use crate::scene::rings::ring_shine::RingShineGeometry;
+use crate::scene::rings::ring_shine::{RingShineGeometry, halves};
+use crate::scene::rings::ring_table::{RingSeen, slopes_of_sunlight};
 use crate::scene::tiers::{self, WITHIN_PX};
-use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::sync::Arc;
 
 /// Thickness of the spheroid that stands for the ring where its outline is sought, over its radius.
@@ -186,25 +187,50 @@ impl<'a> View<'a> {
         Vec4::new(x, y, z, w)
     }
 
+    /// The light on rings and the view rays that meet them.
+    fn seen(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingSeen {
+        let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
+        let [same, other] = halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
+        let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
+        // From the place in the plane that is nearest to the viewer to the farthest.
+        let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
+        let (height, aside) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
+        let slope = |along: f64| height.hypot(along) / height;
+        RingSeen::new((shows != PixelView::Albedo).then_some(sunlight), slope((aside - outer_km).max(0.0)), slope(aside + outer_km))
+    }
+
     /// The uniforms of both draws; `half` is set by each.
-    pub fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>) -> RingUniforms {
-        let radius_km = self.body.radii_km.x;
-        let Some(table) = self.caches.ring_tables.profile(rings, radius_km) else { return RingUniforms::default() };
+    pub fn uniforms(&self, rings: &[&Ring], sun: Option<&Body>, shows: PixelView) -> RingUniforms {
+        let table = self.caches.ring_tables.profile(rings, self.body.radii_km.x, &self.seen(rings, sun, shows));
+        table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
+    }
+
+    /// Those of the globe in the rings' shadow: out to the last ring that takes light which counts, or all of them where none does.
+    pub fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
+        let tangent = self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x));
+        let counts = |r: &&&Ring| self.bound.counts_part(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
+        let outer = rings.iter().filter(counts).map(|r| r.outer_km).fold(0.0, f64::max);
+        let seen: Vec<&Ring> = rings.iter().copied().filter(|r| outer == 0.0 || r.outer_km <= outer).collect();
+        let slopes = slopes_of_sunlight(self.sun.z, tangent, model == RingShadow::Penumbra);
+        let table = self.caches.ring_tables.shadow(&seen, self.body.radii_km.x, &slopes);
+        table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
+    }
+
+    fn uniforms_with(&self, table: Arc<RingTable>, sun: Option<&Body>) -> RingUniforms {
         let (u1, u2) = sun.map(limb_law).unwrap_or_default();
-        let dusty = if rings.iter().any(|r| r.dust > 0.0) { 1.0 } else { 0.0 };
         let lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|l| l[k])));
         let narrow = camera::narrow_scalar;
         RingUniforms {
             reach: Vec2::new(narrow(table.reach[0]), narrow(table.reach[1])),
             table: Some(table),
             blur: narrow(0.5 / self.pixels_per_radius()),
-            phase: Vec3::new(narrow(phase_factor()), narrow(PHASE_EXPONENT), dusty),
+            phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),
             dust_weight: lobe(1),
             opposition: Vec2::new(narrow(OPPOSITION[0]), narrow(OPPOSITION[1])),
             half: 0.0,
             sun_tangent: narrow(self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6)),
-            shadow_axes: camera::narrow(self.body.radii_km / radius_km),
+            shadow_axes: camera::narrow(self.body.radii_km / self.body.radii_km.x),
             sun_limb_u1: camera::narrow(u1),
             sun_limb_u2: camera::narrow(u2),
             ..RingUniforms::default()

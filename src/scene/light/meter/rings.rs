@@ -55,7 +55,7 @@ impl Frame<'_, '_> {
             return tally;
         }
         let unit_km = p.body.radii_km.x;
-        let steps = self.meter.context.caches.ring_tables.steps(&p.body.rings, unit_km);
+        let steps = self.meter.context.caches.ring_tables.steps(p.body.rings.iter(), unit_km);
         let (Some(outer), sun) = (steps.last().map(|s| s.to), (p.body_from_icrf * p.sun_from_body_km).normalize()) else { return tally };
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return tally };
