@@ -77,12 +77,14 @@ pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), 
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
     let [red, green, blue] = crate::units::LUMINANCE_WEIGHTS.map(|w| w as f32);
-    for (i, p) in display.iter().enumerate() {
+    // By way of an integer, since the conversion to a byte, which saturates, would keep the loop from becoming vector code: all values lie between 16 and 241.
+    let byte = |v: f32| (v + 0.5) as i32 as u8;
+    for (((p, y), cb), cr) in display.iter().zip(y).zip(cb).zip(cr) {
         let [r, g, b] = [p[0], p[1], p[2]].map(|v| f32::from(v) / 255.0);
         let luma = red * r + green * g + blue * b;
-        y[i] = (16.0 + 219.0 * luma + 0.5) as u8;
-        cb[i] = (128.0 + 224.0 * (b - luma) / 1.8556 + 0.5) as u8;
-        cr[i] = (128.0 + 224.0 * (r - luma) / 1.5748 + 0.5) as u8;
+        *y = byte(16.0 + 219.0 * luma);
+        *cb = byte(128.0 + 224.0 * (b - luma) / 1.8556);
+        *cr = byte(128.0 + 224.0 * (r - luma) / 1.5748);
     }
     out.write_all(b"FRAME\n").and_then(|()| out.write_all(&planes)).map_err(failed)
 }

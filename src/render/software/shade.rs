@@ -4,10 +4,10 @@
 //! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. Without discard and written depth
 //! the depth test comes first and hidden quads are never shaded. Results leave a batch in quad order, so the order of triangles holds.
 
-use super::exec::LaneMask;
+use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::raster::coverage::{TilePixels, quad_place, sample_positions, walk_tile};
+use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, quad_place, sample_positions, walk_tile};
 use super::raster::setup::{Geometry, Plane, SUBPIXEL, Surface};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use super::tiles::TileTarget;
@@ -72,6 +72,11 @@ impl FragmentPlan {
         Self { feeds, colour, depth_output, early: !uses_discard && depth_output.is_none(), depth }
     }
 
+    /// Every covered pixel is drawn: no lane dies, and no depth is asked for.
+    pub fn tests_nothing(&self) -> bool {
+        self.early && !self.uses_depth()
+    }
+
     pub fn uses_depth(&self) -> bool {
         self.depth.test || self.depth.write
     }
@@ -134,6 +139,27 @@ impl Default for Batch {
     }
 }
 
+/// A run with other textures.
+struct ReadingRun<'a, R: Real> {
+    run: &'a mut dyn LaneRun<R>,
+    texture: &'a dyn TextureUnit<R>,
+}
+
+impl<R: Real> LaneRun<R> for ReadingRun<'_, R> {
+    fn input(&mut self, k: usize) -> &mut [R; LANES] {
+        self.run.input(k)
+    }
+    fn run(&mut self, active: LaneMask) -> LaneMask {
+        self.run.run_reading(active, self.texture)
+    }
+    fn output(&self, k: usize) -> &[R; LANES] {
+        self.run.output(k)
+    }
+    fn work(&self) -> ExecutionCounts {
+        self.run.work()
+    }
+}
+
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
     pub fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
@@ -190,6 +216,24 @@ impl TileShader<'_> {
             }
         }
         passed
+    }
+
+    /// Draws a block by a job that covers all of the target. It reads `texture` in place of those that were bound.
+    pub fn map_block<R: Real>(
+        &mut self,
+        job: &DrawJob<'_, R>,
+        block: usize,
+        texture: &dyn TextureUnit<R>,
+        run: &mut dyn LaneRun<R>,
+        batch: &mut Batch,
+    ) {
+        let first = block * BLOCK_QUADS as usize;
+        let coverage = full_coverage(self.samples);
+        for (k, quad) in batch.quads.iter_mut().enumerate() {
+            *quad = Quad { place: (first + k) as u16, coverage, surface: 0 };
+        }
+        batch.count = QUADS;
+        self.flush(job, &mut ReadingRun { run, texture }, batch);
     }
 
     fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
@@ -330,7 +374,7 @@ impl TileShader<'_> {
     fn late<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();
-        let full = super::raster::coverage::full_coverage(self.samples);
+        let full = full_coverage(self.samples);
         for (q, quad) in quads.iter_mut().enumerate() {
             quad.coverage &= SAMPLES_OF[(alive >> (q * 4)) as usize & 0xf];
             if !uses_depth || quad.coverage == 0 {
@@ -367,7 +411,7 @@ impl TileShader<'_> {
 
     fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
         let blend = job.blend;
-        let full = super::raster::coverage::full_coverage(self.samples);
+        let full = full_coverage(self.samples);
         let mut q = 0;
         while q < quads.len() {
             // As many fully covered neighbours as there are go in one stroke.
