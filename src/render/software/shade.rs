@@ -170,21 +170,25 @@ impl TileShader<'_> {
             let samples = self.samples;
             let early = (plan.early && plan.uses_depth()).then(|| self.depth_at_samples(surface));
             let [tile_x, tile_y] = self.tile;
-            walk_tile(triangle, tile_x, tile_y, samples, |place, mut coverage| {
-                if let Some(depth) = &early {
-                    coverage = self.test_quad(place, coverage, depth, plan.depth);
-                    if coverage == 0 {
-                        return;
-                    }
+            walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
+                if count == QUADS && batch.count == 0 && early.is_none() {
+                    self.shade_block(job, first, triangle.surface, run, batch);
+                    return;
                 }
-                batch.quads[batch.count] = Quad { place: place as u16, coverage, surface: triangle.surface };
-                batch.count += 1;
-                if batch.count == QUADS {
-                    self.flush(job, run, batch);
+                for place in first..first + count {
+                    let coverage = early.as_ref().map_or(coverage, |depth| self.test_quad(place, coverage, depth, plan.depth));
+                    if coverage == 0 {
+                        continue;
+                    }
+                    batch.quads[batch.count] = Quad { place: place as u16, coverage, surface: triangle.surface };
+                    batch.count += 1;
+                    if batch.count == QUADS {
+                        self.flush(job, run, batch, None);
+                    }
                 }
             });
         }
-        self.flush(job, run, batch);
+        self.flush(job, run, batch, None);
     }
 
     /// The depth plane relative to the tile's corner: one constant per sample, and the steps in x and y. In f64 until the sum: near a
@@ -227,16 +231,21 @@ impl TileShader<'_> {
         run: &mut dyn LaneRun<R>,
         batch: &mut Batch,
     ) {
-        let first = block * BLOCK_QUADS as usize;
-        let coverage = full_coverage(self.samples);
-        for (k, quad) in batch.quads.iter_mut().enumerate() {
-            *quad = Quad { place: (first + k) as u16, coverage, surface: 0 };
-        }
-        batch.count = QUADS;
-        self.flush(job, &mut ReadingRun { run, texture }, batch);
+        self.shade_block(job, block * BLOCK_QUADS as usize, 0, &mut ReadingRun { run, texture }, batch);
     }
 
-    fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+    /// Shades a wholly covered block; the batch is empty before and after.
+    fn shade_block<R: Real>(&mut self, job: &DrawJob<'_, R>, first: usize, surface: u32, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        let coverage = full_coverage(self.samples);
+        for (k, quad) in batch.quads.iter_mut().enumerate() {
+            *quad = Quad { place: (first + k) as u16, coverage, surface };
+        }
+        batch.count = QUADS;
+        self.flush(job, run, batch, Some(first));
+    }
+
+    /// Runs the quads that wait. `block`: they are all quads of one block, from this one on.
+    fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
@@ -247,7 +256,7 @@ impl TileShader<'_> {
         let quads = &batch.quads;
         // Helper lanes run with their quad, for the derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        self.feed(job, run, quads);
+        self.feed(job, run, quads, block.is_some());
         let alive = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour.map(|output| output.map(|o| run.output(o)));
@@ -271,15 +280,23 @@ impl TileShader<'_> {
             self.store(job, &batch.quads[..count], work.each_ref().map(|v| v.as_slice()));
             return;
         }
+        if let Some(first) = block.filter(|_| plan.early)
+            && self.target.store_lanes(first * 4, job.blend, colour)
+        {
+            return;
+        }
         self.store(job, &batch.quads[..count], colour);
     }
 
-    /// Fills the lane inputs.
-    fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS]) {
+    /// Fills the lane inputs. `is_block`: the quads are those of one block, of one surface.
+    fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], is_block: bool) {
         // Runs of quads with one surface.
         let mut runs = [(0_usize, 0_usize, 0_u32); QUADS];
         let mut run_count = 0;
-        for (q, quad) in quads.iter().enumerate() {
+        if is_block {
+            (runs[0], run_count) = ((0, QUADS, quads[0].surface), 1);
+        }
+        for (q, quad) in quads.iter().enumerate().skip(if is_block { QUADS } else { 0 }) {
             if run_count > 0 && runs[run_count - 1].2 == quad.surface {
                 runs[run_count - 1].1 = q + 1;
             } else {
@@ -293,13 +310,13 @@ impl TileShader<'_> {
         for (from, to, _) in runs {
             let [x0, y0] = quad_place(quads[*from].place.into()).map(|v| v as f32);
             let at = usize::from(quads[*from].place) * 4;
-            if quads[*from..*to].windows(2).all(|w| w[1].place == w[0].place + 1) {
+            if is_block || quads[*from..*to].windows(2).all(|w| w[1].place == w[0].place + 1) {
                 let (lanes, pixels) = (from * 4..to * 4, at..at + (to - from) * 4);
                 for (lane, p) in x[lanes.clone()].iter_mut().zip(&self.pixels.x[pixels.clone()]) {
-                    *lane = R::from_f64((p - x0).into());
+                    *lane = R::from_f32_bits((p - x0).to_bits());
                 }
                 for (lane, p) in y[lanes].iter_mut().zip(&self.pixels.y[pixels]) {
-                    *lane = R::from_f64((p - y0).into());
+                    *lane = R::from_f32_bits((p - y0).to_bits());
                 }
                 continue;
             }

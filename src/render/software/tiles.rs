@@ -124,6 +124,11 @@ impl TileTarget {
         if self.split[range.clone()].iter().any(|s| *s != WHOLE) {
             return false;
         }
+        // Nothing over what is there leaves it as it is: light that has faded out, far from its middle, need not be kept.
+        let bits = |lanes: &[f32]| lanes.iter().fold(0, |all, v| all | v.to_bits());
+        if blend != Blend::Replace && source.iter().all(|lanes| bits(lanes) == 0) {
+            return true;
+        }
         for block in range.start / BLOCK_PIXELS..range.end.div_ceil(BLOCK_PIXELS) {
             self.touched |= 1 << block;
         }
@@ -281,7 +286,11 @@ mod tests {
         t.store_lanes(5 * BLOCK_PIXELS - 4, Blend::Replace, [&[1.0; 8]; 4]);
         assert_eq!(touched(&t), [1, 4, 5]);
         t.clear([0.0; 4], false);
-        assert!(touched(&t).is_empty());
+        t.store_lanes(0, Blend::Add, [&[0.0; 8]; 4]);
+        t.store_lanes(0, Blend::PremultipliedOver, [&[0.0; 8]; 4]);
+        assert!(touched(&t).is_empty(), "nothing was added");
+        t.store_lanes(0, Blend::Add, [&[0.0; 8], &[0.0, 0.0, 1e-30, 0.0, 0.0, 0.0, 0.0, 0.0], &[0.0; 8], &[0.0; 8]]);
+        assert_eq!(touched(&t), [0]);
     }
 
     #[test]

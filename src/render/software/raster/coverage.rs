@@ -52,9 +52,11 @@ pub fn block_at([x, y]: [u32; 2]) -> Option<usize> {
     begins.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
 }
 
-/// Whether the triangle covers every sample of a target.
+/// Whether the triangle covers every sample of a target. Samples lie before the far edges, along which the triangle may end.
 pub fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
-    triangle.pixels == [0, 0, width, height] && extremes(triangle, 0, 0, width, height).0 >= 0
+    let last = |size: u32| i64::from(size) * SUBPIXEL - 1;
+    let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
+    triangle.pixels == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
 }
 
 /// Pixel centres of a tile in lane order, relative to the tile's corner.
@@ -84,8 +86,9 @@ impl Default for TilePixels {
     }
 }
 
-/// Calls `emit(quad, coverage)` for every quad of the tile at `tile_x`, `tile_y` (pixels) with a covered sample, in lane order.
-pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, u16)) {
+/// Calls `emit(quad, count, coverage)` for the quads of the tile at `tile_x`, `tile_y` (pixels) with a covered sample, in lane order: for those of a wholly covered
+/// block at once, else one by one.
+pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [px0, py0, px1, py1] = triangle.pixels;
     let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
     let (x1, y1) = (px1.min(tile_x + TILE), py1.min(tile_y + TILE));
@@ -104,9 +107,7 @@ pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u
             let within = bx >= x0 && by >= y0 && bx + BLOCK_WIDTH <= x1 && by + BLOCK_HEIGHT <= y1;
             let first = (block * BLOCK_QUADS) as usize;
             if least >= 0 && within {
-                for quad in first..first + BLOCK_QUADS as usize {
-                    emit(quad, full_coverage(samples));
-                }
+                emit(first, BLOCK_QUADS as usize, full_coverage(samples));
                 continue;
             }
             for inner in 0..BLOCK_QUADS {
@@ -122,7 +123,7 @@ pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u
                     }
                 }
                 if coverage != 0 {
-                    emit(first + inner as usize, coverage);
+                    emit(first + inner as usize, 1, coverage);
                 }
             }
         }
