@@ -71,18 +71,54 @@ pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32
     writeln!(out, "YUV4MPEG2 W{width} H{height} F{rate}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED").map_err(failed)
 }
 
+/// Pixels that are converted together.
+const PIECE: usize = 128;
+
+/// BT.709 luma and chroma of display bytes.
+#[expect(clippy::needless_range_loop, reason = "several arrays of one length")]
+fn luma_and_chroma(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
+    let [red, green, blue] = crate::units::LUMINANCE_WEIGHTS.map(|w| w as f32);
+    let mut values = [[0.0_f32; PIECE]; 3];
+    for i in 0..PIECE {
+        let word = u32::from_le_bytes(pixels[i]);
+        let [r, g, b] = [word, word >> 8, word >> 16].map(|v| (v & 0xff) as i32 as f32 / 255.0);
+        let luma = red * r + green * g + blue * b;
+        values[0][i] = 16.0 + 219.0 * luma;
+        values[1][i] = 128.0 + 224.0 * (b - luma) / 1.8556;
+        values[2][i] = 128.0 + 224.0 * (r - luma) / 1.5748;
+    }
+    let mut bytes = [[0; PIECE]; 3];
+    for (bytes, values) in bytes.iter_mut().zip(&values) {
+        for i in 0..PIECE {
+            bytes[i] = nearest_byte(values[i]);
+        }
+    }
+    bytes
+}
+
+/// The nearest integer to a value of 0 to 255, halves upwards. A conversion that saturates would not become vector code.
+fn nearest_byte(value: f32) -> u8 {
+    // 1.5 * 2^23 leaves the integer that is nearest to the sum in its low bits; where that is greater, the one below is wanted.
+    let sum = value + 0.5;
+    let nearest = sum + 12_582_912.0;
+    let over = nearest - 12_582_912.0 > sum;
+    (nearest.to_bits() & 0xff).wrapping_sub(u32::from(over)) as u8
+}
+
 /// Adds one frame of display bytes: BT.709 luma and chroma, limited range (Y 16..235, C 16..240). Alpha is left out.
 pub fn write_y4m_frame(out: &mut impl Write, display: &[[u8; 4]]) -> Result<(), ImageError> {
     let mut planes = vec![0_u8; display.len() * 3];
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
-    let [red, green, blue] = crate::units::LUMINANCE_WEIGHTS.map(|w| w as f32);
-    for (i, p) in display.iter().enumerate() {
-        let [r, g, b] = [p[0], p[1], p[2]].map(|v| f32::from(v) / 255.0);
-        let luma = red * r + green * g + blue * b;
-        y[i] = (16.0 + 219.0 * luma + 0.5) as u8;
-        cb[i] = (128.0 + 224.0 * (b - luma) / 1.8556 + 0.5) as u8;
-        cr[i] = (128.0 + 224.0 * (r - luma) / 1.5748 + 0.5) as u8;
+    // Pieces of one length, each step a loop of its own: these become vector code.
+    let pieces = display.chunks(PIECE).zip(y.chunks_mut(PIECE)).zip(cb.chunks_mut(PIECE)).zip(cr.chunks_mut(PIECE));
+    for (((pixels, y), cb), cr) in pieces {
+        let mut piece = [[0; 4]; PIECE];
+        piece[..pixels.len()].copy_from_slice(pixels);
+        let of_piece = luma_and_chroma(&piece);
+        for (to, from) in [y, cb, cr].into_iter().zip(&of_piece) {
+            to.copy_from_slice(&from[..to.len()]);
+        }
     }
     out.write_all(b"FRAME\n").and_then(|()| out.write_all(&planes)).map_err(failed)
 }
@@ -119,6 +155,16 @@ mod tests {
         assert_eq!(bytes.get_ref(), again.get_ref());
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, f32>(&pixels));
+    }
+
+    #[test]
+    fn halves_go_upwards() {
+        for k in 0..=255 * 64 {
+            let value = k as f32 / 64.0;
+            let expected = (value + 0.5).floor().min(255.0) as u8;
+            assert!(value > 255.49 || nearest_byte(value) == expected, "{value}");
+        }
+        assert_eq!([16.0, 16.49, 16.5, 17.5, 240.5].map(nearest_byte), [16, 16, 17, 18, 241]);
     }
 
     #[test]

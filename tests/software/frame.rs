@@ -40,7 +40,7 @@ fn draw(label: &str, module: ModuleId, uniform_bytes: Vec<u8>, vertices: Vertice
 }
 
 /// A Lambert sphere seen along -z by parallel rays, lit from `towards_sun`.
-fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
+pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
     let features = DrawFeatures { maps, lights: 1, ..DrawFeatures::MINIMAL };
     let side = 2.0 * HALF_SIDE as f32;
     let uniforms = DrawUniforms {
@@ -74,7 +74,7 @@ fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
     draw("sphere", name, uniform_bytes, Vertices::Count(6))
 }
 
-fn tone_map(pass: usize) -> PlanDraw {
+pub(super) fn tone_map(pass: usize) -> PlanDraw {
     let name = ModuleId::Simple("tone_map");
     let module = LIBRARY.module(&name).expect("emitted");
     let mut writer = module.layout.writer();
@@ -87,11 +87,11 @@ fn tone_map(pass: usize) -> PlanDraw {
     d
 }
 
-fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, samples: u8, clear: [f32; 4], draws: Vec<PlanDraw>) -> Pass {
+pub(super) fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, samples: u8, clear: [f32; 4], draws: Vec<PlanDraw>) -> Pass {
     Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Rgba32Float, draws }
 }
 
-fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
+pub(super) fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
     let bodies = pass("bodies", size, ColourFormat::Rgba32Float, 4, [0.0, 0.0, 0.0, 1.0], draws);
     Plan { passes: vec![bodies, pass("tone map", size, ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)])] }
 }
@@ -101,7 +101,7 @@ fn render(plan: &Plan, options: Options) -> Frame {
     renderer.render(plan, &*LIBRARY, true).expect("a frame").0
 }
 
-fn with_threads(threads: usize) -> Options {
+pub(super) fn with_threads(threads: usize) -> Options {
     Options { threads, ..Options::default() }
 }
 

@@ -5,6 +5,7 @@ mod filtered;
 mod frame;
 mod lower;
 mod math;
+mod own_pixel;
 mod raster;
 mod sampling;
 mod speed;

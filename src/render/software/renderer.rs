@@ -7,19 +7,20 @@ use super::RenderError;
 use super::kernels::KernelClass;
 use super::lower::programs_from_bytes;
 use super::math::Real;
-use super::pass::{DrawStages, PassImage, execute};
+use super::own_pixel::next_reads_own_pixels;
+use super::pass::{DrawStages, PassImage, execute, execute_pair};
 use super::program::{Program, Stage};
 use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
 use super::stage::TapeStage;
-use super::timings::Timings;
+use super::timings::{PassTimings, Timings};
 use crate::image::TexelFormat;
 use crate::render::frame::Frame;
 use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
 use crate::shader::ModuleId;
 use parking_lot::Mutex;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::time::Instant;
 
 /// What the lanes compute in.
@@ -116,11 +117,25 @@ impl SoftwareRenderer {
         let start = Instant::now();
         let mut timings = Timings::default();
         let mut images: Vec<(PassImage, u32, u32)> = Vec::new();
-        for pass in &plan.passes {
+        let mut k = 0;
+        while let Some(pass) = plan.passes.get(k) {
+            if !keep_hdr
+                && next_reads_own_pixels(plan, k)
+                && let Some((image, of_passes, prepare_ms)) = self.pair::<R>([pass, &plan.passes[k + 1]], modules, &images)?
+            {
+                timings.prepare_ms += prepare_ms;
+                timings.passes.extend(of_passes);
+                // The light is no picture, and nothing else asks for it.
+                images.push((PassImage::Float(Vec::new()), pass.width, pass.height));
+                images.push((image, pass.width, pass.height));
+                k += 2;
+                continue;
+            }
             let (image, of_pass, prepare_ms) = self.pass::<R>(pass, modules, &images)?;
             timings.prepare_ms += prepare_ms;
             timings.passes.push(of_pass);
             images.push((image, pass.width, pass.height));
+            k += 1;
         }
         let (last, width, height) = images.pop().ok_or(RenderError::NoPass)?;
         let mut frame = Frame { width, height, hdr: Vec::new(), display: Vec::new() };
@@ -147,27 +162,50 @@ impl SoftwareRenderer {
         pass: &Pass,
         modules: &impl ModuleProvider,
         earlier: &[(PassImage, u32, u32)],
-    ) -> Result<(PassImage, super::timings::PassTimings, f64), RenderError> {
+    ) -> Result<(PassImage, PassTimings, f64), RenderError> {
         let start = Instant::now();
-        let entries = pass.draws.iter().map(|d| self.entries(d, modules)).collect::<Result<Vec<_>, _>>()?;
-        let outputs = earlier.iter().map(|(image, w, h)| texels_of(image, *w, *h)).collect::<Vec<_>>();
-        let bound = pass
-            .draws
-            .iter()
-            .zip(&entries)
-            .map(|(draw, entries)| self.bind::<R>(draw, entries, &outputs))
-            .collect::<Result<Vec<_>, _>>()?;
-        let stages: Vec<_> = bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, fragment: &b.fragment as _ }).collect();
+        let entries = self.entries_of(pass, modules)?;
+        let bound = self.bind_all::<R>(pass, &entries, &outputs_of(earlier))?;
         let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
-        let (image, timings) = execute(pass, &stages)?;
-        for (draw, bound) in pass.draws.iter().zip(&bound) {
-            for (stage, gave_up) in [("vertex", bound.vertex.gave_up()), ("fragment", bound.fragment.gave_up())] {
-                if gave_up {
-                    return Err(RenderError::Endless { draw: draw.label.clone(), stage });
-                }
-            }
-        }
+        let (image, timings) = execute(pass, &stages_of(&bound))?;
+        check_ended(pass, &bound)?;
         Ok((image, timings, prepare_ms))
+    }
+
+    /// Two passes as one, where the second can be drawn so.
+    #[expect(clippy::type_complexity, reason = "the picture, what its passes took, and what preparing them took")]
+    fn pair<R: Real>(
+        &self,
+        [light, picture]: [&Pass; 2],
+        modules: &impl ModuleProvider,
+        earlier: &[(PassImage, u32, u32)],
+    ) -> Result<Option<(PassImage, [PassTimings; 2], f64)>, RenderError> {
+        let start = Instant::now();
+        let entries = [self.entries_of(light, modules)?, self.entries_of(picture, modules)?];
+        let mut outputs = outputs_of(earlier);
+        let light_bound = self.bind_all::<R>(light, &entries[0], &outputs)?;
+        // Bound in the light's place, and never read.
+        outputs.push(texels_of(&UNREAD, 1, 1));
+        let picture_bound = self.bind_all::<R>(picture, &entries[1], &outputs)?;
+        let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
+        let done = execute_pair(light, &stages_of(&light_bound), picture, &stages_of(&picture_bound))?;
+        check_ended(light, &light_bound)?;
+        check_ended(picture, &picture_bound)?;
+        Ok(done.map(|(image, timings)| (image, timings, prepare_ms)))
+    }
+
+    fn entries_of(&self, pass: &Pass, modules: &impl ModuleProvider) -> Result<Vec<Arc<Entries>>, RenderError> {
+        pass.draws.iter().map(|d| self.entries(d, modules)).collect()
+    }
+
+    /// The stages of a pass's draws, each with its uniforms and textures.
+    fn bind_all<'a, R: Real>(
+        &self,
+        pass: &'a Pass,
+        entries: &'a [Arc<Entries>],
+        outputs: &[Result<Arc<Texels<'a>>, String>],
+    ) -> Result<Vec<Bindings<'a, R>>, RenderError> {
+        pass.draws.iter().zip(entries).map(|(draw, entries)| self.bind::<R>(draw, entries, outputs)).collect()
     }
 
     /// The programs of the draw's module.
@@ -207,6 +245,30 @@ impl SoftwareRenderer {
         };
         Ok(Bindings { vertex: stage(&entries.vertex)?, fragment: stage(&entries.fragment)? })
     }
+}
+
+/// Stands in a binding for light that is read in its tile.
+static UNREAD: LazyLock<PassImage> = LazyLock::new(|| PassImage::Unorm(vec![[0; 4]]));
+
+fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, String>> {
+    earlier.iter().map(|(image, w, h)| texels_of(image, *w, *h)).collect()
+}
+
+fn stages_of<'a, R: Real>(bound: &'a [Bindings<'_, R>]) -> Vec<DrawStages<'a, R>> {
+    bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, fragment: &b.fragment as _ }).collect()
+}
+
+/// # Errors
+/// A stage that was stopped in a loop: what was drawn is no picture.
+fn check_ended<R: Real>(pass: &Pass, bound: &[Bindings<'_, R>]) -> Result<(), RenderError> {
+    for (draw, bound) in pass.draws.iter().zip(bound) {
+        for (stage, gave_up) in [("vertex", bound.vertex.gave_up()), ("fragment", bound.fragment.gave_up())] {
+            if gave_up {
+                return Err(RenderError::Endless { draw: draw.label.clone(), stage });
+            }
+        }
+    }
+    Ok(())
 }
 
 fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_>>, String> {

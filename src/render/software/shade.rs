@@ -4,10 +4,10 @@
 //! fill the lanes as well as large ones do; a large triangle's batches are whole 16x8 blocks. Without discard and written depth
 //! the depth test comes first and hidden quads are never shaded. Results leave a batch in quad order, so the order of triangles holds.
 
-use super::exec::LaneMask;
+use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::raster::coverage::{TilePixels, quad_place, sample_positions, walk_tile};
+use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, quad_place, sample_positions, walk_tile};
 use super::raster::setup::{Geometry, Plane, SUBPIXEL, Surface};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use super::tiles::TileTarget;
@@ -72,6 +72,11 @@ impl FragmentPlan {
         Self { feeds, colour, depth_output, early: !uses_discard && depth_output.is_none(), depth }
     }
 
+    /// Every covered pixel is drawn: no lane dies, and no depth is asked for.
+    pub fn tests_nothing(&self) -> bool {
+        self.early && !self.uses_depth()
+    }
+
     pub fn uses_depth(&self) -> bool {
         self.depth.test || self.depth.write
     }
@@ -134,6 +139,27 @@ impl Default for Batch {
     }
 }
 
+/// A run with other textures.
+struct ReadingRun<'a, R: Real> {
+    run: &'a mut dyn LaneRun<R>,
+    texture: &'a dyn TextureUnit<R>,
+}
+
+impl<R: Real> LaneRun<R> for ReadingRun<'_, R> {
+    fn input(&mut self, k: usize) -> &mut [R; LANES] {
+        self.run.input(k)
+    }
+    fn run(&mut self, active: LaneMask) -> LaneMask {
+        self.run.run_reading(active, self.texture)
+    }
+    fn output(&self, k: usize) -> &[R; LANES] {
+        self.run.output(k)
+    }
+    fn work(&self) -> ExecutionCounts {
+        self.run.work()
+    }
+}
+
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
     pub fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
@@ -144,21 +170,25 @@ impl TileShader<'_> {
             let samples = self.samples;
             let early = (plan.early && plan.uses_depth()).then(|| self.depth_at_samples(surface));
             let [tile_x, tile_y] = self.tile;
-            walk_tile(triangle, tile_x, tile_y, samples, |place, mut coverage| {
-                if let Some(depth) = &early {
-                    coverage = self.test_quad(place, coverage, depth, plan.depth);
-                    if coverage == 0 {
-                        return;
-                    }
+            walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
+                if count == QUADS && batch.count == 0 && early.is_none() {
+                    self.shade_block(job, first, triangle.surface, run, batch);
+                    return;
                 }
-                batch.quads[batch.count] = Quad { place: place as u16, coverage, surface: triangle.surface };
-                batch.count += 1;
-                if batch.count == QUADS {
-                    self.flush(job, run, batch);
+                for place in first..first + count {
+                    let coverage = early.as_ref().map_or(coverage, |depth| self.test_quad(place, coverage, depth, plan.depth));
+                    if coverage == 0 {
+                        continue;
+                    }
+                    batch.quads[batch.count] = Quad { place: place as u16, coverage, surface: triangle.surface };
+                    batch.count += 1;
+                    if batch.count == QUADS {
+                        self.flush(job, run, batch, None);
+                    }
                 }
             });
         }
-        self.flush(job, run, batch);
+        self.flush(job, run, batch, None);
     }
 
     /// The depth plane relative to the tile's corner: one constant per sample, and the steps in x and y. In f64 until the sum: near a
@@ -192,7 +222,30 @@ impl TileShader<'_> {
         passed
     }
 
-    fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+    /// Draws a block by a job that covers all of the target. It reads `texture` in place of those that were bound.
+    pub fn map_block<R: Real>(
+        &mut self,
+        job: &DrawJob<'_, R>,
+        block: usize,
+        texture: &dyn TextureUnit<R>,
+        run: &mut dyn LaneRun<R>,
+        batch: &mut Batch,
+    ) {
+        self.shade_block(job, block * BLOCK_QUADS as usize, 0, &mut ReadingRun { run, texture }, batch);
+    }
+
+    /// Shades a wholly covered block; the batch is empty before and after.
+    fn shade_block<R: Real>(&mut self, job: &DrawJob<'_, R>, first: usize, surface: u32, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        let coverage = full_coverage(self.samples);
+        for (k, quad) in batch.quads.iter_mut().enumerate() {
+            *quad = Quad { place: (first + k) as u16, coverage, surface };
+        }
+        batch.count = QUADS;
+        self.flush(job, run, batch, Some(first));
+    }
+
+    /// Runs the quads that wait. `block`: they are all quads of one block, from this one on.
+    fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
@@ -203,7 +256,7 @@ impl TileShader<'_> {
         let quads = &batch.quads;
         // Helper lanes run with their quad, for the derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        self.feed(job, run, quads);
+        self.feed(job, run, quads, block.is_some());
         let alive = run.run(active);
         let plan = &job.fragment_plan;
         let outputs = plan.colour.map(|output| output.map(|o| run.output(o)));
@@ -227,15 +280,23 @@ impl TileShader<'_> {
             self.store(job, &batch.quads[..count], work.each_ref().map(|v| v.as_slice()));
             return;
         }
+        if let Some(first) = block.filter(|_| plan.early)
+            && self.target.store_lanes(first * 4, job.blend, colour)
+        {
+            return;
+        }
         self.store(job, &batch.quads[..count], colour);
     }
 
-    /// Fills the lane inputs.
-    fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS]) {
+    /// Fills the lane inputs. `is_block`: the quads are those of one block, of one surface.
+    fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], is_block: bool) {
         // Runs of quads with one surface.
         let mut runs = [(0_usize, 0_usize, 0_u32); QUADS];
         let mut run_count = 0;
-        for (q, quad) in quads.iter().enumerate() {
+        if is_block {
+            (runs[0], run_count) = ((0, QUADS, quads[0].surface), 1);
+        }
+        for (q, quad) in quads.iter().enumerate().skip(if is_block { QUADS } else { 0 }) {
             if run_count > 0 && runs[run_count - 1].2 == quad.surface {
                 runs[run_count - 1].1 = q + 1;
             } else {
@@ -249,13 +310,13 @@ impl TileShader<'_> {
         for (from, to, _) in runs {
             let [x0, y0] = quad_place(quads[*from].place.into()).map(|v| v as f32);
             let at = usize::from(quads[*from].place) * 4;
-            if quads[*from..*to].windows(2).all(|w| w[1].place == w[0].place + 1) {
+            if is_block || quads[*from..*to].windows(2).all(|w| w[1].place == w[0].place + 1) {
                 let (lanes, pixels) = (from * 4..to * 4, at..at + (to - from) * 4);
                 for (lane, p) in x[lanes.clone()].iter_mut().zip(&self.pixels.x[pixels.clone()]) {
-                    *lane = R::from_f64((p - x0).into());
+                    *lane = R::from_f32_bits((p - x0).to_bits());
                 }
                 for (lane, p) in y[lanes].iter_mut().zip(&self.pixels.y[pixels]) {
-                    *lane = R::from_f64((p - y0).into());
+                    *lane = R::from_f32_bits((p - y0).to_bits());
                 }
                 continue;
             }
@@ -330,7 +391,7 @@ impl TileShader<'_> {
     fn late<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
         let uses_depth = job.fragment_plan.uses_depth();
-        let full = super::raster::coverage::full_coverage(self.samples);
+        let full = full_coverage(self.samples);
         for (q, quad) in quads.iter_mut().enumerate() {
             quad.coverage &= SAMPLES_OF[(alive >> (q * 4)) as usize & 0xf];
             if !uses_depth || quad.coverage == 0 {
@@ -367,7 +428,7 @@ impl TileShader<'_> {
 
     fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
         let blend = job.blend;
-        let full = super::raster::coverage::full_coverage(self.samples);
+        let full = full_coverage(self.samples);
         let mut q = 0;
         while q < quads.len() {
             // As many fully covered neighbours as there are go in one stroke.

@@ -18,6 +18,10 @@ pub trait LaneProgram<R: Real>: Sync {
     fn outputs(&self) -> &[LaneOutput];
     /// Lanes may end dead: depth is then tested after shading.
     fn uses_discard(&self) -> bool;
+    /// Every lane computes a function of the texels under its own pixel alone, wherever that pixel is.
+    fn is_same_everywhere(&self) -> bool {
+        false
+    }
     /// A thread's own working state.
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_>;
 }
@@ -28,6 +32,11 @@ pub trait LaneRun<R: Real> {
     fn input(&mut self, k: usize) -> &mut [R; LANES];
     /// Runs the batch; `active` holds whole quads. Returns the active lanes that did not discard.
     fn run(&mut self, active: LaneMask) -> LaneMask;
+    /// The same with other textures than those that were bound; a stage that reads none takes no notice.
+    fn run_reading(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+        let _ = textures;
+        self.run(active)
+    }
     /// The lanes of output `k` after a run; undefined in lanes that are not active.
     fn output(&self, k: usize) -> &[R; LANES];
     /// What the run executed, where it is counted.
@@ -75,6 +84,9 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn uses_discard(&self) -> bool {
         self.program.uses_discard
     }
+    fn is_same_everywhere(&self) -> bool {
+        self.program.is_same_everywhere()
+    }
     fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
         match Executor::with_class(self.program, self.class) {
             Ok(executor) => Box::new(TapeRun { stage: self, executor }),
@@ -93,10 +105,14 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
         self.executor.input_mut(k)
     }
     fn run(&mut self, active: LaneMask) -> LaneMask {
+        let stage = self.stage;
+        self.run_reading(active, stage.textures.as_ref())
+    }
+    fn run_reading(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         if self.stage.gave_up() {
             return 0;
         }
-        let alive = self.executor.run(&self.stage.prepared, active, self.stage.textures.as_ref());
+        let alive = self.executor.run(&self.stage.prepared, active, textures);
         if self.executor.gave_up() {
             self.stage.gave_up.store(true, Ordering::Relaxed);
         }

@@ -158,13 +158,13 @@ impl Instr {
             Self::Lane { op, args, .. } => args.len() == op.arity(),
             Self::Scalar { op, args, .. } => args.len() == op.arity() && args.iter().all(is_register),
             Self::LoadUniform { index, .. } => index.iter().all(is_register),
-            Self::Texture { what, args, .. } => {
+            Self::Texture { what, args, dst, .. } => {
                 let needed = match what {
                     TextureOp::Gradients => 6,
                     TextureOp::Filtered => 7,
                     TextureOp::Level | TextureOp::Load => 3,
                 };
-                args.len() == needed
+                args.len() == needed && dst.iter().enumerate().all(|(k, slot)| !dst[..k].contains(slot))
             }
             Self::TextureSize { axis, level, .. } => *axis <= 2 && is_register(level),
             Self::JumpIf { cond, .. } => is_register(cond),

@@ -5,13 +5,13 @@
 //! what the target stores.
 
 use super::blend::{blend_lanes, blended};
-use super::raster::coverage::{BLOCK_QUADS, TILE};
+use super::raster::coverage::{self, BLOCK_PIXELS, TILE, TILE_BLOCKS, block_place};
 use crate::render::plan::{Blend, ColourFormat};
 use std::mem::MaybeUninit;
 
 const PIXELS: usize = (TILE * TILE) as usize;
-/// Pixels of a block.
-const BLOCK: usize = BLOCK_QUADS as usize * 4;
+const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
+const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 const WHOLE: u16 = u16::MAX;
 
 /// Pixels in lane order (see [`super::raster::coverage`]).
@@ -23,6 +23,10 @@ pub struct TileTarget {
     /// Index into `split_colour`, or [`WHOLE`].
     split: Vec<u16>,
     split_colour: Vec<[[f32; 4]; 4]>,
+    /// The pixels of `split_colour`.
+    split_pixels: Vec<u16>,
+    /// Bit `k`: something was stored in block `k` since the tile was begun.
+    touched: u32,
     /// Reversed depth per sample; only the first of four with one sample a pixel.
     depth: Vec<[f32; 4]>,
 }
@@ -35,19 +39,19 @@ impl TileTarget {
             colour: [plane(), plane(), plane(), plane()],
             split: vec![WHOLE; PIXELS],
             split_colour: Vec::new(),
+            split_pixels: Vec::new(),
+            touched: 0,
             depth: Vec::new(),
         }
     }
 
     /// Begins a tile. `depth`: it will be tested or written; cleared to infinitely far.
     pub fn clear(&mut self, colour: [f32; 4], depth: bool) {
+        self.merge_samples();
         for (plane, value) in self.colour.iter_mut().zip(colour) {
             plane.fill(value);
         }
-        if !self.split_colour.is_empty() {
-            self.split.fill(WHOLE);
-            self.split_colour.clear();
-        }
+        self.touched = 0;
         if depth {
             self.depth.clear();
             self.depth.resize(PIXELS, [0.0; 4]);
@@ -91,6 +95,7 @@ impl TileTarget {
     #[inline(always)]
     pub fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
         let all = if self.samples == 4 { 0xf } else { 1 };
+        self.touched |= 1 << (pixel / BLOCK_PIXELS);
         if self.split[pixel] == WHOLE {
             let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
             let new = blended(blend, source, target);
@@ -100,6 +105,7 @@ impl TileTarget {
                 }
             } else if covered != 0 {
                 self.split[pixel] = self.split_colour.len() as u16;
+                self.split_pixels.push(pixel as u16);
                 self.split_colour.push(std::array::from_fn(|s| if covered >> s & 1 == 1 { new } else { target }));
             }
             return;
@@ -118,31 +124,48 @@ impl TileTarget {
         if self.split[range.clone()].iter().any(|s| *s != WHOLE) {
             return false;
         }
+        // Nothing over what is there leaves it as it is: light that has faded out, far from its middle, need not be kept.
+        let bits = |lanes: &[f32]| lanes.iter().fold(0, |all, v| all | v.to_bits());
+        if blend != Blend::Replace && source.iter().all(|lanes| bits(lanes) == 0) {
+            return true;
+        }
+        for block in range.start / BLOCK_PIXELS..range.end.div_ceil(BLOCK_PIXELS) {
+            self.touched |= 1 << block;
+        }
         let [r, g, b, a] = &mut self.colour;
         blend_lanes(blend, source, [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]]);
         true
     }
 
-    /// The pixel's colour: the mean of its samples.
-    #[inline(always)]
-    pub fn resolved(&self, pixel: usize) -> [f32; 4] {
-        match self.split[pixel] {
-            WHOLE => std::array::from_fn(|k| self.colour[k][pixel]),
-            at => {
-                let s = &self.split_colour[usize::from(at)];
-                std::array::from_fn(|k| 0.25 * ((s[0][k] + s[1][k]) + (s[2][k] + s[3][k])))
+    /// Resolves the tile: every split pixel is whole again, with the mean of its samples.
+    pub fn merge_samples(&mut self) {
+        for (pixel, s) in self.split_pixels.drain(..).map(usize::from).zip(self.split_colour.drain(..)) {
+            self.split[pixel] = WHOLE;
+            for (k, plane) in self.colour.iter_mut().enumerate() {
+                plane[pixel] = 0.25 * ((s[0][k] + s[1][k]) + (s[2][k] + s[3][k]));
             }
         }
     }
 
-    /// Writes every pixel of the tile's rows; `rows[y]` holds those of the tile that lie inside the target.
-    pub fn resolve_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
+    /// The colours of the pixels of a block, component by component; of a resolved tile.
+    pub fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
+        let [r, g, b, a] = &self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK_PIXELS>().0.get(block));
+        Some([(*r)?, (*g)?, (*b)?, (*a)?])
+    }
+
+    /// Whether something was stored in a block since the tile was begun.
+    pub fn is_touched(&self, block: usize) -> bool {
+        self.touched >> block & 1 == 1
+    }
+
+    /// Writes every pixel of a resolved tile's rows; `rows[y]` holds those of the tile that lie inside the target.
+    pub fn write_to<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: the instructions are there.
-            return unsafe { self.resolve_by_avx2(rows, convert) };
+            return unsafe { self.write_by_avx2(rows, convert) };
         }
-        self.resolve(rows, convert);
+        self.write(rows, convert);
     }
 
     /// The same code, wider: no instruction of it rounds differently.
@@ -150,33 +173,32 @@ impl TileTarget {
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn resolve_by_avx2<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
-        self.resolve(rows, convert);
+    unsafe fn write_by_avx2<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
+        self.write(rows, convert);
     }
 
     #[inline(always)]
-    fn resolve<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
+    fn write<T: Copy>(&self, rows: &mut [&mut [MaybeUninit<T>]], convert: impl Fn([f32; 4]) -> T) {
         // A block at a time: it stays in the first cache between the planes and the rows.
-        let mut converted = [const { MaybeUninit::<T>::uninit() }; BLOCK];
-        let [r, g, b, a] = self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK>().0);
-        for (block, (((r, g), b), a)) in r.iter().zip(g).zip(b).zip(a).enumerate() {
-            for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
-                to.write(convert([*r, *g, *b, *a]));
-            }
-            let first = block * BLOCK;
-            if !self.split_colour.is_empty() {
-                for (pixel, to) in (first..).zip(&mut converted).filter(|(pixel, _)| self.split[*pixel] != WHOLE) {
-                    to.write(convert(self.resolved(pixel)));
+        let mut converted = [const { MaybeUninit::<T>::uninit() }; BLOCK_PIXELS];
+        for block in 0..TILE_BLOCKS {
+            let [x0, y0] = block_place(block).map(|v| v as usize);
+            let Some([r, g, b, a]) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
+            if self.is_touched(block) {
+                for ((((to, r), g), b), a) in converted.iter_mut().zip(r).zip(g).zip(b).zip(a) {
+                    to.write(convert([*r, *g, *b, *a]));
                 }
+            } else {
+                converted.fill(MaybeUninit::new(convert([r[0], g[0], b[0], a[0]])));
             }
-            for (quad, pixels) in (first / 4..).zip(converted.as_chunks::<4>().0) {
-                let [x, y] = super::raster::coverage::quad_place(quad).map(|v| v as usize);
-                for (row, pair) in rows.iter_mut().skip(y).zip(pixels.as_chunks::<2>().0) {
-                    match row.get_mut(x..x + 2) {
-                        Some(to) => to.copy_from_slice(pair),
-                        // The last column of an odd width.
-                        None => row.iter_mut().skip(x).zip(pair).for_each(|(to, from)| *to = *from),
-                    }
+            // Quads are pairs of two rows.
+            let (pairs, _) = converted.as_chunks::<2>();
+            for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
+                let of_row = pairs[y / 2 * BLOCK_WIDTH..].iter().skip(y % 2).step_by(2).take(BLOCK_WIDTH / 2);
+                match row.get_mut(x0..x0 + BLOCK_WIDTH) {
+                    Some(to) => to.as_chunks_mut::<2>().0.iter_mut().zip(of_row).for_each(|(to, pair)| *to = *pair),
+                    // The last columns of a width that is no multiple of a block's.
+                    None => row.iter_mut().skip(x0).zip(of_row.flatten()).for_each(|(to, from)| *to = *from),
                 }
             }
         }
@@ -207,19 +229,68 @@ pub fn bytes_per_pixel(format: ColourFormat) -> usize {
 mod tests {
     use super::*;
 
+    fn pixel(t: &TileTarget, pixel: usize) -> [f32; 4] {
+        t.colour.each_ref().map(|plane| plane[pixel])
+    }
+
     #[test]
     fn a_pixel_splits_at_an_edge_and_resolves_to_the_mean() {
         let mut t = TileTarget::new(4);
         t.clear([0.0, 0.0, 0.0, 1.0], false);
         t.store(7, 0b0101, Blend::Replace, [1.0, 2.0, 4.0, 1.0]);
-        assert_eq!(t.resolved(7), [0.5, 1.0, 2.0, 1.0]);
-        t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
-        assert_eq!(t.resolved(7), [1.5, 1.0, 2.0, 1.0]);
         assert!(!t.store_lanes(4, Blend::Replace, [&[0.0; 4]; 4]));
+        let mut once = t.clone();
+        once.merge_samples();
+        assert_eq!(pixel(&once, 7), [0.5, 1.0, 2.0, 1.0]);
+        t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
+        t.merge_samples();
+        assert_eq!(pixel(&t, 7), [1.5, 1.0, 2.0, 1.0]);
         assert!(t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]));
-        assert_eq!(t.resolved(11), [3.0; 4]);
+        assert_eq!(pixel(&t, 11), [3.0; 4]);
+        assert!(t.store_lanes(4, Blend::Replace, [&[2.0; 4]; 4]), "no pixel is split any more");
+        t.store(7, 0b0001, Blend::Replace, [9.0; 4]);
         t.clear([0.25; 4], false);
-        assert_eq!(t.resolved(7), [0.25; 4]);
+        assert_eq!(pixel(&t, 7), [0.25; 4]);
+    }
+
+    #[test]
+    fn every_pixel_is_written_where_it_belongs() {
+        let pixels = coverage::TilePixels::new();
+        let mut t = TileTarget::new(1);
+        t.clear([-1.0, -1.0, 0.0, 0.0], false);
+        for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != 9) {
+            t.store(p, 1, Blend::Replace, [*x, *y, 0.0, 0.0]);
+        }
+        let [x9, y9] = block_place(9).map(|v| v as usize);
+        for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
+            let mut room = vec![MaybeUninit::uninit(); width * height];
+            t.write_to(&mut room.chunks_mut(width).collect::<Vec<_>>(), |c| c);
+            for (k, pixel) in room.into_iter().enumerate() {
+                // SAFETY: every pixel has been written.
+                let [x, y, ..] = unsafe { pixel.assume_init() };
+                let (column, row) = (k % width, k / width);
+                let untouched = (x9..x9 + BLOCK_WIDTH).contains(&column) && (y9..y9 + BLOCK_HEIGHT).contains(&row);
+                let expected = if untouched { [-1.0; 2] } else { [column as f32 + 0.5, row as f32 + 0.5] };
+                assert_eq!([x, y], expected, "{width}x{height}: {column}, {row}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_tile_knows_its_touched_blocks() {
+        let mut t = TileTarget::new(1);
+        t.clear([0.0; 4], false);
+        let touched = |t: &TileTarget| (0..PIXELS / BLOCK_PIXELS).filter(|b| t.is_touched(*b)).collect::<Vec<_>>();
+        assert!(touched(&t).is_empty());
+        t.store(BLOCK_PIXELS, 1, Blend::Add, [1.0; 4]);
+        t.store_lanes(5 * BLOCK_PIXELS - 4, Blend::Replace, [&[1.0; 8]; 4]);
+        assert_eq!(touched(&t), [1, 4, 5]);
+        t.clear([0.0; 4], false);
+        t.store_lanes(0, Blend::Add, [&[0.0; 8]; 4]);
+        t.store_lanes(0, Blend::PremultipliedOver, [&[0.0; 8]; 4]);
+        assert!(touched(&t).is_empty(), "nothing was added");
+        t.store_lanes(0, Blend::Add, [&[0.0; 8], &[0.0, 0.0, 1e-30, 0.0, 0.0, 0.0, 0.0, 0.0], &[0.0; 8], &[0.0; 8]]);
+        assert_eq!(touched(&t), [0]);
     }
 
     #[test]

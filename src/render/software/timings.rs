@@ -22,7 +22,7 @@ pub struct PassTimings {
     pub shading_thread_ms: f64,
     /// Mean of samples and conversion to the target's format: summed over threads.
     pub resolve_thread_ms: f64,
-    /// From the pass's start to its end.
+    /// From the pass's start to its end; of two that are drawn as one the first has the time of both.
     pub wall_ms: f64,
 }
 

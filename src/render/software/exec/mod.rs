@@ -340,27 +340,27 @@ impl<R: Real> Executor<R> {
             Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
             Mask::Register(_) => 0,
         };
-        let mut out = [[R::ZERO; LANES]; 4];
-        {
-            let arg = |k: usize| &self.arena[args[k] as usize].0[..];
-            let mut parts = out.each_mut().map(|o| &mut o[..]);
-            let [r, g, b, a] = &mut parts;
-            let out = [&mut **r, &mut **g, &mut **b, &mut **a];
-            match what {
-                TextureOp::Gradients => {
-                    let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
-                    textures.sample_gradients(texture, arg(0), arg(1), gradients, active, out);
-                }
-                TextureOp::Filtered => {
-                    let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
-                    textures.sample_filtered(texture, [arg(0), arg(1)], gradients, arg(6), active, out);
-                }
-                TextureOp::Level => textures.sample_level(texture, arg(0), arg(1), arg(2), active, out),
-                TextureOp::Load => textures.load(texture, arg(0), arg(1), arg(2), active, out),
-            }
+        let base = self.arena.as_mut_ptr();
+        // SAFETY: Program::check has verified that slots lie inside the arena, that the four of `dst` differ, and that none of them is an operand's; scratch slots come after the program's.
+        let mut out = dst.map(|slot| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() });
+        // SAFETY: as above; nothing of this instruction writes them.
+        let arg = |k: usize| unsafe { &*base.add(args[k] as usize).cast::<[R; LANES]>() };
+        if active != LaneMask::MAX {
+            // What is not read holds the same value on every thread.
+            out.iter_mut().for_each(|o| o.fill(R::ZERO));
         }
-        for (d, o) in dst.into_iter().zip(out) {
-            self.arena[d as usize].0 = o;
+        let out = out.map(|o| &mut o[..]);
+        match what {
+            TextureOp::Gradients => {
+                let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
+                textures.sample_gradients(texture, arg(0), arg(1), gradients, active, out);
+            }
+            TextureOp::Filtered => {
+                let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };
+                textures.sample_filtered(texture, [arg(0), arg(1)], gradients, arg(6), active, out);
+            }
+            TextureOp::Level => textures.sample_level(texture, arg(0), arg(1), arg(2), active, out),
+            TextureOp::Load => textures.load(texture, arg(0), arg(1), arg(2), active, out),
         }
     }
 }

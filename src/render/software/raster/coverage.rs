@@ -9,12 +9,17 @@ use super::setup::{RasterTriangle, SUBPIXEL};
 pub const TILE: u32 = 64;
 /// Quads of a tile.
 pub const TILE_QUADS: usize = (TILE * TILE / 4) as usize;
-const BLOCK_WIDTH: u32 = 16;
-const BLOCK_HEIGHT: u32 = 8;
+/// Pixels of a block.
+pub const BLOCK_WIDTH: u32 = 16;
+pub const BLOCK_HEIGHT: u32 = 8;
 const BLOCKS_ACROSS: u32 = TILE / BLOCK_WIDTH;
 const QUADS_ACROSS: u32 = BLOCK_WIDTH / 2;
 /// Quads of a block.
 pub const BLOCK_QUADS: u32 = BLOCK_WIDTH * BLOCK_HEIGHT / 4;
+/// Pixels of a block: as many as a batch has lanes.
+pub const BLOCK_PIXELS: usize = (BLOCK_WIDTH * BLOCK_HEIGHT) as usize;
+/// Blocks of a tile.
+pub const TILE_BLOCKS: usize = (TILE * TILE) as usize / BLOCK_PIXELS;
 
 /// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point.
 const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560, 3584]];
@@ -34,6 +39,24 @@ pub fn full_coverage(samples: u8) -> u16 {
 pub fn quad_place(quad: usize) -> [u32; 2] {
     let (block, inner) = (quad as u32 / BLOCK_QUADS, quad as u32 % BLOCK_QUADS);
     [block % BLOCKS_ACROSS * BLOCK_WIDTH + inner % QUADS_ACROSS * 2, block / BLOCKS_ACROSS * BLOCK_HEIGHT + inner / QUADS_ACROSS * 2]
+}
+
+/// Left top pixel of a block inside its tile.
+pub fn block_place(block: usize) -> [u32; 2] {
+    quad_place(block * BLOCK_QUADS as usize)
+}
+
+/// The block whose left top pixel is this one of its tile.
+pub fn block_at([x, y]: [u32; 2]) -> Option<usize> {
+    let begins = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE && y < TILE;
+    begins.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
+}
+
+/// Whether the triangle covers every sample of a target. Samples lie before the far edges, along which the triangle may end.
+pub fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
+    let last = |size: u32| i64::from(size) * SUBPIXEL - 1;
+    let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
+    triangle.pixels == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
 }
 
 /// Pixel centres of a tile in lane order, relative to the tile's corner.
@@ -63,8 +86,9 @@ impl Default for TilePixels {
     }
 }
 
-/// Calls `emit(quad, coverage)` for every quad of the tile at `tile_x`, `tile_y` (pixels) with a covered sample, in lane order.
-pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, u16)) {
+/// Calls `emit(quad, count, coverage)` for the quads of the tile at `tile_x`, `tile_y` (pixels) with a covered sample, in lane order: for those of a wholly covered
+/// block at once, else one by one.
+pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [px0, py0, px1, py1] = triangle.pixels;
     let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
     let (x1, y1) = (px1.min(tile_x + TILE), py1.min(tile_y + TILE));
@@ -83,9 +107,7 @@ pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u
             let within = bx >= x0 && by >= y0 && bx + BLOCK_WIDTH <= x1 && by + BLOCK_HEIGHT <= y1;
             let first = (block * BLOCK_QUADS) as usize;
             if least >= 0 && within {
-                for quad in first..first + BLOCK_QUADS as usize {
-                    emit(quad, full_coverage(samples));
-                }
+                emit(first, BLOCK_QUADS as usize, full_coverage(samples));
                 continue;
             }
             for inner in 0..BLOCK_QUADS {
@@ -101,7 +123,7 @@ pub fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u
                     }
                 }
                 if coverage != 0 {
-                    emit(first + inner as usize, coverage);
+                    emit(first + inner as usize, 1, coverage);
                 }
             }
         }
@@ -158,5 +180,10 @@ mod tests {
             seen[at] = true;
         }
         assert!(seen.iter().all(|s| *s));
+        for block in 0..TILE_BLOCKS {
+            let [x, y] = block_place(block);
+            assert_eq!((pixels.x[block * BLOCK_PIXELS], pixels.y[block * BLOCK_PIXELS]), (x as f32 + 0.5, y as f32 + 0.5));
+            assert_eq!((block_at([x, y]), block_at([x + 2, y]), block_at([x, y + TILE])), (Some(block), None, None));
+        }
     }
 }

@@ -208,12 +208,6 @@ fn bilinear<R: Real, D: Decode>(
     out
 }
 
-// Written out below where an array's `map` would read better: that is a call which is not inlined into code for another instruction set.
-#[inline(always)]
-fn channel<R: Real, D: Decode, const K: usize>(decode: D, texel: D::Texel) -> R {
-    R::from_f32_bits(decode.channel::<K>(texel).to_bits())
-}
-
 /// Channel `K` between the four texels of each lane.
 #[inline(always)]
 fn weighed<R: Real, D: Decode, const K: usize>(
@@ -223,11 +217,12 @@ fn weighed<R: Real, D: Decode, const K: usize>(
     y: &[R; PIECE],
     out: &mut [R; PIECE],
 ) {
+    let [a, b] = [decode.channel_of_each::<K, PIECE>(&t[0]), decode.channel_of_each::<K, PIECE>(&t[1])];
+    let [c, d] = [decode.channel_of_each::<K, PIECE>(&t[2]), decode.channel_of_each::<K, PIECE>(&t[3])];
+    let own = |v: f32| R::from_f32_bits(v.to_bits());
     for i in 0..PIECE {
-        let (a, b) = (channel::<R, D, K>(decode, t[0][i]), channel::<R, D, K>(decode, t[1][i]));
-        let (c, d) = (channel::<R, D, K>(decode, t[2][i]), channel::<R, D, K>(decode, t[3][i]));
-        let top = a + x[i] * (b - a);
-        let bottom = c + x[i] * (d - c);
+        let top = own(a[i]) + x[i] * (own(b[i]) - own(a[i]));
+        let bottom = own(c[i]) + x[i] * (own(d[i]) - own(c[i]));
         out[i] = top + y[i] * (bottom - top);
     }
 }
@@ -254,11 +249,19 @@ fn nearest<R: Real, D: Decode>(decode: D, level: &TexelLevel<'_>, u: &[R; PIECE]
     let texels = unsafe { decode.fetch(level, &index) };
     let mut out = [[R::ZERO; PIECE]; 4];
     let [r, g, b, a] = &mut out;
-    for i in 0..PIECE {
-        (r[i], g[i]) = (channel::<R, D, 0>(decode, texels[i]), channel::<R, D, 1>(decode, texels[i]));
-        (b[i], a[i]) = (channel::<R, D, 2>(decode, texels[i]), channel::<R, D, 3>(decode, texels[i]));
-    }
+    own::<R, D, 0>(decode, &texels, r);
+    own::<R, D, 1>(decode, &texels, g);
+    own::<R, D, 2>(decode, &texels, b);
+    own::<R, D, 3>(decode, &texels, a);
     out
+}
+
+/// Channel `K` of each lane's texel.
+#[inline(always)]
+fn own<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; PIECE], out: &mut [R; PIECE]) {
+    for (out, v) in out.iter_mut().zip(decode.channel_of_each::<K, PIECE>(texels)) {
+        *out = R::from_f32_bits(v.to_bits());
+    }
 }
 
 /// Adds the first `count` lanes.
@@ -289,7 +292,7 @@ pub fn sample<R: Real, D: Decode>(
     wanted: &FilterRequest<'_, R>,
     state: &SamplerState,
     active: LaneMask,
-    out: &mut [[R; MOST]; 4],
+    out: [&mut [R; MOST]; 4],
 ) {
     let last = levels.len().min(MAX_LEVELS) - 1;
     let last_level = R::from_u32(last as u32);
@@ -365,7 +368,7 @@ pub fn sample<R: Real, D: Decode>(
             }
         }
     }
-    for (out, sum) in out.iter_mut().zip(&sum) {
+    for (out, sum) in out.into_iter().zip(&sum) {
         order.unsorted(sum, out);
     }
 }

@@ -4,11 +4,14 @@
 //! uses of one program and runs them in a kernel class. Weights are of the lanes' own type; texels are f32, exact to f32 rounding.
 //!
 //! Texels stay as the map has them, 4 bytes each, and are decoded when read: a map of 8192x4096 then takes 179 MB with its mip levels, where
-//! half floats or 16-bit integers would take 358 MB and f32 716 MB, and sRGB by a table of 1 kB costs three loads a texel.
+//! half floats or 16-bit integers would take 358 MB and f32 716 MB, and sRGB by a table of 1 kB costs three loads a texel. [`gather`] has the loads of eight lanes
+//! in one instruction, where there is one.
 //! Every class gives the same bits.
 
 pub mod filter;
 pub mod footprint;
+#[cfg(target_arch = "x86_64")]
+mod gather;
 pub mod texels;
 
 use super::exec::{Gradients, LaneMask, TextureUnit};
@@ -70,7 +73,7 @@ fn batch<R: Real, D: Decode>(
     levels: &[TexelLevel<'_>],
     state: &SamplerState,
     request: Request<'_, R>,
-    out: &mut [[R; MOST]; 4],
+    out: [&mut [R; MOST]; 4],
 ) {
     let mut room = [[R::ZERO; MOST]; 7];
     let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut room;
@@ -88,25 +91,31 @@ fn batch<R: Real, D: Decode>(
 }
 
 macro_rules! class {
-    ($name:ident, $(#[$feature:meta])*) => {
+    ($name:ident, $decode:ident => $how:expr, $(#[$feature:meta])*) => {
         /// # Safety
         /// The instruction set of this class is available.
         $(#[$feature])*
         unsafe fn $name<R: Real, D: Decode>(
-            decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: &mut [[R; MOST]; 4],
+            $decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: [&mut [R; MOST]; 4],
         ) {
-            batch(decode, levels, state, request, out);
+            batch($how, levels, state, request, out);
         }
     };
 }
 
-class!(plain,);
+class!(plain, decode => decode,);
 #[cfg(target_arch = "x86_64")]
-class!(avx2, #[target_feature(enable = "avx2,fma")]);
+class!(avx2, decode => {
+    // SAFETY: whoever calls this class has AVX2.
+    unsafe { decode.gathering() }
+}, #[target_feature(enable = "avx2,fma")]);
 #[cfg(target_arch = "x86_64")]
-class!(avx512, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]);
+class!(avx512, decode => {
+    // SAFETY: as above.
+    unsafe { decode.gathering() }
+}, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]);
 #[cfg(target_arch = "aarch64")]
-class!(neon, #[target_feature(enable = "neon")]);
+class!(neon, decode => decode, #[target_feature(enable = "neon")]);
 
 impl<'a> Textures<'a> {
     /// Bound textures, sampled in a class that this machine has (another one falls back to plain code).
@@ -141,11 +150,20 @@ impl<'a> Textures<'a> {
             KernelClass::Neon => neon::<R, D>,
             _ => plain::<R, D>,
         };
-        let mut filtered = [[R::ZERO; MOST]; 4];
-        // SAFETY: `new` keeps only classes that this machine has.
-        unsafe { run(decode, &bound.texels.levels, &state, request, &mut filtered) };
-        for (out, filtered) in out.into_iter().zip(&filtered) {
-            out[..count].copy_from_slice(&filtered[..count]);
+        let run_into = |out: [&mut [R; MOST]; 4]| {
+            // SAFETY: `new` keeps only classes that this machine has.
+            unsafe { run(decode, &bound.texels.levels, &state, request, out) }
+        };
+        let [r, g, b, a] = out;
+        match (r.first_chunk_mut(), g.first_chunk_mut(), b.first_chunk_mut(), a.first_chunk_mut()) {
+            (Some(r), Some(g), Some(b), Some(a)) => run_into([r, g, b, a]),
+            _ => {
+                let mut filtered = [[R::ZERO; MOST]; 4];
+                run_into(filtered.each_mut());
+                for (out, filtered) in [r, g, b, a].into_iter().zip(&filtered) {
+                    out[..count].copy_from_slice(&filtered[..count]);
+                }
+            }
         }
     }
 }

@@ -19,7 +19,7 @@ const MAX_SIDE: u32 = 1 << 22;
 pub struct TexelLevel<'a> {
     pub width: u32,
     pub height: u32,
-    bytes: &'a [u8],
+    pub(super) bytes: &'a [u8],
 }
 
 /// A texture or a pass's output.
@@ -62,6 +62,11 @@ impl<'a> Texels<'a> {
 pub trait Decode: Copy {
     /// A texel as stored.
     type Texel: Copy + Default;
+    /// The same by gathers, where the machine has them.
+    type Gathering: Decode;
+    /// # Safety
+    /// The machine has AVX2.
+    unsafe fn gathering(self) -> Self::Gathering;
     /// # Safety
     /// `index` is less than the level's width times its height.
     unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
@@ -70,6 +75,16 @@ pub trait Decode: Copy {
     #[inline(always)]
     fn channels(self, texel: Self::Texel) -> [f32; 4] {
         [self.channel::<0>(texel), self.channel::<1>(texel), self.channel::<2>(texel), self.channel::<3>(texel)]
+    }
+
+    /// Channel `K` of several lanes' texels.
+    #[inline(always)]
+    fn channel_of_each<const K: usize, const N: usize>(self, texels: &[Self::Texel; N]) -> [f32; N] {
+        let mut out = [0.0; N];
+        for (o, t) in out.iter_mut().zip(texels) {
+            *o = self.channel::<K>(*t);
+        }
+        out
     }
 
     /// Texels of several lanes.
@@ -87,7 +102,7 @@ pub trait Decode: Copy {
 }
 
 #[derive(Clone, Copy)]
-pub struct Srgb(&'static [f32; 256]);
+pub struct Srgb(pub(super) &'static [f32; 256]);
 #[derive(Clone, Copy)]
 pub struct Unorm;
 #[derive(Clone, Copy)]
@@ -114,12 +129,25 @@ unsafe fn four_bytes(level: &TexelLevel<'_>, index: u32) -> u32 {
 }
 
 #[inline(always)]
-fn unorm<const K: usize>(texel: u32) -> f32 {
+pub(super) fn unorm<const K: usize>(texel: u32) -> f32 {
     (texel >> (8 * K) & 0xff) as i32 as f32 * (1.0 / 255.0)
 }
 
 impl Decode for Srgb {
     type Texel = u32;
+    #[cfg(target_arch = "x86_64")]
+    type Gathering = super::gather::Gathering<Self>;
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    unsafe fn gathering(self) -> super::gather::Gathering<Self> {
+        super::gather::Gathering(self)
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    type Gathering = Self;
+    #[cfg(not(target_arch = "x86_64"))]
+    unsafe fn gathering(self) -> Self {
+        self
+    }
     #[inline(always)]
     unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
         // SAFETY: passed on to the caller.
@@ -133,6 +161,19 @@ impl Decode for Srgb {
 
 impl Decode for Unorm {
     type Texel = u32;
+    #[cfg(target_arch = "x86_64")]
+    type Gathering = super::gather::Gathering<Self>;
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    unsafe fn gathering(self) -> super::gather::Gathering<Self> {
+        super::gather::Gathering(self)
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    type Gathering = Self;
+    #[cfg(not(target_arch = "x86_64"))]
+    unsafe fn gathering(self) -> Self {
+        self
+    }
     #[inline(always)]
     unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
         // SAFETY: passed on to the caller.
@@ -146,6 +187,11 @@ impl Decode for Unorm {
 
 impl Decode for Float {
     type Texel = [f32; 4];
+    type Gathering = Self;
+    #[inline(always)]
+    unsafe fn gathering(self) -> Self {
+        self
+    }
     #[inline(always)]
     unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
         // SAFETY: as in `four_bytes`; a texel has sixteen.

@@ -1,0 +1,128 @@
+//! The light pass and its tone map drawn tile by tile as one, against the two drawn one after the other: every byte is the same.
+
+use super::frame::{pass, scene, sphere, tone_map, with_threads};
+use super::lower::compile;
+use glam::Vec3;
+use orrery::render::plan::{Blend, ColourFormat, Plan};
+use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
+use orrery::scene::draw::MapSet;
+use orrery::shader::Library;
+use orrery::shader::fragments::Fragments;
+
+/// The tone map as it ships.
+const TONE_MAP: &str = include_str!("../../shaders/entry/tone_map.wesl");
+
+/// A library whose tone map has another fragment stage.
+fn with_tone_map(from: &str, to: &str) -> Library {
+    assert!(TONE_MAP.contains(from));
+    let library = Library::in_memory(lowering());
+    library.set_fragments(Fragments::with_files([("entry/tone_map.wesl".to_owned(), TONE_MAP.replace(from, to))]));
+    library
+}
+
+/// The display bytes of a plan, from two passes and from one; and whether the light was a picture in the latter.
+fn both_ways(plan: &Plan, library: &Library, options: Options) -> [Vec<[u8; 4]>; 2] {
+    let renderer = SoftwareRenderer::new(options).expect("a renderer");
+    [true, false].map(|keep_hdr| {
+        let (frame, timings) = renderer.render(plan, library, keep_hdr).expect("a frame");
+        assert_eq!(frame.hdr.is_empty(), !keep_hdr);
+        assert_eq!(timings.passes.len(), plan.passes.len());
+        frame.display
+    })
+}
+
+/// A sphere whose limb crosses tiles, on a background that is not black.
+fn lit(size: [u32; 2]) -> Plan {
+    let mut plan = scene(size, vec![sphere(Vec3::new(1.0, 0.3, 0.2), MapSet::default())]);
+    plan.passes[0].clear = [0.02, 0.5, 0.0, 1.0];
+    plan
+}
+
+#[test]
+fn one_pass_gives_the_bytes_of_two() {
+    let library = Library::in_memory(lowering());
+    for size in [[150, 130], [64, 64], [1, 1], [333, 70], [17, 200]] {
+        for samples in [1, 4] {
+            let mut plan = lit(size);
+            plan.passes[0].samples = samples;
+            for threads in [1, 2, 5] {
+                let [two, one] = both_ways(&plan, &library, with_threads(threads));
+                assert!(two == one, "{size:?}, {samples} samples, {threads} threads");
+            }
+        }
+    }
+    let [two, one] = both_ways(&lit([150, 130]), &library, Options { precision: Precision::F64, ..Options::default() });
+    assert!(two == one, "in f64");
+    let [_, empty] = both_ways(&scene([150, 130], Vec::new()), &library, with_threads(1));
+    assert!(empty.iter().all(|p| *p == [0, 0, 0, 255]), "a sky without anything");
+}
+
+#[test]
+fn what_is_drawn_over_the_picture_stays() {
+    let library = Library::in_memory(lowering());
+    let mut plan = lit([150, 130]);
+    let mut over = sphere(Vec3::X, MapSet::default());
+    (over.scissor, over.blend) = ([70, 3, 140, 90], Blend::PremultipliedOver);
+    over.depth = tone_map(0).depth;
+    plan.passes[1].draws.push(over);
+    let [two, one] = both_ways(&plan, &library, with_threads(2));
+    assert!(two == one);
+    let [_, without] = both_ways(&lit([150, 130]), &library, with_threads(2));
+    assert!(one != without, "the draw over it shows");
+}
+
+#[test]
+fn a_tone_map_that_looks_elsewhere_is_drawn_as_a_pass_of_its_own() {
+    let place = "vec2i(floor(position.xy))";
+    for (from, to) in [
+        (place, "vec2i(floor(position.xy)) + vec2i(1, 0)"),
+        (place, "vec2i(floor(position.yx))"),
+        (place, "vec2i(70, 9)"),
+        ("radiance * draw.exposure", "radiance * position.x * 0.01"),
+        ("radiance * draw.exposure", "radiance * f32(textureDimensions(hdr).x) * 0.01"),
+    ] {
+        let library = with_tone_map(from, to);
+        let [two, one] = both_ways(&lit([150, 130]), &library, with_threads(2));
+        assert!(two == one, "{to}");
+        let [as_shipped, _] = both_ways(&lit([150, 130]), &Library::in_memory(lowering()), with_threads(2));
+        assert!(two != as_shipped, "{to} shows");
+    }
+}
+
+#[test]
+fn light_that_is_read_again_is_a_picture() {
+    let library = Library::in_memory(lowering());
+    let mut plan = lit([150, 130]);
+    // The second tone map needs the first's light.
+    plan.passes.push(pass("again", [150, 130], ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)]));
+    let [two, one] = both_ways(&plan, &library, with_threads(2));
+    assert!(two == one && two.iter().any(|p| p[0] > 100));
+}
+
+#[test]
+fn a_program_knows_whether_its_place_matters() {
+    let fragment = |body: &str| {
+        compile(&format!(
+            "@group(0) @binding(1) var light: texture_2d<f32>;
+            @fragment fn main(@builtin(position) p: vec4f) -> @location(0) vec4f {{ {body} }}"
+        ))
+    };
+    for same in [
+        "return textureLoad(light, vec2i(floor(p.xy)), 0);",
+        "return vec4f(1.0);",
+        "let c = textureLoad(light, vec2i(p.xy) + vec2i(1, 2), 0); if c.x > 0.5 { return sqrt(c); } return c * c;",
+    ] {
+        assert!(fragment(same).is_same_everywhere(), "{same}");
+    }
+    for different in [
+        "return textureLoad(light, vec2i(floor(p.xy)), 0) + p.x;",
+        "return p;",
+        "if p.x > 5.0 { return vec4f(0.0); } return vec4f(1.0);",
+        "let c = textureLoad(light, vec2i(p.xy), 0); if c.x > 0.5 { return sqrt(c) * p.y; } return c;",
+        "return textureLoad(light, vec2i(p.xy), i32(p.x));",
+        "var sum = vec4f(0.0); for (var i = 0; i < i32(p.x); i++) { sum += textureLoad(light, vec2i(i, 0), 0); } return sum;",
+        "let c = textureLoad(light, vec2i(p.xy), 0); return dpdx(c);",
+    ] {
+        assert!(!fragment(different).is_same_everywhere(), "{different}");
+    }
+}
