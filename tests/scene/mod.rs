@@ -3,6 +3,7 @@
 mod comets;
 mod data_layers;
 mod depth_order;
+mod eclipse_lines;
 mod exposure;
 mod features;
 mod glint;

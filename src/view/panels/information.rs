@@ -87,6 +87,13 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
             ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text("Unit of distances and sizes");
         }
     });
+    if let Some(star) = interface.viewport.star {
+        let (stars, time) = (worker.session().catalog().stars(), interface.viewer.view.time());
+        if let Some(star) = stars.stars().get(star) {
+            super::star::facts(ui, star, stars.years_since_epoch(time.jd_tt()));
+            ui.separator();
+        }
+    }
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
     let Some(body) = interface.viewport.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
@@ -98,7 +105,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     });
 }
 
-fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
+pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.label(what);
     ui.add(egui::Label::new(egui::RichText::new(value.into()).monospace()).wrap());
     ui.end_row();
@@ -278,13 +285,13 @@ fn source_text(source: Source, error_arcsec: f64) -> String {
 }
 
 /// `5h 34m 31.9s`.
-fn hours(ra_deg: f64) -> String {
+pub(super) fn hours(ra_deg: f64) -> String {
     let (_, hours, minutes, seconds) = sexagesimal(ra_deg / 15.0);
     format!("{hours}h {minutes:02}m {seconds:04.1}s")
 }
 
 /// `+8° 05′ 01.5″`.
-fn declination(deg: f64) -> String {
+pub(super) fn declination(deg: f64) -> String {
     let (sign, whole, minutes, seconds) = sexagesimal(deg);
     format!("{sign}{whole}° {minutes:02}′ {seconds:04.1}″")
 }

@@ -18,6 +18,7 @@ mod shader;
 mod share;
 mod shortcuts;
 mod standpoint;
+mod star;
 mod theme;
 mod time_bar;
 mod viewport;
@@ -71,7 +72,7 @@ impl Tab {
             Self::Effects => "What is drawn and why, exposure, quality, renderer",
             Self::Shader => "The shader that draws the selected body",
             Self::Compare => "Two ways to draw this view, side by side",
-            Self::Information => "Distances, sizes, rise and set of the selected body",
+            Self::Information => "Distances, sizes, rise and set of the selected body; facts about a clicked star",
             Self::Performance => "Where the time of each frame goes",
             Self::Share => "Links, images, bookmarks, appearance",
         }
@@ -247,7 +248,7 @@ impl Interface {
                 }
             });
         }
-        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, &mut actions));
+        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
             shortcuts::help(self, ui.ctx());
         }
