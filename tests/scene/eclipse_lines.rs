@@ -89,7 +89,7 @@ fn outlines_lie_where_the_shaders_light_changes() {
                     [one.min(other), one.max(other)]
                 };
                 seen += 1;
-                wrong += usize::from(if what == "umbra" { low > 2e-3 || high < 5e-3 } else { high < 1.0 - 1e-4 || low > 1.0 - 1e-6 });
+                wrong += usize::from(if what == "umbra" { low > 1e-6 || high < 1e-5 } else { high < 1.0 - 1e-4 || low > 1.0 - 1e-6 });
             }
             println!("{target} {time}: {what}: {seen} pieces, {wrong} wrong");
             // The umbra is a few pixels wide where it is small: some points two pixels aside lie beyond its other edge.

@@ -21,12 +21,12 @@ const PENUMBRA: DVec3 = DVec3::new(1.0, 0.75, 0.2);
 const PATH: DVec3 = DVec3::new(0.3, 0.9, 1.0);
 /// Of lines on the ground.
 const OUTLINE_OPACITY: f64 = 0.95;
-const PENUMBRA_OPACITY: f64 = 0.7;
-const LIMIT_OPACITY: f64 = 0.6;
+const PENUMBRA_OPACITY: f64 = 0.9;
+const LIMIT_OPACITY: f64 = 0.75;
 /// Of cones: many lines lie over each other.
 const CONE_OPACITY: f64 = 0.4;
 /// Sides that a cone is drawn with, and rings between its ends.
-const CONE_SIDES: u32 = 16;
+const CONE_SIDES: u32 = 8;
 const CONE_RINGS: u32 = 3;
 
 /// Outlines now, and the paths of the passages that are near.
@@ -121,7 +121,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>
             continue;
         }
         casters.push(&occluder.body.name);
-        for (edge, colour) in [(Edge::Umbra, UMBRA), (Edge::Penumbra, PENUMBRA)] {
+        for (edge, colour) in [(Edge::Penumbra, PENUMBRA), (Edge::Umbra, UMBRA)] {
             let to_middle = occluder.along;
             let length = |angle: f64| {
                 let side = cone.side(edge, angle);
@@ -140,7 +140,7 @@ fn own(cones: &mut Cones<'_, '_>, axis: Axis, receiver: &Receiver<'_>) {
     let cone = ShadowCone::behind(axis, receiver);
     let length = cone.umbra_length();
     if length.is_finite() {
-        cones.cone(&cone, Edge::Umbra, &|_| length, UMBRA);
         cones.cone(&cone, Edge::Penumbra, &|_| length, PENUMBRA);
+        cones.cone(&cone, Edge::Umbra, &|_| length, UMBRA);
     }
 }
