@@ -56,7 +56,7 @@ pub struct ViewWords {
     /// Tone mapping of highlights: filmic (linear to 0.8, then a shoulder) or clipped (linear to white)
     #[arg(long, value_name = "HOW", default_value = "filmic", help_heading = "Image")]
     pub tone_map: String,
-    /// Set effects on (+) or off (-): ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
+    /// Set effects on (+) or off (-): ellipsoid, mesh, self-shadow, albedo, overlays, normal, detail, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
     /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,

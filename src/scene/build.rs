@@ -32,7 +32,7 @@ use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use crate::scene::sky::{background, comets, minor_planets, stars};
-use crate::scene::surface::{mesh_decision, meshes};
+use crate::scene::surface::{detail, mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec2, DVec3};
 use std::sync::Arc;
@@ -370,12 +370,13 @@ fn not_placed(body: &Body, reason: String) -> BodyInView {
     }
 }
 
-/// The invented maps and shape that a body's draws show.
+/// The invented maps, shape and detail that a body's draws show.
 fn invented(body: &Body, parts: &[Draw]) -> Vec<(String, String)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     let shown = |file: &String| parts.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
     let meshed = parts.iter().any(|d| d.features.shape == Shape::Mesh);
+    let detailed = parts.iter().any(|d| d.features.detail).then(|| ("detail".to_owned(), detail::LAW.to_owned()));
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).collect()
+    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).chain(detailed).collect()
 }

@@ -80,7 +80,7 @@ pub mod marks {
     pub use super::annotation::data::Dot;
     pub use super::annotation::labels::*;
     pub use super::annotation::margin::Margin;
-    pub use super::annotation::picking::{REACH_PX, hit, hit_star, star_px};
+    pub use super::annotation::picking::{REACH_PX, hit, hit_star, snapped_px, star_px};
     pub use super::annotation::text::{Bar, Rect, TextMark};
 }
 

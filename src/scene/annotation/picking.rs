@@ -16,6 +16,13 @@ pub fn hit_star(scene: &Scene, at_px: DVec2) -> Option<usize> {
     near.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
 
+/// The middle of the star or the small body that a click means, else the place itself.
+pub fn snapped_px(marks: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
+    let small = marks.iter().filter(|m| m.radius_px < REACH_PX).map(|m| m.centre_px).filter(|px| px.distance(at_px) <= REACH_PX);
+    let body = small.min_by(|a, b| a.distance(at_px).total_cmp(&b.distance(at_px)));
+    body.or_else(|| hit_star(scene, at_px).and_then(|star| star_px(scene, star))).unwrap_or(at_px)
+}
+
 /// Where a star is drawn, if it is.
 pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
     scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))

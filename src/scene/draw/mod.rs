@@ -15,8 +15,8 @@ pub use features::{
 use glam::Vec3;
 pub use tables::{RingShine, RingTable};
 pub use uniforms::{
-    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, MeshInstance, OverlayUniforms,
-    RingUniforms,
+    AtmosphereUniforms, CloudUniforms, DetailUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, MeshInstance,
+    OverlayUniforms, RingUniforms,
 };
 
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.

@@ -111,7 +111,7 @@ pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.end_row();
 }
 
-fn degrees(value: f64) -> String {
+pub(super) fn degrees(value: f64) -> String {
     match value.abs() {
         v if v >= 1.0 => format!("{value:.3}°"),
         v if v >= 1.0 / 60.0 => format!("{:.2}′", value * 60.0),

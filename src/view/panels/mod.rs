@@ -4,6 +4,7 @@
 //! their own state; an image that failed leaves the last valid one and says why. It needs no window, so tests press its buttons by name.
 
 mod accessible;
+mod angle;
 mod body_browser;
 mod compare;
 mod effects;
@@ -139,6 +140,7 @@ pub struct Interface {
     prices: effects::Prices,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
+    angle: angle::MeasuredAngle,
     viewport: Viewport,
     adaptation: ExposureAdaptation,
 }
@@ -176,6 +178,7 @@ impl Interface {
             prices: effects::Prices::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
+            angle: angle::MeasuredAngle::default(),
             viewport: Viewport::default(),
             adaptation: ExposureAdaptation::default(),
         }

@@ -1,7 +1,9 @@
 //! The image, its labels, and the mouse on it.
 
 use super::Interface;
-use crate::scene::marks::{self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, star_px};
+use crate::scene::marks::{
+    self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
+};
 use crate::view::app::orbit::NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::window::primitives::ON_GPU;
@@ -46,12 +48,12 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     interface.refresh_marks(&lettering);
     paint_marks(interface, ui, rect, &place);
     paint_star(interface, ui, rect, &place);
+    if let Some(drawing) = interface.drawing() {
+        let at = |px: DVec2| place.picture.min + vec2(px * place.points_per_px);
+        interface.angle.paint(&ui.painter().with_clip_rect(rect), &drawing.scene.camera, at);
+    }
     if let Some(click) = mouse(interface, ui, &response, rect, &place, actions) {
-        interface.viewport.picked_px = Some(click.pixel);
-        interface.viewport.star = click.star;
-        if let Some(star) = click.star {
-            interface.message = worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default();
-        }
+        take_click(interface, worker, click);
     }
     menu(interface, &response, &place, actions);
     say(interface, ui, rect);
@@ -204,11 +206,26 @@ fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
+/// Measures from a place, or keeps what was clicked.
+fn take_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
+    if let Some((at_px, drawing)) = click.measured_px.zip(interface.viewport.drawing.as_ref()) {
+        interface.message = interface.angle.add(&drawing.scene.camera, at_px);
+        return;
+    }
+    interface.viewport.picked_px = Some(click.pixel);
+    interface.viewport.star = click.star;
+    if let Some(star) = click.star {
+        interface.message = worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default();
+    }
+}
+
 /// A click on the picture.
 struct Click {
     pixel: [u32; 2],
     /// The star that it means, where no body is there.
     star: Option<usize>,
+    /// It measures an angle from here, pixels of the picture.
+    measured_px: Option<DVec2>,
 }
 
 fn mouse(
@@ -249,11 +266,15 @@ fn mouse(
     if response.double_clicked() {
         actions.extend(meant().map(Action::FlyTo));
     } else if response.clicked() {
+        if ui.input(|i| i.modifiers.command) {
+            let measured_px = Some(snapped_px(&interface.viewport.marks, &drawing.scene, at_px));
+            return Some(Click { pixel: [0, 0], star: None, measured_px });
+        }
         let body = meant();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
         let star = if body.is_none() { hit_star(&drawing.scene, at_px) } else { None };
-        return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star });
+        return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star, measured_px: None });
     }
     None
 }
