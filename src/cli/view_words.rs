@@ -56,14 +56,14 @@ pub struct ViewWords {
     /// Tone mapping of highlights: filmic (linear to 0.8, then a shoulder) or clipped (linear to white)
     #[arg(long, value_name = "HOW", default_value = "filmic", help_heading = "Image")]
     pub tone_map: String,
-    /// Set effects on (+) or off (-): ellipsoid, mesh, self-shadow, albedo, overlays, normal, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
+    /// Set effects on (+) or off (-): ellipsoid, mesh, self-shadow, albedo, overlays, normal, detail, specular, night, clouds, cloud-shadow, eclipse, rings, ring-shadow,
     /// ring-shine, body-shadow, atmosphere, refracted-limb, planet-shine, points, glow; for one body only: moon:-eclipse
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub effects: Option<String>,
     /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +features (names of craters and landing
     /// sites), +caption, +scale-bar, +compass, +outline (of the target), +bloom; +minor-planets, +comets (with marks where they are too faint to be seen);
-    /// +constellations, +boundaries, +grid-equatorial, +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body and +terminator (of the
-    /// target); -data (on where a catalog has a [[layer]]); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
+    /// +star-names, +constellations, +boundaries, +grid-equatorial, +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body and +terminator
+    /// (of the target), +eclipse-path (umbra and penumbra on the target, and where the shadow goes), +eclipse-cones (the same in space); -data (on where a catalog has a [[layer]]); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
     /// Stops by which stars, Milky Way and zodiacal light are brighter than they are, to show them beside a lit planet

@@ -7,7 +7,7 @@ use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::annotation::sky_lines::{SkyLines, horizon_axes};
-use crate::scene::annotation::{body_lines, labels, line_texts, orbits, sky_lines, traces};
+use crate::scene::annotation::{body_lines, eclipse_lines, labels, line_texts, orbits, sky_lines, star_names, traces};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
@@ -32,7 +32,7 @@ use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::scene::resources::{Caches, Context, MeshWanted, Requirements, Resources};
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use crate::scene::sky::{background, comets, minor_planets, stars};
-use crate::scene::surface::{mesh_decision, meshes};
+use crate::scene::surface::{detail, mesh_decision, meshes};
 use crate::scene::visibility::{hidden, order};
 use glam::{DMat3, DVec2, DVec3};
 use std::sync::Arc;
@@ -233,21 +233,33 @@ impl<'a> SceneBuilder<'a> {
         let outlined = draws.iter().find(|d| d.body == selected && d.part == Part::Globe);
         let outlined = outlined.filter(|_| request.layers.outline).map(Draw::shape_alone);
         let labels = labels::LabelLayer::of(camera, request, self.catalog, &bodies, true);
-        let (of_sky, of_ground) = self.drawn_lines();
+        let (of_sky, of_ground) = self.drawn_lines(context);
+        if request.layers.eclipse_cones && is_final {
+            let found = self.lined_body().map(|p| eclipse_lines::in_space(context, camera, p));
+            let (cones, decision) = found.unzip();
+            lines.extend(cones.into_iter().flatten());
+            sky.extend(decision);
+        }
         sky.extend(of_sky.decisions.into_iter().chain(of_ground.decisions));
+        let size_px = labels::glyph_size_px(camera.height);
+        let mut sky_texts = of_sky.texts;
+        if request.layers.star_names && is_final {
+            let (names, decision) = star_names::star_names(camera, &stars, self.catalog.stars().stars(), size_px);
+            sky_texts.splice(0..0, names);
+            sky.push(decision);
+        }
         // A body, the ground too, hides what is written on the sky behind it.
         // A name on the horizon stands above it.
-        let lifted_px = DVec2::new(0.0, labels::glyph_size_px(camera.height));
+        let lifted_px = DVec2::new(0.0, size_px);
         let is_before = |p: &PlacedBody<'_>, at_px: DVec2| {
             let is_ground = self.viewer.stands_on.is_some_and(|(id, _)| id == p.body.id);
             let at_px = if is_ground { at_px - lifted_px } else { at_px };
             !self.is_inside(p.body) && camera.surface_under_pixel(&p.placement, at_px).is_some()
         };
         // Coordinates stand at the picture's edge, azimuths below the horizon too.
-        let on_sky = of_sky.texts.into_iter().filter(|t| t.is_tick || !placed.iter().any(|p| is_before(p, t.at_px)));
+        let on_sky = sky_texts.into_iter().filter(|t| t.is_tick || !placed.iter().any(|p| is_before(p, t.at_px)));
         let wanted: Vec<_> = on_sky.chain(of_ground.texts).collect();
-        let texts = (!wanted.is_empty())
-            .then(|| line_texts::placed(wanted, labels.as_ref(), labels::glyph_size_px(camera.height), camera.half_size() * 2.0));
+        let texts = (!wanted.is_empty()).then(|| line_texts::placed(wanted, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let ground_lines = self.lined_body().map(|p| (p.body.id, of_ground.pieces)).filter(|(_, pieces)| !pieces.is_empty());
         Scene {
             time: request.time,
@@ -285,7 +297,7 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Lines of the sky and of the ground; none where the picture shows a number.
-    fn drawn_lines(&self) -> (SkyLines, SkyLines) {
+    fn drawn_lines(&self, context: Context<'_>) -> (SkyLines, SkyLines) {
         if self.request.pixel_view != PixelView::Final {
             return Default::default();
         }
@@ -299,7 +311,7 @@ impl<'a> SceneBuilder<'a> {
             _ => None,
         };
         let of_sky = sky_lines::sky_lines(self.request, &self.viewer, horizon);
-        (of_sky, body_lines::body_lines(self.request, &self.viewer.camera, self.lined_body()))
+        (of_sky, body_lines::body_lines(context, &self.viewer.camera, self.lined_body()))
     }
 }
 
@@ -358,12 +370,13 @@ fn not_placed(body: &Body, reason: String) -> BodyInView {
     }
 }
 
-/// The invented maps and shape that a body's draws show.
+/// The invented maps, shape and detail that a body's draws show.
 fn invented(body: &Body, parts: &[Draw]) -> Vec<(String, String)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     let shown = |file: &String| parts.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
     let meshed = parts.iter().any(|d| d.features.shape == Shape::Mesh);
+    let detailed = parts.iter().any(|d| d.features.detail).then(|| ("detail".to_owned(), detail::LAW.to_owned()));
     let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).collect()
+    maps.filter(|(file, _)| shown(file)).chain(shape).map(|(file, how)| (file.clone(), how.clone())).chain(detailed).collect()
 }

@@ -39,5 +39,8 @@ pub const REFRACTION_LAYERS: usize = 32;
 /// Vectors that describe one overlay image.
 pub const OVERLAY_ROWS: usize = 6;
 
+/// Sizes of invented craters that one frame may show.
+pub const DETAIL_ROWS: usize = 16;
+
 /// Sine of the Sun's depression at which city lights are fully lit: 6 degrees, the end of civil twilight.
 pub const CIVIL_TWILIGHT_SINE: f64 = 0.104_528_46;

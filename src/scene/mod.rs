@@ -74,13 +74,13 @@ pub use rings::ring_shine;
 #[doc(hidden)]
 pub use surface::overlays;
 
-/// Names and markers of bodies, and which of them a click means.
+/// Names and markers of bodies, and which of them, or which star, a click means.
 #[doc(hidden)]
 pub mod marks {
     pub use super::annotation::data::Dot;
     pub use super::annotation::labels::*;
     pub use super::annotation::margin::Margin;
-    pub use super::annotation::picking::{REACH_PX, hit};
+    pub use super::annotation::picking::{REACH_PX, hit, hit_star, snapped_px, star_px};
     pub use super::annotation::text::{Bar, Rect, TextMark};
 }
 

@@ -8,6 +8,7 @@ use crate::ephemeris::Ephemeris;
 use crate::mesh::Model;
 use crate::scene::draw::MapFiles;
 use crate::scene::draw::features::Shape;
+use crate::scene::eclipse::shadow_path::ShadowPaths;
 use crate::scene::light::night_lights::NightLights;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShines;
@@ -70,6 +71,7 @@ impl Resources {
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
     pub(crate) ring_shines: RingShines,
+    pub(crate) shadow_paths: ShadowPaths,
     /// Of the catalog's small bodies.
     pub(crate) minor_planets: OnceLock<Arc<MinorPlanetColumns>>,
 }

@@ -183,5 +183,6 @@ fn draw() -> String {
         }
     }
     let _ = writeln!(text, "// Vectors that describe one image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
+    let _ = writeln!(text, "// Lattices of invented craters.\n@if(detail) const DETAIL_ROWS: i32 = {};", shared::DETAIL_ROWS);
     text
 }

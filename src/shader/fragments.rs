@@ -57,6 +57,7 @@ fragments![
     "lib/clouds.wesl",
     "lib/conic.wesl",
     "lib/cube_faces.wesl",
+    "lib/detail.wesl",
     "lib/display.wesl",
     "lib/draw.wesl",
     "lib/eclipse/occluders.wesl",

@@ -3,6 +3,8 @@
 mod comets;
 mod data_layers;
 mod depth_order;
+mod detail;
+mod eclipse_lines;
 mod exposure;
 mod features;
 mod glint;

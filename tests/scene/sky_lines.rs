@@ -243,3 +243,27 @@ fn bodies_hide_the_lines_behind_them() {
     }
     assert!(on_disc == 0 && beside > 200, "{on_disc} {beside}");
 }
+
+/// Orion's named stars have their names right of them, the brightest first where there is no room for all; faint exposures and the switch leave them out.
+#[test]
+fn stars_that_show_have_names() {
+    let at = |stops: f64, layers: Layers| ViewRequest {
+        exposure: orrery::scene::request::ExposureRequest::Stops(stops),
+        ..towards(direction(83.0, 0.0), 40.0, layers)
+    };
+    let named = Layers { stars: true, star_names: true, ..Layers::NONE };
+    let made = scene(&at(19.0, named));
+    let texts = made.texts.as_ref().expect("names");
+    for (name, hip) in [("Rigel", 24_436), ("Betelgeuse", 27_989), ("Bellatrix", 25_336)] {
+        let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has none"));
+        let star = SESSION.catalog().stars().place_of_hip(hip).expect("in the catalogue");
+        let at = orrery::scene::marks::star_px(&made, star).expect("drawn");
+        let offset = text.left_px - at;
+        assert!((0.0..2.0 * texts.size_px).contains(&offset.x) && offset.y.abs() < texts.size_px, "{name}: {offset}");
+        // A click on the star means it, one far beside does not.
+        assert_eq!(orrery::scene::marks::hit_star(&made, at + DVec2::splat(2.0)), Some(star), "{name}");
+        assert_ne!(orrery::scene::marks::hit_star(&made, at + DVec2::splat(40.0)), Some(star), "{name}");
+    }
+    assert!(scene(&at(0.0, named)).texts.is_none(), "none shows in daylight's exposure");
+    assert!(scene(&at(19.0, Layers { star_names: false, ..named })).texts.is_none());
+}

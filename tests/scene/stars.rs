@@ -4,7 +4,7 @@
 //! narrow views. A sprite's centre is good to 0.01 pixel, so a centroid in a picture has the same tolerance.
 
 use crate::support::session::SESSION;
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use orrery::catalog::Catalog;
 use orrery::catalog::NaifId;
 use orrery::catalog::stars::{Star, StarCatalog};
@@ -385,4 +385,113 @@ fn a_body_hides_the_stars_behind_it() {
         light_around(&with, at, 6.0).0.y - light_around(&without, at, 6.0).0.y
     };
     assert!(added(moon).abs() < 1e-9 && added(beside) > 1e-3, "{} {}", added(moon), added(beside));
+}
+
+/// Every star of the reference by itself, from a minute of arc to 170 degrees: the direction that the reference's pixel means, by the pinhole's own formula, against the
+/// centroid in a picture of any field of view whose middle lies elsewhere.
+#[test]
+fn centroids_are_those_of_the_reference_at_every_field_of_view() {
+    let mut worst = (0.0_f64, String::new());
+    let (mut seen, mut beside) = (0, 0);
+    for (k, case) in cases().iter().enumerate() {
+        let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalogue");
+        let look = DVec3::from_array(case.direction).normalize();
+        if star.direction.dot(look) <= 0.0 || k % 3 != 0 {
+            continue;
+        }
+        let right = look.cross(DVec3::Z).normalize();
+        let up = right.cross(look);
+        let tan = (case.fov_deg.to_radians() / 2.0).tan();
+        let [w, h] = case.size.map(f64::from);
+        let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan * w / h, (1.0 - 2.0 * case.y / h) * tan);
+        let expected = (look + right * plane.x + up * plane.y).normalize();
+        let field = 180.0 / PI;
+        let mut table = "ra_deg(J1991.25),dec_deg,v_mag,plx_mas,pm_ra_mas_yr,pm_dec_mas_yr\n".to_owned();
+        let mas = field * 3.6e6;
+        let east = DVec3::Z.cross(star.direction).normalize();
+        let motion = DVec2::new(star.motion_per_year.dot(east), star.motion_per_year.dot(star.direction.cross(east))) * mas;
+        let (ra, dec) = (star.direction.y.atan2(star.direction.x).to_degrees().rem_euclid(360.0), star.direction.z.asin().to_degrees());
+        writeln!(table, "{ra},{dec},1,{},{},{}", star.parallax_rad * mas, motion.x, motion.y).expect("a string");
+        let (session, _folder) = session_of(&table);
+        for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0, 120.0, 170.0].into_iter().enumerate() {
+            // Middle of the picture off the star by part of the half field, in a direction of its own.
+            let aside = DMat3::from_axis_angle(expected, 0.7 * (n + k) as f64) * expected.any_orthonormal_vector();
+            let middle = (expected + aside * (0.6 * (fov_deg.to_radians() / 2.0).tan())).normalize();
+            let request = linear(ViewRequest {
+                look: Look::Along { direction: middle, axes: Axes::Icrf },
+                fov_deg: Some(fov_deg),
+                width: 300,
+                height: 300,
+                layers: Layers { stars: true, ..Layers::NONE },
+                ..case.request()
+            });
+            let drawn = draw(&session, &request);
+            let (right, tan) = (middle.cross(DVec3::Z).normalize(), (fov_deg.to_radians() / 2.0).tan());
+            let on_plane = DVec2::new(expected.dot(right), expected.dot(right.cross(middle))) / expected.dot(middle) / tan;
+            let place = DVec2::new(150.0 * (1.0 + on_plane.x), 150.0 * (1.0 - on_plane.y));
+            let off = light_around(&drawn, place, 5.0).1.distance(place);
+            seen += 1;
+            beside += usize::from(light_around(&drawn, place, 5.0).1.distance(place + DVec2::new(0.3, 0.0)) < TOLERANCE_PX);
+            if off.is_nan() || off > worst.0 {
+                worst = (off, format!("{} at {fov_deg} degrees, {}", case.star, case.time));
+            }
+            assert!(off < TOLERANCE_PX, "{} at {fov_deg} degrees, {}: {off} pixels", case.star, case.time);
+        }
+    }
+    println!("{seen} pictures, worst {:.4} pixels: {}; {beside} beside", worst.0, worst.1);
+    assert!(seen > 100 && beside == 0, "{seen} {beside}");
+}
+
+/// No popping: in small steps of exposure or field of view no pixel of a picture jumps, whether a star begins to show, widens into a glare, or its cell comes into the frame.
+#[test]
+fn brightness_is_continuous_in_exposure_and_field_of_view() {
+    let mut table = "ra_deg,dec_deg,v_mag\n".to_owned();
+    for k in 0..25 {
+        let (x, y) = (f64::from(k % 5) - 2.0, f64::from(k / 5) - 2.0);
+        writeln!(table, "{},{},{}", 100.0 + 0.9 * x, 0.9 * y, 0.5 * f64::from(k) - 1.5).expect("a string");
+    }
+    let (session, _folder) = session_of(&table);
+    let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
+    let look = DVec3::new(100_f64.to_radians().cos(), 100_f64.to_radians().sin(), 0.0);
+    let levels = |fov_deg: f64, stops: f64| -> Vec<u8> {
+        let layers = Layers { stars: true, ..Layers::NONE };
+        let request =
+            ViewRequest { width: 160, height: 160, exposure: ExposureRequest::Stops(stops), layers, ..towards(look, fov_deg, time) };
+        let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
+        drawn.frame.display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
+    };
+    let greatest = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+    // sRGB rises by at most 255 x 0.62 levels per octave of light, near white and with the tone map's slope of 1: a fiftieth of a stop is 3 levels.
+    // The core is cut at three standard deviations, where 1.1 % of its peak are left: as a glare widens, a pixel at the rim comes in by such steps, 9 levels at most (measured).
+    let step = 0.02;
+    let (mut worst, mut least_shown, mut most_shown) = (0, usize::MAX, 0);
+    let mut before = levels(5.0, 6.0);
+    for k in 1..=700 {
+        let now = levels(5.0, 6.0 + step * f64::from(k));
+        worst = worst.max(greatest(&before, &now));
+        let shown = now.chunks(3).filter(|p| p[1] > 0).count();
+        (least_shown, most_shown) = (least_shown.min(shown), most_shown.max(shown));
+        before = now;
+    }
+    println!("exposure: worst step {worst} levels; {least_shown} to {most_shown} pixels lit");
+    assert!(worst <= 10, "{worst} levels in a fiftieth of a stop");
+    assert!(most_shown > 10 * least_shown.max(1), "stars must come and go: {least_shown} to {most_shown}");
+    // The comparison must be able to fail.
+    assert!(greatest(&levels(5.0, 12.0), &levels(5.0, 12.6)) > 20);
+    // The middle star stays on its pixel while the others move out of the frame: its light follows the square of the field.
+    let middle = |fov_deg: f64| {
+        let all = levels(fov_deg, 15.0);
+        let at = |x: usize, y: usize| all[(y * 160 + x) * 3 + 1];
+        (78..82).flat_map(|y| (78..82).map(move |x| (x, y))).map(|(x, y)| at(x, y)).max().unwrap_or(0)
+    };
+    let (mut fov_deg, mut last, mut worst) = (40.0, middle(40.0), 0);
+    while fov_deg > 1.0 {
+        fov_deg *= 0.99;
+        let now = middle(fov_deg);
+        worst = worst.max(now.abs_diff(last));
+        last = now;
+    }
+    println!("field of view: worst step {worst} levels");
+    // A hundredth of the field is 2 % of the light: 0.03 stops.
+    assert!(worst <= 6, "{worst} levels in a hundredth of the field");
 }

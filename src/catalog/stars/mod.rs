@@ -7,7 +7,7 @@
 mod names;
 mod read;
 
-pub use names::STAR_NAMES;
+pub use names::{STAR_NAMES, star_name};
 
 use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000};
 use glam::DVec3;
@@ -146,7 +146,12 @@ impl StarCatalog {
 
     /// The star of a Hipparcos number.
     pub fn hip(&self, number: u32) -> Option<&Star> {
-        self.stars.iter().find(|s| s.hip == number && number != 0)
+        self.place_of_hip(number).map(|k| &self.stars[k])
+    }
+
+    /// Its place among [`Self::stars`].
+    pub fn place_of_hip(&self, number: u32) -> Option<usize> {
+        self.stars.iter().position(|s| s.hip == number && number != 0)
     }
 
     /// Julian years from the epoch to a Julian date (TT).

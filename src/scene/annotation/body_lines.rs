@@ -1,16 +1,18 @@
-//! Lines on the ground of one body: its planetographic grid and its terminator, on the side that faces the camera.
+//! Lines on the ground of one body: its planetographic grid, its terminator, and the shadows of eclipses, on the side that faces the camera.
 //!
 //! In: the body as it is seen. Out: pieces of lines, texts and decisions. Always: a line ends at the limb, found in closed form, so that no depth decides and none flickers; what
 //! stands before the body is drawn after it. Left out: relief, shape models, and the flattening of three different axes in the latitudes.
 
+use crate::scene::annotation::eclipse_lines;
 use crate::scene::annotation::grids::{Along, Cap, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
 use crate::scene::annotation::strokes::{Curve, segments};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
 use crate::scene::decision::Decision;
+use crate::scene::eclipse::shadow_cone::GroundLine;
 use crate::scene::placed::PlacedBody;
-use crate::scene::request::view_request::ViewRequest;
+use crate::scene::resources::Context;
 use crate::scene::sky::frames::direction;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -60,10 +62,38 @@ impl Circle {
     }
 }
 
-struct Sheet<'a, 'b> {
+pub(super) struct Sheet<'a, 'b> {
     camera: &'a Camera,
-    p: &'a PlacedBody<'b>,
+    pub(super) p: &'a PlacedBody<'b>,
     all: SkyLines,
+}
+
+/// The parameters of a curve between two points of a [`GroundLine`]: less than [`Curve`] asks to be halved.
+const SPAN: f64 = 0.15;
+
+/// A smooth curve through the points of a line at whole numbers (Catmull and Rom 1974), on the unit sphere.
+fn smooth(line: &GroundLine, t: f64) -> DVec3 {
+    let count = line.points.len() as isize;
+    let point = |k: isize| {
+        if line.is_closed {
+            return line.points[k.rem_euclid(count) as usize];
+        }
+        // Beyond an end the line goes on as the parabola of its last three points.
+        let beyond = |a: DVec3, b: DVec3, c: DVec3| 3.0 * (a - b) + c;
+        match k {
+            k if k < 0 => beyond(line.points[0], line.points[1], line.points[2]),
+            k if k >= count => {
+                let last = line.points.len() - 1;
+                beyond(line.points[last], line.points[last - 1], line.points[last - 2])
+            }
+            k => line.points[k as usize],
+        }
+    };
+    let first = if line.is_closed { t.floor() } else { t.floor().clamp(0.0, (count - 2).max(0) as f64) };
+    let (k, u) = (first as isize, t - first);
+    let [a, b, c, d] = [point(k - 1), point(k), point(k + 1), point(k + 2)];
+    let cubic = b + 0.5 * u * (c - a + u * (2.0 * a - 5.0 * b + 4.0 * c - d + u * (3.0 * (b - c) + d - a)));
+    cubic.normalize()
 }
 
 impl Sheet<'_, '_> {
@@ -83,6 +113,46 @@ impl Sheet<'_, '_> {
             }
         }
         first
+    }
+
+    /// Draws what of a smooth line through points faces the camera.
+    pub(super) fn through(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
+        let placement = &self.p.placement;
+        let camera = placement.camera_in_unit_sphere();
+        let count = line.points.len();
+        if count < 3 {
+            return;
+        }
+        let spans = if line.is_closed { count } else { count - 1 };
+        let over = |t: f64| camera.dot(smooth(line, t)) - 1.0;
+        let limb = |mut inside: f64, mut outside: f64| {
+            for _ in 0..40 {
+                let middle = 0.5 * (inside + outside);
+                if over(middle) > 0.0 { inside = middle } else { outside = middle }
+            }
+            inside
+        };
+        let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (smooth(line, t / SPAN) * placement.radii_km);
+        let longest = (0..spans).map(|k| line.points[k].distance(line.points[(k + 1) % count])).fold(0.0, f64::max);
+        // Both derivatives of a curve that turns by less than a tenth of a radian from point to point.
+        let curve = Curve { camera: self.camera, point: &point, size: 1.5 / SPAN * longest * placement.radii_km.max_element(), finer: 1.0 };
+        let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
+        for k in 0..spans {
+            let (from, to) = (k as f64, (k + 1) as f64);
+            let part = match (over(from) > 0.0, over(to) > 0.0) {
+                (true, true) => [from, to],
+                (true, false) => [from, limb(from, to)],
+                (false, true) => [limb(to, from), to],
+                (false, false) => continue,
+            };
+            for run in curve.runs(&part.map(|t| t * SPAN), 0) {
+                self.all.pieces.extend(segments(self.camera, &run, depth, |_| opacity, colour));
+            }
+        }
+    }
+
+    pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: String) {
+        self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
     fn grid(&mut self) {
@@ -139,9 +209,9 @@ impl Sheet<'_, '_> {
 }
 
 /// The lines on the ground of the body that is looked at or stood on.
-pub(crate) fn body_lines(request: &ViewRequest, camera: &Camera, body: Option<&PlacedBody<'_>>) -> SkyLines {
-    let layers = request.layers;
-    let wanted = [(layers.grid_body, "grid-body"), (layers.terminator, "terminator")];
+pub(crate) fn body_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>) -> SkyLines {
+    let layers = context.request.layers;
+    let wanted = [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path")];
     let size_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
     let Some(p) = body.filter(|p| size_px >= LEAST_PX && !p.placement.camera_is_inside()) else {
         let reason =
@@ -156,6 +226,9 @@ pub(crate) fn body_lines(request: &ViewRequest, camera: &Camera, body: Option<&P
     }
     if layers.terminator {
         sheet.terminator();
+    }
+    if layers.eclipse_path {
+        eclipse_lines::on_ground(&mut sheet, context);
     }
     sheet.all
 }

@@ -2,6 +2,7 @@
 
 pub mod body_lines;
 pub mod data;
+pub(crate) mod eclipse_lines;
 pub mod features;
 pub mod grids;
 pub mod labels;
@@ -11,6 +12,7 @@ pub mod margin;
 pub mod orbits;
 pub mod picking;
 pub mod sky_lines;
+pub(crate) mod star_names;
 pub mod strokes;
 pub mod text;
 pub mod traces;

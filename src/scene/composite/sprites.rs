@@ -63,8 +63,12 @@ fn placed(picture: &SpherePicture, face: usize, camera: &Camera, centre: Vec3, f
 
 /// The stars of a face. `white`: the radiance that is shown as white.
 pub fn stars(picture: &SpherePicture, face: usize, camera: &Camera, of_face: &[StarSprite], white: f64) -> Vec<StarSprite> {
-    let of = |s: &StarSprite| placed(picture, face, camera, s.centre, s.flux, white);
-    of_face.iter().flat_map(of).map(|Placed { centre, radius_px, flux }| StarSprite { centre, radius_px, flux }).collect()
+    let of = |s: &StarSprite| {
+        let star = s.star;
+        let sprites = placed(picture, face, camera, s.centre, s.flux, white);
+        sprites.into_iter().map(move |Placed { centre, radius_px, flux }| StarSprite { centre, radius_px, flux, star })
+    };
+    of_face.iter().flat_map(of).collect()
 }
 
 /// The points of a face.

@@ -230,6 +230,8 @@ impl PixelView {
 pub struct DrawFeatures {
     pub surface: Surface,
     pub maps: MapSet,
+    /// Relief and albedo finer than the maps.
+    pub detail: bool,
     /// Image layers laid over the albedo by their alpha: 0..=2.
     pub overlays: u8,
     /// The Sun first, then reflected light of other bodies: 0..=3.
@@ -250,6 +252,7 @@ impl DrawFeatures {
     pub const MINIMAL: Self = Self {
         surface: Surface::Lambert,
         maps: MapSet { albedo: false, normal: false, specular: false, night: false, cloud_shadow: false },
+        detail: false,
         overlays: 0,
         lights: 0,
         eclipse: Eclipse { occluders: 0, model: EclipseModel::None },

@@ -15,8 +15,8 @@ pub use features::{
 use glam::Vec3;
 pub use tables::{RingShine, RingTable};
 pub use uniforms::{
-    AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, MeshInstance, OverlayUniforms,
-    RingUniforms,
+    AtmosphereUniforms, CloudUniforms, DetailUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, MeshInstance,
+    OverlayUniforms, RingUniforms,
 };
 
 /// Which part of a body a draw shows, in the order in which parts of one body are drawn.
@@ -117,6 +117,8 @@ pub struct StarSprite {
     pub radius_px: f32,
     /// Linear RGB sum of its radiance over the pixels it falls on.
     pub flux: Vec3,
+    /// Its place among the catalogue's stars; `None`: the head of a comet.
+    pub star: Option<usize>,
 }
 
 /// A body too small for a disc: a sprite that carries its light.

@@ -5,6 +5,7 @@
 
 use crate::mesh::Model;
 use crate::scene::camera::{self, ViewRays};
+use crate::scene::constants::DETAIL_ROWS;
 use crate::scene::draw::tables::{RingShine, RingTable};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::borrow::Cow;
@@ -143,6 +144,7 @@ uniforms! {
         /// Near the ground the camera, farther out 0; unit-sphere frame.
         pub mesh_anchor: Vec3 = "mesh_anchor",
         pub mesh: Option<MeshInstance>,
+        pub detail: DetailUniforms,
         /// Of a body that glows.
         pub foreground_limbs: ForegroundLimbUniforms,
     }
@@ -228,6 +230,17 @@ uniforms! {
 }
 
 uniforms! {
+    /// Uniforms of shaders/lib/detail.wesl.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct DetailUniforms {
+        /// Place of the point from which places count, in cells (xyz), and the side of a cell in radii (w).
+        pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
+        /// The side at which cells are left out for their number, radii.
+        pub largest: f32 = "detail_largest",
+    }
+}
+
+uniforms! {
     /// Uniforms of shaders/lib/foreground_limb.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct ForegroundLimbUniforms {
@@ -301,7 +314,7 @@ impl DrawUniforms {
     pub fn names() -> impl Iterator<Item = &'static str> {
         let own =
             [Self::UNIFORMS, CloudUniforms::UNIFORMS, EclipseUniforms::UNIFORMS, RingUniforms::UNIFORMS, AtmosphereUniforms::UNIFORMS];
-        own.into_iter().chain([ForegroundLimbUniforms::UNIFORMS]).flatten().copied().chain(Self::DERIVED)
+        own.into_iter().chain([ForegroundLimbUniforms::UNIFORMS, DetailUniforms::UNIFORMS]).flatten().copied().chain(Self::DERIVED)
     }
 
     /// The value of a uniform by its name in the fragments.
@@ -320,6 +333,7 @@ impl DrawUniforms {
                 .or_else(|| self.eclipse.own_uniform(name))
                 .or_else(|| self.ring.own_uniform(name))
                 .or_else(|| self.air.own_uniform(name))
+                .or_else(|| self.detail.own_uniform(name))
                 .or_else(|| self.foreground_limbs.own_uniform(name)),
         }
     }

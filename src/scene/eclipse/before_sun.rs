@@ -30,8 +30,8 @@ pub(crate) struct BeforeSun<'a> {
     pub reason: String,
 }
 
-/// The occluders over a body that the viewer sees, or over all within `reach` equatorial radii of its centre; `None` where there is no Sun.
-pub(crate) fn before_sun<'a>(context: Context<'_>, p: &PlacedBody<'a>, diameter_px: f64, reach: Option<f64>) -> Option<BeforeSun<'a>> {
+/// A body that the viewer sees as a receiver of sunlight, the Sun, and who is between the two; `None` where there is no Sun.
+pub(crate) fn receiver<'p, 'a>(context: Context<'_>, p: &'p PlacedBody<'a>) -> Option<(&'p Receiver<'a>, &'a Body, &'p [Occluder<'a>])> {
     let body = p.body;
     let sun = p.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
     let (receiver, candidates) = p.before_sun.get_or_init(|| {
@@ -47,6 +47,13 @@ pub(crate) fn before_sun<'a>(context: Context<'_>, p: &PlacedBody<'a>, diameter_
         let candidates = occluders::candidates(context.ephemeris, p.catalog.bodies().iter(), sun, &receiver);
         (receiver, candidates)
     });
+    Some((receiver, sun, candidates))
+}
+
+/// The occluders over a body that the viewer sees, or over all within `reach` equatorial radii of its centre; `None` where there is no Sun.
+pub(crate) fn before_sun<'a>(context: Context<'_>, p: &PlacedBody<'a>, diameter_px: f64, reach: Option<f64>) -> Option<BeforeSun<'a>> {
+    let body = p.body;
+    let (receiver, sun, candidates) = receiver(context, p)?;
     let receiver = *receiver;
     let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
     let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);

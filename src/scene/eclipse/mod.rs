@@ -6,6 +6,8 @@ pub(crate) mod decision;
 pub mod occluders;
 pub mod refracted_limb;
 pub mod shade;
+pub(crate) mod shadow_cone;
+pub(crate) mod shadow_path;
 pub mod uniforms;
 
 pub use air::LAYERS as REFRACTING_LAYERS;

@@ -298,7 +298,7 @@ impl<'a> Occluder<'a> {
 
 /// Long axis and semi-axes of an ellipsoid's outline in light along the axis. `receiver_from_occluder` turns its axes, `radii` are its
 /// semi-axes.
-fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) -> (DVec2, DVec2) {
+pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) -> (DVec2, DVec2) {
     // The outline's squared half width along a unit vector n is n M n, M the sum of the semi-axes' squares across the light.
     let m = [0, 1, 2].map(|k| {
         let a = axis.across(receiver_from_occluder.col(k)) * radii[k];

@@ -16,6 +16,8 @@ pub struct Capabilities {
     pub maps: MapSet,
     pub emissive: bool,
     pub rings: bool,
+    /// Its ground keeps craters: solid, without air.
+    pub detail: bool,
 }
 
 impl Capabilities {
@@ -28,7 +30,8 @@ impl Capabilities {
             night: body.maps.night.is_some() && !emissive,
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
-        Self { ellipsoid: flattening(body) > 0.0, maps, emissive, rings: body.rings.iter().any(|r| r.tau_normal > 0.0) }
+        let detail = !emissive && body.atmosphere.is_none() && body.clouds.is_none();
+        Self { detail, ellipsoid: flattening(body) > 0.0, maps, emissive, rings: body.rings.iter().any(|r| r.tau_normal > 0.0) }
     }
 }
 
@@ -44,6 +47,8 @@ pub struct FeatureSelection {
     /// Triangles in place of the ellipsoid, and how they are drawn.
     pub mesh: Option<Flags>,
     pub maps: MapSet,
+    /// Relief and albedo finer than the maps.
+    pub detail: bool,
     /// Images over the ground.
     pub overlays: u8,
     /// Lights besides the Sun, strongest first.
@@ -93,6 +98,12 @@ impl FeatureSelection {
                 night: self.maps.night && available.maps.night,
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
+            // In an eclipse it is left out, which halves those keys.
+            detail: self.detail
+                && available.detail
+                && mesh.is_none()
+                && self.eclipse.occluders == 0
+                && matches!(view, PixelView::Final | PixelView::Cost),
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
             lights: match (available.emissive, self.lit_by_rings(body), self.shine) {
                 (true, ..) => 0,
@@ -127,7 +138,14 @@ impl FeatureSelection {
     pub fn cloud_needs(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Final | PixelView::Cost);
         let ground = Self { mesh: None, ..self }.features(body, view);
-        shown.then_some(DrawFeatures { surface: Surface::Cloud, maps: MapSet::default(), overlays: 0, ring_shine: false, ..ground })
+        shown.then_some(DrawFeatures {
+            surface: Surface::Cloud,
+            maps: MapSet::default(),
+            detail: false,
+            overlays: 0,
+            ring_shine: false,
+            ..ground
+        })
     }
 
     /// The structure of the ring's draws; `None` where the body has none.
@@ -148,7 +166,15 @@ impl FeatureSelection {
     pub fn sky_needs(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = matches!(view, PixelView::Final | PixelView::Cost | PixelView::OpticalDepth);
         let ground = self.features(body, view);
-        let sky = DrawFeatures { surface: Surface::Sky, maps: MapSet::default(), overlays: 0, ring_shine: false, lights: 1, ..ground };
+        let sky = DrawFeatures {
+            surface: Surface::Sky,
+            maps: MapSet::default(),
+            detail: false,
+            overlays: 0,
+            ring_shine: false,
+            lights: 1,
+            ..ground
+        };
         (shown && ground.air.tier != AtmosphereModel::None).then_some(sky)
     }
 }

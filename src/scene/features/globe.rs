@@ -9,6 +9,7 @@ use crate::scene::eclipse::occluders::limb_law;
 use crate::scene::features::case::Case;
 use crate::scene::light::lights::{self, LightOn};
 use crate::scene::light::photometry;
+use crate::scene::surface::detail;
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
 use glam::DVec3;
 
@@ -79,6 +80,7 @@ pub(crate) fn amounts_at(
         air: air::uniforms(body, 1.0),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
+        detail: detail::uniforms(camera, placement, rays.anchor_is_camera),
         ..DrawUniforms::of_rays(&rays)
     };
     air::set_ends(&mut uniforms, false);

@@ -63,6 +63,10 @@ fn leave_out_rare_pairs<'c>(_: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         so_far.log.note(Effect::RingShadow.name(), false, "left out under air in an eclipse".into());
         chosen.ring_shadow = RingShadow::None;
     }
+    if chosen.detail && chosen.eclipse.occluders > 0 {
+        so_far.log.note(Effect::Detail.name(), false, "left out in an eclipse".into());
+        chosen.detail = false;
+    }
     if chosen.ring_shine && !so_far.shine.is_empty() {
         so_far.log.note(Effect::PlanetShine.name(), false, "negligible beside ring-shine".into());
         so_far.shine.clear();

@@ -50,8 +50,10 @@ fn possible_meshes(body: &Body) -> Vec<Option<Flags>> {
 fn ground_needs(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
-        let of =
-            move |overlays| [false, true].map(|ring_shine| FeatureSelection { overlays, ring_shine, mesh, ..chosen }.features(body, view));
+        let of = move |overlays| {
+            let lit = [(false, false), (true, false), (false, true)];
+            lit.map(|(ring_shine, detail)| FeatureSelection { overlays, ring_shine, detail, mesh, ..chosen }.features(body, view))
+        };
         overlays.clone().flat_map(of)
     })
 }

@@ -23,6 +23,8 @@ pub enum Effect {
     Overlays,
     /// Relief by the map of slopes.
     Normal,
+    /// Relief and albedo finer than the maps, invented.
+    Detail,
     /// The Sun's mirror image on water.
     Specular,
     /// City lights of the night side.
@@ -57,13 +59,14 @@ pub enum Effect {
 
 impl Effect {
     /// Every effect, in the order in which they are listed.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Ellipsoid,
         Self::Mesh,
         Self::SelfShadow,
         Self::Albedo,
         Self::Overlays,
         Self::Normal,
+        Self::Detail,
         Self::Specular,
         Self::Night,
         Self::Clouds,
@@ -90,6 +93,7 @@ impl Effect {
             Self::Albedo => "albedo",
             Self::Overlays => "overlays",
             Self::Normal => "normal",
+            Self::Detail => "detail",
             Self::Specular => "specular",
             Self::Night => "night",
             Self::Clouds => "clouds",

@@ -68,6 +68,8 @@ layers! {
     minor_planets: "minor-planets" false,
     /// Heads and tails.
     comets: "comets" false,
+    /// Proper names of the stars that show.
+    star_names: "star-names" false,
     /// Figures and names.
     constellations: "constellations" false,
     /// Of the constellations.
@@ -84,6 +86,10 @@ layers! {
     grid_body: "grid-body" false,
     /// Where the Sun's centre rises and sets on the target.
     terminator: "terminator" false,
+    /// Umbra and penumbra of what stands before the target's Sun, and where they go on its ground.
+    eclipse_path: "eclipse-path" false,
+    /// The same in space, and the target's own.
+    eclipse_cones: "eclipse-cones" false,
 }
 
 impl Layers {

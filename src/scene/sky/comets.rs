@@ -333,7 +333,7 @@ pub(crate) fn comets(
             brightest = Some((magnitude, comet.full_name()));
         }
         let colour = narrow(of_luminance_1(COMA_RGB) * flux);
-        found.heads.push(StarSprite { centre: sight.clip(&head), radius_px: narrow_scalar(radius_px), flux: colour });
+        found.heads.push(StarSprite { centre: sight.clip(&head), radius_px: narrow_scalar(radius_px), flux: colour, star: None });
     }
     // A tail that no level of the display shows costs time alone.
     let least = narrow_scalar(white * LEAST_LEVEL);

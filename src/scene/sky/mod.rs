@@ -9,3 +9,5 @@ pub mod minor_planets;
 mod star_colour;
 pub mod stars;
 pub mod zodiacal;
+
+pub use star_colour::temperature_k;

@@ -26,7 +26,7 @@ static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
 });
 
 /// Effective temperature, kelvin: a black body of B and V filters, within 3 % of measured temperatures from 3 000 to 30 000.
-fn temperature_k(b_v: f64) -> f64 {
+pub fn temperature_k(b_v: f64) -> f64 {
     4600.0 * (1.0 / (0.92 * b_v + 1.7) + 1.0 / (0.92 * b_v + 0.62))
 }
 

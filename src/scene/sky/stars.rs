@@ -154,8 +154,12 @@ pub(crate) fn stars(
     let mut sprites = Vec::new();
     for cell in all.cells().iter().filter(|cell| in_view.may_hold(cell, placer.shift(cell))) {
         let faintest = in_view.faintest(placer.shift(cell));
-        let bright = all.stars()[cell.stars.clone()].iter().take_while(|star| f64::from(star.v_magnitude) <= faintest);
-        sprites.extend(bright.filter_map(|star| sprite(camera, star, &placer.place(star).boosted(boost), tint.as_ref(), white)));
+        let bright = cell.stars.clone().map(|k| (k, &all.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
+        let of = |(k, star): (usize, &Star)| {
+            let sprite = sprite(camera, star, &placer.place(star).boosted(boost), tint.as_ref(), white)?;
+            Some(StarSprite { star: Some(k), ..sprite })
+        };
+        sprites.extend(bright.filter_map(of));
     }
     let reason = format!("{} in the frame; {shows}", sprites.len());
     let on = !sprites.is_empty();
@@ -194,7 +198,7 @@ impl InView<'_> {
     }
 }
 
-/// The sprite of a star in the frame.
+/// The sprite of a star in the frame, without saying whose it is.
 fn sprite(camera: &Camera, star: &Star, place: &StarPlace, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
     let cos_off_axis = place.direction.dot(camera.forward);
@@ -207,5 +211,6 @@ fn sprite(camera: &Camera, star: &Star, place: &StarPlace, tint: Option<&AirTint
         centre: narrow(clip.extend(0.0)),
         radius_px: narrow_scalar(radius_px),
         flux: narrow(colour * flux),
+        star: None,
     })
 }

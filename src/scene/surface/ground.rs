@@ -6,6 +6,7 @@ use crate::scene::features::case::{Case, Decided};
 use crate::scene::features::choice::{Capabilities, flattening};
 use crate::scene::light::night_lights;
 use crate::scene::request::effects::Effect;
+use crate::scene::surface::detail;
 
 /// Ground that a pixel may span for relief to show: slopes average out over more.
 const RELIEF_DEG_PER_PX: f64 = 2.5;
@@ -45,6 +46,11 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     });
     if let Some(c) = &body.clouds {
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || clouds::shadow_bound(body, c, diameter_px, least));
+    }
+    if available.detail {
+        let finest = detail::DEG_PER_PX;
+        let reason = format!("{}; a pixel spans {ground_per_px:.4} degrees of ground against {finest}", detail::LAW);
+        so_far.chosen.detail = so_far.log.effect(Effect::Detail, ground_per_px < finest, reason);
     }
     so_far.chosen.maps = maps;
     so_far

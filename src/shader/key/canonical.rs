@@ -126,6 +126,12 @@ pub static RULES: &[CanonicalRule] = &[
         because: "clouds throw a shadow only where the Sun falls on ground",
     },
     CanonicalRule {
+        of: "detail",
+        least: "",
+        applies: |n| !lit(n) || no_ground(n) || n.shape == Shape::Mesh,
+        because: "finer relief than the map shows only on lit ground of a smooth body",
+    },
+    CanonicalRule {
         of: "overlays",
         least: "",
         applies: |n| !shows_albedo(n) || no_ground(n),

@@ -99,6 +99,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("specular", Part::Maps, "maps.specular", maps.specular),
     switch!("night", Part::Maps, "maps.night", maps.night),
     switch!("cloudshadow", Part::Maps, "maps.cloud-shadow", maps.cloud_shadow),
+    switch!("detail", Part::Maps, "detail", detail),
     Dimension {
         name: "overlays",
         part: Part::Overlays,

@@ -87,6 +87,13 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
             ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text("Unit of distances and sizes");
         }
     });
+    if let Some(star) = interface.viewport.star {
+        let (stars, time) = (worker.session().catalog().stars(), interface.viewer.view.time());
+        if let Some(star) = stars.stars().get(star) {
+            super::star::facts(ui, star, stars.years_since_epoch(time.jd_tt()));
+            ui.separator();
+        }
+    }
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
     let Some(body) = interface.viewport.drawing.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
@@ -98,13 +105,13 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
     });
 }
 
-fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
+pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.label(what);
     ui.add(egui::Label::new(egui::RichText::new(value.into()).monospace()).wrap());
     ui.end_row();
 }
 
-fn degrees(value: f64) -> String {
+pub(super) fn degrees(value: f64) -> String {
     match value.abs() {
         v if v >= 1.0 => format!("{value:.3}°"),
         v if v >= 1.0 / 60.0 => format!("{:.2}′", value * 60.0),

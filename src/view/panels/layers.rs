@@ -5,10 +5,11 @@ use crate::scene::request::Layers;
 use egui::Slider;
 
 /// Name of a layer, its words, and what it shows.
-const SWITCHES: [(&str, &str, &str); 11] = [
+const SWITCHES: [(&str, &str, &str); 14] = [
     ("stars", "Stars", "Stars, as far as the exposure shows them"),
     ("milky-way", "Milky Way", "The Milky Way's diffuse light, as far as the exposure shows it"),
     ("zodiacal-light", "Zodiacal light", "Sunlit dust between the planets, as far as the exposure shows it"),
+    ("star-names", "Star names", "Proper names of the stars that show"),
     ("constellations", "Constellations", "Figures and names of the 88 constellations"),
     ("boundaries", "Boundaries", "Borders between the constellations"),
     ("grid-equatorial", "Equatorial grid", "Right ascension and declination, ICRF"),
@@ -17,6 +18,8 @@ const SWITCHES: [(&str, &str, &str); 11] = [
     ("grid-horizon", "Horizon grid", "Azimuth and altitude, when you stand on a surface"),
     ("grid-body", "Body grid", "Longitude and planetographic latitude on the target"),
     ("terminator", "Terminator", "Where the Sun rises and sets on the target"),
+    ("eclipse-path", "Eclipse path", "Umbra and penumbra on the target, and the path of the shadow over its ground"),
+    ("eclipse-cones", "Shadow cones", "Umbra and penumbra in space, of the target and of what stands before its Sun"),
 ];
 
 /// The switches, and how far faint light is lifted.

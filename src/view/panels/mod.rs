@@ -4,6 +4,7 @@
 //! their own state; an image that failed leaves the last valid one and says why. It needs no window, so tests press its buttons by name.
 
 mod accessible;
+mod angle;
 mod body_browser;
 mod compare;
 mod effects;
@@ -18,6 +19,7 @@ mod shader;
 mod share;
 mod shortcuts;
 mod standpoint;
+mod star;
 mod theme;
 mod time_bar;
 mod tour;
@@ -72,7 +74,7 @@ impl Tab {
             Self::Effects => "What is drawn and why, exposure, quality, renderer",
             Self::Shader => "The shader that draws the selected body",
             Self::Compare => "Two ways to draw this view, side by side",
-            Self::Information => "Distances, sizes, rise and set of the selected body",
+            Self::Information => "Distances, sizes, rise and set of the selected body; facts about a clicked star",
             Self::Performance => "Where the time of each frame goes",
             Self::Share => "Links, images, bookmarks, appearance",
         }
@@ -140,6 +142,7 @@ pub struct Interface {
     prices: effects::Prices,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
+    angle: angle::MeasuredAngle,
     viewport: Viewport,
     adaptation: ExposureAdaptation,
 }
@@ -178,6 +181,7 @@ impl Interface {
             prices: effects::Prices::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
+            angle: angle::MeasuredAngle::default(),
             viewport: Viewport::default(),
             adaptation: ExposureAdaptation::default(),
         }
@@ -252,7 +256,7 @@ impl Interface {
                 }
             });
         }
-        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, &mut actions));
+        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
             shortcuts::help(self, ui.ctx());
         }

@@ -48,6 +48,8 @@ pub(super) struct Viewport {
     pub(super) marks: Vec<Label>,
     /// The body that was right-clicked last.
     pub(super) menu_of: Option<NaifId>,
+    /// The star that was clicked or found last: its place among the catalogue's stars.
+    pub(super) star: Option<usize>,
 }
 
 impl Default for Viewport {
@@ -66,6 +68,7 @@ impl Default for Viewport {
             made_by: None,
             marks: Vec::new(),
             menu_of: None,
+            star: None,
         }
     }
 }

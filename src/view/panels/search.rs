@@ -179,7 +179,10 @@ fn follow(interface: &mut Interface, worker: &dyn RenderWorker, answer: Answer, 
             let (stars, view) = (catalog.stars(), &interface.viewer.view);
             let years = stars.years_since_epoch(view.time().jd_tt());
             match stars.hip(hip).and_then(|star| star_view(star, years, &places, view)) {
-                Some(view) => actions.push(Action::Show(Box::new(view))),
+                Some(view) => {
+                    actions.push(Action::Show(Box::new(view)));
+                    interface.viewport.star = stars.place_of_hip(hip);
+                }
                 None => {
                     interface.message = format!("HIP {hip}: outside the range of the ephemeris of {}", interface.viewer.name(NaifId::EARTH))
                 }

@@ -12,7 +12,8 @@ const SHEET: &[(&str, &str)] = &[
     ("Middle drag, [ and ]", "roll"),
     ("Wheel, pinch, + and -", "zoom"),
     ("Alt+wheel", "field of view: narrower, wider"),
-    ("Click", "select"),
+    ("Click", "select a body or a star"),
+    ("Ctrl+click, twice", "measure the angle between two places; Escape ends it"),
     ("Double-click, g", "fly there"),
     ("PageDown, PageUp", "next body, previous body"),
     ("Arrows", "orbit"),
@@ -28,7 +29,7 @@ const SHEET: &[(&str, &str)] = &[
     ("1 to 8", "panels: moments, events, effects, shader, compare, information, performance, share"),
     ("Ctrl+S, Ctrl+C", "save an image, copy a link to the view"),
     ("Tab", "next control"),
-    ("Escape", "leave the field, then close the menu, the panel, the full screen"),
+    ("Escape", "leave the field, then close the menu, the measured angle, the panel, the full screen"),
     ("Ctrl and +, - or 0", "larger text, smaller text, default size"),
     ("F11", "full screen"),
     ("?", "this help"),
@@ -146,7 +147,7 @@ pub fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec
 /// Closes what lies on top, one thing at a time: the program is left by closing its window or Ctrl+Q.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
-    if interface.warning.take().is_some() || interface.search.give_up() || had_keyboard || interface.tour.end() {
+    if interface.warning.take().is_some() || interface.search.give_up() || had_keyboard || interface.angle.clear() || interface.tour.end() {
         return;
     }
     if !std::mem::take(&mut interface.help_shown) && interface.tab.take().is_none() {

@@ -1,10 +1,13 @@
 //! The image, its labels, and the mouse on it.
 
 use super::{Interface, tour};
-use crate::scene::marks::{self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit};
+use crate::scene::marks::{
+    self, FILLS_PICTURE, LabelMetrics, LabelSide, MARKER_OPACITY, MARKER_RADIUS, hit, hit_star, snapped_px, star_px,
+};
 use crate::view::app::orbit::NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::window::primitives::ON_GPU;
+use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::DVec2;
 
@@ -18,7 +21,7 @@ const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+pub fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
     let side = |points: f32| ((points * scale).round() as u32).clamp(1, 16_384);
@@ -45,8 +48,14 @@ pub fn show(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Acti
     let lettering = LabelMetrics::of_size(f64::from(NAME_POINTS) / place.points_per_px);
     interface.refresh_marks(&lettering);
     paint_marks(interface, ui, rect, &place);
-    let clicked_px = mouse(interface, ui, &response, rect, &place, actions);
-    interface.viewport.picked_px = clicked_px.or(interface.viewport.picked_px);
+    paint_star(interface, ui, rect, &place);
+    if let Some(drawing) = interface.drawing() {
+        let at = |px: DVec2| place.picture.min + vec2(px * place.points_per_px);
+        interface.angle.paint(&ui.painter().with_clip_rect(rect), &drawing.scene.camera, at);
+    }
+    if let Some(click) = mouse(interface, ui, &response, rect, &place, actions) {
+        take_click(interface, worker, click);
+    }
     menu(interface, &response, &place, actions);
     say(interface, ui, rect);
     if !interface.tour.is_open() {
@@ -187,8 +196,39 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePl
     }
 }
 
+/// A ring around the star that was clicked, while the exposure shows it.
+fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, place: &ImagePlacement) {
+    let at_px = interface.viewport.star.zip(interface.drawing()).and_then(|(star, drawing)| star_px(&drawing.scene, star));
+    if let Some(at_px) = at_px {
+        let at = place.picture.min + vec2(at_px * place.points_per_px);
+        ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, SELECTED_COLOUR));
+    }
+}
+
 fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
+}
+
+/// Measures from a place, or keeps what was clicked.
+fn take_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
+    if let Some((at_px, drawing)) = click.measured_px.zip(interface.viewport.drawing.as_ref()) {
+        interface.message = interface.angle.add(&drawing.scene.camera, at_px);
+        return;
+    }
+    interface.viewport.picked_px = Some(click.pixel);
+    interface.viewport.star = click.star;
+    if let Some(star) = click.star {
+        interface.message = worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default();
+    }
+}
+
+/// A click on the picture.
+struct Click {
+    pixel: [u32; 2],
+    /// The star that it means, where no body is there.
+    star: Option<usize>,
+    /// It measures an angle from here, pixels of the picture.
+    measured_px: Option<DVec2>,
 }
 
 fn mouse(
@@ -198,7 +238,7 @@ fn mouse(
     rect: Rect,
     place: &ImagePlacement,
     actions: &mut Vec<Action>,
-) -> Option<[u32; 2]> {
+) -> Option<Click> {
     let scale = f64::from(ui.ctx().pixels_per_point());
     let drag = response.drag_delta();
     let (dx, dy) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
@@ -229,9 +269,15 @@ fn mouse(
     if response.double_clicked() {
         actions.extend(meant().map(Action::FlyTo));
     } else if response.clicked() {
-        actions.extend(meant().map(Action::Select));
+        if ui.input(|i| i.modifiers.command) {
+            let measured_px = Some(snapped_px(&interface.viewport.marks, &drawing.scene, at_px));
+            return Some(Click { pixel: [0, 0], star: None, measured_px });
+        }
+        let body = meant();
+        actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
-        return Some([pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)]);
+        let star = if body.is_none() { hit_star(&drawing.scene, at_px) } else { None };
+        return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star, measured_px: None });
     }
     None
 }

@@ -1,0 +1,34 @@
+//! Proper names of stars beside their sprites.
+//!
+//! In: the stars of a frame. Out: texts, those of the brightest stars first, as each wants to stand right of its star; which have room is decided with all other texts
+//! (`texts`). Only what the exposure shows has a name.
+
+use crate::catalog::stars::{Star, star_name};
+use crate::scene::annotation::labels::LabelMetrics;
+use crate::scene::annotation::line_texts::SkyText;
+use crate::scene::camera::Camera;
+use crate::scene::decision::Decision;
+use crate::scene::draw::StarSprite;
+use glam::{DVec2, DVec3};
+
+const COLOUR: DVec3 = DVec3::new(0.7, 0.75, 0.85);
+
+/// Names of the stars of a frame, and how many there are.
+pub(crate) fn star_names(camera: &Camera, sprites: &[StarSprite], stars: &[Star], size_px: f64) -> (Vec<SkyText>, Decision) {
+    let metrics = LabelMetrics::of_size(size_px);
+    let named = sprites.iter().filter_map(|sprite| {
+        let star = stars.get(sprite.star?)?;
+        let at_px = camera.pixel_from_clip(sprite.centre.truncate().as_dvec2());
+        Some((star.v_magnitude, star_name(star.hip)?, at_px))
+    });
+    let mut named: Vec<_> = named.collect();
+    named.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let reason = format!("{} of the stars that show have one", named.len());
+    let decision = Decision { feature: "star-names", on: !named.is_empty(), reason, tier: None };
+    let text = |(_, name, at_px): (f32, &str, DVec2)| {
+        let half_width = 0.5 * name.chars().count() as f64 * metrics.glyph_width_px;
+        let at_px = at_px + DVec2::new(half_width + metrics.gap_px(0.0).max(0.5 * size_px), 0.0);
+        SkyText { text: name.to_owned(), at_px, colour: COLOUR, is_tick: false }
+    };
+    (named.into_iter().map(text).collect(), decision)
+}

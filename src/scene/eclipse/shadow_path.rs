@@ -1,0 +1,280 @@
+//! The path of a shadow over the ground of the body that is lit: centre line and limits of the umbra.
+//!
+//! In: a body and an occluder before its Sun, now. Out: lines on the ground for the passage whose middle is nearest. A limit is the envelope of the umbra's outlines: the
+//! places where the outline runs along its own motion over the turning ground. Always: the geometry is that of [`ShadowCone`], at each instant of the passage as the body's
+//! middle receives the light. `events::path` finds the limits of the Moon's shadow on the Earth by the deepest moment of each place; a test holds both together.
+
+use crate::catalog::Body;
+use crate::ephemeris::Ephemeris;
+use crate::memo::Memo;
+use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, candidates};
+use crate::scene::eclipse::shadow_cone::{Edge, GroundLine, ShadowCone, Side};
+use crate::time::Instant;
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// A passage is shown from so long before its middle until so long after, seconds.
+const NEAR_S: f64 = 6.0 * 3600.0;
+/// Longest half of a passage, seconds: Callisto takes 2.5 hours at most.
+const LONGEST_S: f64 = 6.0 * 3600.0;
+/// Instants of a line.
+const INSTANTS: u32 = 200;
+/// Sides of the umbra among which the limits are looked for.
+const SIDES: u32 = 64;
+/// Half of the time over which motion is measured, seconds.
+const STEP_S: f64 = 1.0;
+
+/// Lines on the ground of one passage.
+#[derive(Clone, Debug)]
+pub(crate) struct ShadowPath {
+    /// Where the middle of the shadow goes; `None`: it misses the ground.
+    pub centre_line: Option<GroundLine>,
+    pub limits: Vec<GroundLine>,
+    /// When the shadow's middle is nearest to the body's.
+    pub middle: Instant,
+}
+
+/// Two bodies and the middle of a passage, TDB seconds.
+#[derive(Debug)]
+struct Passage {
+    radii_km: [DVec3; 3],
+    ids: [i32; 2],
+    middle_s: f64,
+}
+
+/// The latest paths.
+#[derive(Debug)]
+pub(crate) struct ShadowPaths(Memo<Passage, Arc<ShadowPath>>);
+
+impl Default for ShadowPaths {
+    fn default() -> Self {
+        Self(Memo::holding(8))
+    }
+}
+
+impl ShadowPaths {
+    /// The passage of an occluder before the Sun of a body; `None`: its middle is far, or the penumbra misses.
+    pub(crate) fn of(
+        &self,
+        ephemeris: &Ephemeris,
+        sun: &Body,
+        receiver: &Receiver<'_>,
+        occluder: &Occluder<'_>,
+    ) -> Option<Arc<ShadowPath>> {
+        let moving = Moving { ephemeris, sun, receiver, occluder };
+        let (middle_s, half_s) = moving.passage()?;
+        let passage = Passage {
+            radii_km: [sun.radii_km, receiver.body.radii_km, occluder.body.radii_km],
+            ids: [receiver.body.id.0, occluder.body.id.0],
+            middle_s: receiver.time.tdb_seconds_past_j2000() + middle_s,
+        };
+        let serves = |kept: &Passage, wanted: &Passage| {
+            kept.ids == wanted.ids && kept.radii_km == wanted.radii_km && (kept.middle_s - wanted.middle_s).abs() < 60.0
+        };
+        Some(self.0.get_like(serves, passage, || Arc::new(moving.path(middle_s, half_s))))
+    }
+}
+
+/// The bodies of a passage; times are seconds from the receiver's.
+struct Moving<'a, 'b> {
+    ephemeris: &'a Ephemeris,
+    sun: &'a Body,
+    receiver: &'a Receiver<'b>,
+    occluder: &'a Occluder<'b>,
+}
+
+impl Moving<'_, '_> {
+    fn at(&self, s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
+        let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(s)).ok()?;
+        let axis = Axis::of(&receiver, self.sun)?;
+        let found = candidates(self.ephemeris, std::iter::once(self.occluder.body), self.sun, &receiver);
+        found.first().map(|occluder| (receiver, ShadowCone::of(axis, occluder, &receiver)))
+    }
+
+    fn cone(&self, s: f64) -> Option<ShadowCone> {
+        self.at(s).map(|(_, cone)| cone)
+    }
+
+    /// From the body's middle to the nearest point of the shadow's middle line: ICRF axes, equatorial radii.
+    fn foot(&self, s: f64) -> Option<DVec3> {
+        let (receiver, cone) = self.at(s)?;
+        let Side { from, along } = cone.middle();
+        Some(receiver.body_from_icrf.transpose() * (from - along * from.dot(along)))
+    }
+
+    /// Middle of the passage and half of its time at most.
+    fn passage(&self) -> Option<(f64, f64)> {
+        let mut s = 0.0;
+        for _ in 0..8 {
+            let (foot, next) = (self.foot(s)?, self.foot(s + 60.0)?);
+            let velocity = (next - foot) / 60.0;
+            let step = -foot.dot(velocity) / velocity.length_squared();
+            s += step;
+            if !s.is_finite() || s.abs() > NEAR_S {
+                return None;
+            }
+            if step.abs() < 0.1 {
+                let cone = self.cone(s)?;
+                let (least, widest) = (foot.length(), 1.0 + cone.radius(Edge::Penumbra));
+                let half_s = 1.2 * ((widest * widest - least * least).max(0.0)).sqrt() / velocity.length();
+                return (least < widest).then_some((s, half_s.min(LONGEST_S)));
+            }
+        }
+        None
+    }
+
+    fn path(&self, middle_s: f64, half_s: f64) -> ShadowPath {
+        let hits = |s: f64| self.cone(s).is_some_and(|cone| cone.depth(cone.middle()) > 0.0);
+        let middle_of = |s: f64| self.cone(s).and_then(|cone| cone.meets(cone.middle()));
+        let line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
+        let centre_line = span(middle_s, half_s, hits).and_then(|span| line(instants(span).filter_map(middle_of).collect()));
+        let touches = |s: f64| {
+            let side = |cone: &ShadowCone, k: u32| cone.depth(cone.side(Edge::Umbra, TAU * f64::from(k) / f64::from(SIDES))) > 0.0;
+            self.cone(s).is_some_and(|cone| (0..SIDES).any(|k| side(&cone, k)))
+        };
+        let mut limits = Vec::new();
+        if let Some(span) = span(middle_s, half_s, touches) {
+            let of_instants: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limits(s).unwrap_or_default()).collect();
+            for side in 0..2 {
+                let runs = of_instants.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
+                limits.extend(runs.filter_map(|run| line(run.iter().filter_map(|sides| sides[side]).collect())));
+            }
+        }
+        ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
+    }
+
+    /// The points of the umbra's outline left and right of its motion whose path the outline does not leave.
+    fn limits(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
+        let (before, now, after) = (self.cone(s - STEP_S)?, self.cone(s)?, self.cone(s + STEP_S)?);
+        let place = |cone: &ShadowCone, angle: f64| cone.meets(cone.side(Edge::Umbra, angle));
+        // Point, motion, and how much of the motion leads out of the outline.
+        let at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
+            const TURN: f64 = 1e-4;
+            let (point, motion) = (place(&now, angle)?, place(&after, angle)? - place(&before, angle)?);
+            let around = place(&now, angle + TURN)? - place(&now, angle - TURN)?;
+            Some((point, motion, point.dot(motion.cross(around))))
+        };
+        let all: Vec<_> = (0..SIDES).map(|k| TAU * f64::from(k) / f64::from(SIDES)).map(|angle| (angle, at(angle))).collect();
+        let seen: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
+        let middle = seen.iter().sum::<DVec3>() / seen.len().max(1) as f64;
+        let mut sides = [None; 2];
+        for k in 0..all.len() {
+            let ((from, Some((.., begin))), (_, Some((.., end)))) = (all[k], all[(k + 1) % all.len()]) else { continue };
+            if (begin > 0.0) == (end > 0.0) {
+                continue;
+            }
+            let (mut low, mut high) = (from, from + TAU / f64::from(SIDES));
+            for _ in 0..40 {
+                let angle = 0.5 * (low + high);
+                let (.., out) = at(angle)?;
+                if (out > 0.0) == (begin > 0.0) { low = angle } else { high = angle }
+            }
+            let (point, motion, _) = at(low)?;
+            let is_left = point.cross(motion).dot(point - middle) > 0.0;
+            sides[usize::from(!is_left)] = Some(point);
+        }
+        Some(sides)
+    }
+}
+
+/// The time around the middle in which something holds; `None` where it does not hold in the middle.
+fn span(middle_s: f64, half_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
+    let end = |mut outside: f64| {
+        let mut inside = middle_s;
+        for _ in 0..40 {
+            let s = 0.5 * (inside + outside);
+            if holds(s) { inside = s } else { outside = s }
+        }
+        inside
+    };
+    holds(middle_s).then(|| [end(middle_s - half_s), end(middle_s + half_s)])
+}
+
+/// Instants of a span, closer at its ends, where a shadow runs fast over the ground.
+fn instants([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..=INSTANTS).map(move |k| from + (to - from) * 0.5 * (1.0 - (PI * f64::from(k) / f64::from(INSTANTS)).cos()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Catalog, NaifId};
+
+    fn paths(receiver: i32, time: &str, check: impl FnOnce(&Catalog, Vec<(i32, Arc<ShadowPath>)>)) {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+        let body = |id| catalog.body(NaifId(id)).expect("in the catalog");
+        let receiver = Receiver::at(&ephemeris, body(receiver), Instant::parse(time).expect("a time")).expect("placed");
+        let found = candidates(&ephemeris, catalog.bodies().iter(), body(10), &receiver);
+        let kept = ShadowPaths::default();
+        let of = |o: &Occluder<'_>| Some((o.body.id.0, kept.of(&ephemeris, body(10), &receiver, o)?));
+        check(&catalog, found.iter().filter_map(of).collect());
+    }
+
+    /// Kilometres on the ground from a place, geodetic degrees, to the nearest point between the points of a line.
+    fn off_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
+        let at = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
+        let to_piece = |ends: &[DVec3]| {
+            let [a, b] = [ends[0] * radii_km, ends[1] * radii_km];
+            let t = ((at - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            at.distance(a.lerp(b, t))
+        };
+        line.windows(2).map(to_piece).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Centre line and limits of 2024-04-08 against those of another method and other code (`events::path`, held to printed canons by tests/events): within a kilometre
+    /// along the whole way but its last degrees, where chords between the points leave the ground.
+    #[test]
+    fn the_path_of_2024_is_that_of_the_events() {
+        paths(399, "2024-04-08T18:17:16Z", |catalog, found| {
+            let [(301, path)] = &found[..] else { panic!("{} paths", found.len()) };
+            assert!(
+                (path.middle.tdb_seconds_past_j2000() - Instant::parse("2024-04-08T18:17:16Z").expect("a time").tdb_seconds_past_j2000())
+                    .abs()
+                    < 120.0
+            );
+            let radii_km = catalog.body(NaifId::EARTH).expect("the Earth").radii_km;
+            let centre = path.centre_line.as_ref().expect("central");
+            // NASA, Path of the Total Solar Eclipse of 2024 Apr 08 (Espenak): greatest eclipse 25 deg 17.4' N, 104 deg 08.3' W; with k = 0.272508 the width
+            // there is 197.5 km.
+            let off = off_km(radii_km, &centre.points, 25.29, -104.138);
+            assert!(off < 2.0, "{off} km");
+            assert_eq!(path.limits.len(), 2);
+            let [left, right] = [0, 1].map(|k| off_km(radii_km, &path.limits[k].points, 25.29, -104.138));
+            assert!((left + right - 197.5).abs() < 6.0 && (left - right).abs() < 6.0, "{left} {right}");
+            // The comparison must be able to fail.
+            assert!(off_km(radii_km, &centre.points, 25.5, -104.138) > 10.0);
+        });
+        // Twelve hours before nothing is near; the same passage from five hours before.
+        paths(399, "2024-04-08T06:00:00Z", |_, found| assert!(found.is_empty()));
+        paths(399, "2024-04-08T13:20:00Z", |_, found| assert_eq!(found.len(), 1));
+    }
+
+    /// Io's shadow crosses Jupiter's disc in some two hours from one limb to the other, along a belt, with its limits Io's width apart.
+    #[test]
+    fn a_moon_of_jupiter_draws_a_belt() {
+        let mut seen = 0;
+        for time in ["2024-12-07T20:00:00Z", "2024-12-08T12:00:00Z", "2024-12-09T06:00:00Z", "2024-12-10T00:00:00Z"] {
+            paths(599, time, |catalog, found| {
+                let radii_km = catalog.body(NaifId(599)).expect("Jupiter").radii_km;
+                for (moon, path) in found.iter().filter(|(_, path)| path.centre_line.is_some()) {
+                    let line = &path.centre_line.as_ref().expect("central").points;
+                    let latitudes: Vec<f64> = line.iter().map(|p| p.z.asin().to_degrees()).collect();
+                    let (south, north) = latitudes.iter().fold((90.0_f64, -90.0_f64), |(s, n), l| (s.min(*l), n.max(*l)));
+                    assert!(north - south < 15.0, "{moon}: {south} to {north}");
+                    let width_km = path.limits.iter().map(|limit| {
+                        let at = line[line.len() / 2] * radii_km;
+                        limit.points.iter().map(|p| (*p * radii_km).distance(at)).fold(f64::INFINITY, f64::min)
+                    });
+                    let diameter_km = 2.0 * catalog.body(NaifId(*moon)).expect("a moon").radii_km.x;
+                    let width_km: f64 = width_km.sum();
+                    // The umbra is narrower than the moon by the Sun's width, and longer where it falls slantwise.
+                    assert!(path.limits.len() < 2 || (0.3..2.5).contains(&(width_km / diameter_km)), "{moon}: {width_km} of {diameter_km}");
+                    seen += 1;
+                }
+            });
+        }
+        assert!(seen >= 1, "no passage in three days");
+    }
+}

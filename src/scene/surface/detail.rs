@@ -1,0 +1,47 @@
+//! Relief and albedo finer than a body's maps, invented by the law of shaders/lib/detail.wesl: where the lattices of its craters lie as the camera sees them.
+//!
+//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a place of the ground has the same craters from any camera, in f32 as far as a
+//! metre over the ground, because the lattices' places are reduced in f64; sizes come and go with the weight 0 as the camera moves.
+
+use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar};
+use crate::scene::constants::DETAIL_ROWS;
+use crate::scene::draw::uniforms::DetailUniforms;
+use glam::{DVec3, Vec4};
+
+/// What a decision and the window say of it.
+pub(crate) const LAW: &str = "craters finer than the map, by the law N(>D) ~ D^-2; nobody has measured them";
+/// Ground that a pixel may span for it to be drawn, degrees: a sixth of a texel of a map 3600 texels wide.
+pub(crate) const DEG_PER_PX: f64 = 0.1;
+/// A cell of the coarsest lattice, radii.
+const FIRST_CELL: f64 = 0.05;
+/// A lattice's cell over that of the next coarser one.
+const RATIO: f64 = 0.6;
+/// Cells after which a lattice repeats: PERIOD of the fragment.
+const PERIOD: f64 = 289.0;
+/// A cell of so many pixels begins to show: less than the fragment's bound.
+const LEAST_CELL_PX: f64 = 3.5;
+/// A cell that shows nowhere, radii.
+const NOWHERE: f64 = 1e6;
+
+/// The lattices for a draw. `from_camera`: places count from the camera, else from the body's centre.
+pub(crate) fn uniforms(camera: &Camera, placement: &Placement, from_camera: bool) -> DetailUniforms {
+    let here = placement.camera_in_unit_sphere();
+    let origin = if from_camera { here } else { DVec3::ZERO };
+    let pixel = (here.length() - 1.0).max(1e-9) * camera.pixel_tangent();
+    // The lattice whose cells just begin to show right below the camera.
+    let finest = ((LEAST_CELL_PX * pixel / FIRST_CELL).ln() / RATIO.ln()).max(0.0);
+    let last = finest.ceil() as i32;
+    let row = |k: usize| {
+        let level = last - (DETAIL_ROWS as i32 - 1) + k as i32;
+        if level < 0 {
+            return Vec4::new(0.0, 0.0, 0.0, narrow_scalar(NOWHERE));
+        }
+        let cell = FIRST_CELL * RATIO.powi(level);
+        // Apart from each other, so that no two share a wall.
+        let apart = DVec3::new(75.488, 56.984, 85.667) * f64::from(level + 1);
+        let place = origin / cell + apart;
+        narrow(place - (place / PERIOD).floor() * PERIOD).extend(narrow_scalar(cell))
+    };
+    let largest = FIRST_CELL * RATIO.powf(finest - (DETAIL_ROWS as f64 - 1.0));
+    DetailUniforms { lattice: std::array::from_fn(row), largest: narrow_scalar(largest) }
+}

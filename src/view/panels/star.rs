@@ -1,0 +1,100 @@
+//! Facts about the star that was clicked or found: what the catalogue holds, and what follows from it.
+
+use super::information::line;
+use crate::catalog::stars::{Star, star_name};
+use crate::ephemeris::apparent::RaDec;
+use crate::ephemeris::star_place::star_from_viewer;
+use crate::scene::sky::temperature_k;
+use crate::units::RAD_PER_ARCSEC;
+use egui::Grid;
+use glam::DVec3;
+
+/// Light years in a parsec (IAU 2015 Resolution B2 and the Julian year).
+const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
+/// Nearer parallaxes than this, milliarcseconds, tell no distance: Hipparcos' errors are about as large.
+const LEAST_PARALLAX_MAS: f64 = 1.0;
+
+/// Its proper name and its number, or what of them it has.
+pub(super) fn name(star: &Star) -> String {
+    match (star_name(star.hip), star.hip) {
+        (Some(name), hip) => format!("{name} (HIP {hip})"),
+        (None, 0) => "Star without a Hipparcos number".into(),
+        (None, hip) => format!("HIP {hip}"),
+    }
+}
+
+/// Name and brightness in a line.
+pub(super) fn title(star: &Star) -> String {
+    format!("{}, magnitude {:.2}", name(star), star.v_magnitude)
+}
+
+/// Each fact with its words. `years`: from the catalogue's epoch to the shown time.
+fn facts_of(star: &Star, years: f64) -> Vec<(&'static str, String)> {
+    let mut facts = vec![("magnitude V", format!("{:+.2}", star.v_magnitude))];
+    if let Some(b_v) = star.b_v {
+        facts.push(("colour index B-V", format!("{b_v:+.3}")));
+        facts.push(("temperature", format!("about {:.0} K (from B-V)", (temperature_k(f64::from(b_v)) / 50.0).round() * 50.0)));
+    }
+    let parallax_mas = star.parallax_rad / RAD_PER_ARCSEC * 1e3;
+    if parallax_mas >= LEAST_PARALLAX_MAS {
+        let parsecs = 1e3 / parallax_mas;
+        facts.push(("parallax", format!("{parallax_mas:.2} mas")));
+        facts.push(("distance", format!("{:.1} light years ({parsecs:.1} pc)", parsecs * LIGHT_YEARS_PER_PARSEC)));
+        facts.push(("absolute magnitude", format!("{:+.2}", f64::from(star.v_magnitude) + 5.0 - 5.0 * parsecs.log10())));
+    } else {
+        facts.push(("distance", "too far to tell by its parallax".into()));
+    }
+    // North and east at the star.
+    let east = DVec3::Z.cross(star.direction).normalize_or_zero();
+    let north = star.direction.cross(east);
+    let mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
+    let (to_east, to_north) = (mas(east), mas(north));
+    let angle_deg = to_east.atan2(to_north).to_degrees().rem_euclid(360.0);
+    facts.push(("proper motion", format!("{:.1} mas a year towards {angle_deg:.0}° (north 0°, east 90°)", to_east.hypot(to_north))));
+    let place = RaDec::of(star_from_viewer(star, years, DVec3::ZERO));
+    facts.push(("right ascension", format!("{} (ICRS, at this date)", place.ra_text())));
+    facts.push(("declination", place.dec_text()));
+    facts
+}
+
+pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years: f64) {
+    ui.strong(name(star));
+    Grid::new("star").num_columns(2).striped(true).show(ui, |ui| {
+        for (what, value) in facts_of(star, years) {
+            line(ui, what, value);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::stars::StarCatalog;
+
+    /// Sirius: 8.6 light years, absolute magnitude 1.45, 1339 mas a year towards 204 degrees, 9940 K (Gray & Corbally 2009 and SIMBAD; the colour gives it within 5 %).
+    #[test]
+    fn sirius_has_the_facts_of_the_books() {
+        let stars = StarCatalog::embedded();
+        let sirius = stars.hip(32_349).expect("Sirius");
+        assert_eq!(title(sirius), "Sirius (HIP 32349), magnitude -1.44");
+        let facts = facts_of(sirius, 8.75);
+        let of = |what: &str| facts.iter().find(|(name, _)| *name == what).map(|(_, value)| value.clone()).expect(what);
+        assert!(of("distance").starts_with("8.6 light years (2.6 pc)"), "{}", of("distance"));
+        assert_eq!(of("absolute magnitude"), "+1.45");
+        assert!(of("proper motion").starts_with("1339.4 mas a year towards 204°"), "{}", of("proper motion"));
+        let kelvin: f64 = of("temperature").split_whitespace().nth(1).and_then(|k| k.parse().ok()).expect("a number");
+        assert!((kelvin / 9_940.0 - 1.0).abs() < 0.05, "{kelvin}");
+        // J2000: 6h 45m 08.9s, -16 deg 42' 58.0".
+        assert!(of("right ascension").starts_with("6h 45m 08.9s") && of("declination").starts_with("-16° 42′ 58.0″"), "{facts:?}");
+    }
+
+    #[test]
+    fn what_was_not_measured_is_not_told() {
+        let far = StarCatalog::parse("one", "ra_deg,dec_deg,v_mag\n10,90,5\n").expect("a star");
+        let star = &far.stars()[0];
+        assert_eq!(title(star), "Star without a Hipparcos number, magnitude 5.00");
+        let facts = facts_of(star, 0.0);
+        assert!(facts.iter().all(|(what, _)| !["temperature", "parallax", "absolute magnitude"].contains(what)), "{facts:?}");
+        assert!(facts.iter().all(|(_, value)| !value.contains("NaN")), "{facts:?}");
+    }
+}
