@@ -127,7 +127,7 @@ fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_
         let worst = figure(&frames)?;
         found.add(worst, || (location, String::new()));
         figures.push((worst, request));
-        let [chosen, all] = [operations(bench, &frames.chosen)?, operations(bench, &frames.all)?];
+        let [chosen, all] = [operations(bench, &frames.chosen), operations(bench, &frames.all)];
         costs.extend((all > 0.0).then_some(chosen / all));
     }
     figures.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -162,16 +162,14 @@ fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_
 }
 
 /// Operations of a view's bodies: pixels of each draw's rectangle times the operations of its fragment stage, loops counted once.
-fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> Result<f64, SessionError> {
-    let mut sum = 0.0;
-    for draw in view.plan.passes.iter().flat_map(|p| &p.draws).filter(|d| matches!(d.module, ModuleId::Planet(_))) {
-        let [left, top, right, bottom] = draw.scissor;
-        let pixels = f64::from(right.saturating_sub(left)) * f64::from(bottom.saturating_sub(top));
-        let tapes = tape_costs(&*bench.session().library().get(&draw.module)?)?;
-        let fragment = tapes.iter().filter(|t| t.stage == "fragment").flat_map(|t| t.operations.values()).sum::<usize>();
-        sum += pixels * fragment as f64;
-    }
-    Ok(sum)
+fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
+    let of_fragment = |id: &ModuleId| {
+        let tapes = bench.session().library().get(id).ok().and_then(|module| tape_costs(&module).ok()).unwrap_or_default();
+        tapes.iter().filter(|t| t.stage == "fragment").flat_map(|t| t.operations.values()).sum::<usize>() as f64
+    };
+    let bodies = view.plan.passes.iter().flat_map(|p| &p.draws).filter(|d| matches!(d.module, ModuleId::Planet(_)));
+    let pixels = |[left, top, right, bottom]: [u32; 4]| f64::from(right.saturating_sub(left)) * f64::from(bottom.saturating_sub(top));
+    bodies.map(|draw| pixels(draw.scissor) * of_fragment(&draw.module)).sum()
 }
 
 /// Bytes of the display.
