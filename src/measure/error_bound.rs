@@ -1,33 +1,33 @@
 //! How far each pixel of a picture may be from the reference quality's: a bound made without drawing the reference.
 //!
-//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is a sum of what its models state ([`tiers`](crate::scene::tiers)), of
-//! rounding (twice the difference of f32 and f64), of sampling (a part of the light's range among the neighbours), and of features left out. It is a statement
-//! about this program's models: what all of them leave out, docs/accuracy.md says.
+//! In: a view. Out: a picture of bounds, linear and in 255ths of the display. Always: the bound of a pixel is a sum of the difference to the same picture with the
+//! reference's models and taps, of what those models state ([`tiers`](crate::scene::tiers)), of rounding (twice the difference of f32 and f64), of samples (a part of the light's range
+//! among the neighbours), and of features left out. It is a statement about this program's models: what all of them leave out, docs/accuracy.md says.
 
 use super::pictures::{PlannedView, Studio};
 use super::whole::precision_of;
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
-use crate::scene::draw::{AtmosphereModel, EclipseModel, PixelView};
-use crate::scene::effects::{Effect, VISIBLE_CHANGE};
-use crate::scene::request::{ExposureRequest, Quality, ViewRequest};
+use crate::scene::draw::{EclipseModel, PixelView};
+use crate::scene::effects::{Effect, VISIBLE_CHANGE, VISIBLE_LIGHT};
+use crate::scene::request::{ExposureRequest, Purpose, Quality, ViewRequest};
 use crate::scene::tiers::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Part of the range of light among a pixel and its eight neighbours by which fewer samples and taps may be off: measured over the standard scenes
-/// (tests/cli/measure.rs). An edge inside a pixel of one sample may fall to either side.
-fn sampling_part(quality: Quality) -> f64 {
+/// Part of the range of light among a pixel and its eight neighbours by which fewer samples may be off: measured (tests/cli/error_bound.rs). Limbs and rings have
+/// soft edges of their own; what is left is an edge of shading inside a pixel of one sample.
+fn samples_part(quality: Quality) -> f64 {
     match quality {
-        Quality::Draft => 1.0,
+        Quality::Draft => 0.5,
         Quality::Standard => 0.25,
         Quality::Reference => 0.0,
     }
 }
 
-/// Light that is scattered more than once, over light scattered once, at most: what the tiers without a table leave out (Earth's blue, Sun low).
-const SCATTERED_AGAIN: f64 = 1.0;
+/// Of the difference to the picture with the reference's models: that one is drawn in f32 and with the view's own samples.
+const OF_DIFFERENCE: f64 = 1.25;
 
 /// The picture without air, the optical depth along each ray, and the largest error of the air's tiers.
 type Airless = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
@@ -37,6 +37,8 @@ struct Layers {
     /// The picture, in the quality's precision, f32, and f64.
     shown: Vec<[f32; 4]>,
     rounding: Vec<[f32; 4]>,
+    /// With the reference's models and taps, f32.
+    nearest: Vec<[f32; 4]>,
     /// Without eclipses, where the view has any; with the largest error of its models, a part of that light.
     uneclipsed: Option<(Vec<[f32; 4]>, f64)>,
     /// Without air, and optical depth along each pixel's ray; with the largest error of its tiers, a part of the air's light.
@@ -53,7 +55,7 @@ pub fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, S
     let view = studio.planned(request, sampling)?;
     let layers = layers_of(&studio, request, &view)?;
     let factor = view.scene.exposure.factor();
-    let left_out = if view.scene.purpose == crate::scene::request::Purpose::Display { VISIBLE_CHANGE / factor } else { 0.0 };
+    let is_display = view.scene.purpose == Purpose::Display;
     let (width, height) = (request.width, request.height);
     let (mut hdr, mut display) = (Vec::new(), Vec::new());
     for (k, pixel) in layers.shown.iter().enumerate() {
@@ -69,7 +71,9 @@ pub fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, S
                 let behind = f64::from(bare[k][c]) * (-f64::from(depth[k][c])).exp();
                 part * (light - behind).max(0.0) + AIR_TRANSMITTANCE * f64::from(bare[k][c])
             });
-            rounding + eclipse + air + sampling_part(request.quality) * range[c] + left_out
+            let models = OF_DIFFERENCE * f64::from((pixel[c] - layers.nearest[k][c]).abs());
+            let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
+            rounding + models + eclipse + air + samples_part(request.quality) * range[c] + left_out
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
         // A tone map that keeps hues lets each channel follow the worst one.
@@ -113,18 +117,17 @@ fn layers_of(studio: &Studio<'_>, request: &ViewRequest, view: &PlannedView) -> 
         request.effects.set(effect, false);
         request
     };
-    let features = || view.scene.draws.iter().map(|d| d.features);
+    // The reference's models are what the rest of the bound is about.
+    let best = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
+    let nearest = studio.planned(&best, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
+    let features = || nearest.scene.draws.iter().map(|d| d.features);
     let eclipse_part = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.at_most).fold(0.0, f64::max);
     let uneclipsed = if features().any(|f| f.eclipse.model != EclipseModel::None) {
         Some((drawn(&without(Effect::Eclipse))?, eclipse_part))
     } else {
         None
     };
-    let air_part = |tier: AtmosphereModel| {
-        let again = if tier == AtmosphereModel::Table { 0.0 } else { SCATTERED_AGAIN };
-        of_atmosphere(tier).map(|t| t.at_most + again)
-    };
-    let airless = if let Some(part) = features().filter_map(|f| air_part(f.air.tier)).reduce(f64::max) {
+    let airless = if let Some(part) = features().filter_map(|f| of_atmosphere(f.air.tier)).map(|t| t.at_most).reduce(f64::max) {
         let depth = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
         Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, part))
     } else {
@@ -132,7 +135,8 @@ fn layers_of(studio: &Studio<'_>, request: &ViewRequest, view: &PlannedView) -> 
     };
     let shown = studio.light(view, precision)?.light;
     let rounding = studio.light(view, other)?.light;
-    Ok(Layers { shown, rounding, uneclipsed, airless })
+    let nearest = studio.light(&nearest, Precision::F32)?.light;
+    Ok(Layers { shown, rounding, nearest, uneclipsed, airless })
 }
 
 #[cfg(test)]

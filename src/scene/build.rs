@@ -97,7 +97,11 @@ impl<'a> SceneBuilder<'a> {
                 Err(e) => unplaced.push(Some(not_placed(body, e.to_string()))),
             }
         }
-        let air = placed.iter().find_map(|p| Around::of(p.body, &p.placement));
+        let has_air = |body: &Body| {
+            let own = request.effects.for_body(&body.name);
+            own.as_ref().unwrap_or(&request.effects).override_of(Effect::Atmosphere) != Some(false)
+        };
+        let air = placed.iter().filter(|p| has_air(p.body)).find_map(|p| Around::of(p.body, &p.placement));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let context = Context { request, ephemeris, resources: &Resources::default(), caches };

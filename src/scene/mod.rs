@@ -92,5 +92,5 @@ pub mod effects {
     #[doc(hidden)]
     pub use super::features::possible::possible_features;
     pub use super::request::effects::{Effect, EffectOverrides};
-    pub use super::thresholds::{MAX_LIGHTS, VISIBLE_CHANGE};
+    pub use super::thresholds::{MAX_LIGHTS, VISIBLE_CHANGE, VISIBLE_LIGHT};
 }

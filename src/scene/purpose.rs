@@ -1,15 +1,16 @@
 //! What a picture is for, and what that leaves out.
 //!
 //! In: the purpose that is asked for, and the exposure. Out: a [`Bound`], which every decision about a feature asks. Always: for linear light no feature
-//! is left out that changes a pixel by more than the floor of what is there; where nothing else is, any light counts. Not here: bounds of size (a disc
-//! under a pixel is a point, a rim thinner than half a pixel is none), which no light moves, and the number of lights and occluders that a draw takes.
+//! is left out that changes a pixel by more than the floor of what is there; where nothing else is, any light counts. For a display none is left out that
+//! changes a byte by a level: light of half a level on black counts, where the sRGB curve is steepest. Not here: bounds of size (a disc under a pixel is a point,
+//! a rim thinner than half a pixel is none), which no light moves, and the number of lights and occluders that a draw takes.
 
-use crate::scene::thresholds::VISIBLE_CHANGE;
+use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 
 /// What the pixels are for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Purpose {
-    /// Seen on a display at the picture's exposure: a change of [`VISIBLE_CHANGE`] of white counts.
+    /// Seen on a display at the picture's exposure: [`VISIBLE_LIGHT`] of white counts, and a change of a pixel by [`VISIBLE_CHANGE`] of itself.
     #[default]
     Display,
     /// Read as linear light at any exposure: a relative change beyond the floor counts, of what is in the pixel without it.
@@ -45,7 +46,7 @@ impl Bound {
     /// Whether light of this radiance counts where it falls on black.
     pub fn counts(self, radiance: f64) -> bool {
         match self.purpose {
-            Purpose::Display => radiance > VISIBLE_CHANGE * self.white,
+            Purpose::Display => radiance > VISIBLE_LIGHT * self.white,
             Purpose::Linear { .. } => radiance > 0.0,
         }
     }
@@ -81,7 +82,7 @@ impl Bound {
     /// A radiance against the bound, in words.
     pub fn description(self, radiance: f64) -> String {
         match self.purpose {
-            Purpose::Display => format!("{:.2e} of white against {VISIBLE_CHANGE:.2e}", self.of_white(radiance)),
+            Purpose::Display => format!("{:.2e} of white against {VISIBLE_LIGHT:.2e}", self.of_white(radiance)),
             Purpose::Linear { .. } => format!("{radiance:.2e} of linear light, where any counts"),
         }
     }
@@ -96,7 +97,10 @@ impl std::fmt::Display for Purpose {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Display => {
-                write!(f, "a display at this exposure: what changes a pixel by less than {VISIBLE_CHANGE:.2e} of white is left out")
+                write!(
+                    f,
+                    "a display at this exposure: what adds less than {VISIBLE_LIGHT:.2e} of white to a pixel, half a level of 255 on black, is left out"
+                )
             }
             Self::Linear { floor } => {
                 write!(f, "linear light: what changes no pixel by more than {floor:.0e} of what is there is left out")

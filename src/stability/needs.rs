@@ -1,6 +1,7 @@
 //! Only what the scene needs: frames with chosen features against frames with every feature.
 //!
-//! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the worst view, and the distribution. Always: both frames have one exposure; "every feature" is each effect switched on
+//! In: random views. Out: the share of views in which some pixel differs by more than the stated bound, the worst view, and two distributions: of the differences, and of the
+//! operations of the chosen frame over those of the frame with everything. Always: both frames have one exposure; "every feature" is each effect switched on
 //! by hand, in the model that the scene would take.
 
 use super::random::Random;
@@ -11,7 +12,8 @@ use crate::render::software::Precision;
 use crate::scene::draw::{BodyShadow, RingShadow};
 use crate::scene::effects::Effect;
 use crate::scene::request::{Layers, Position, Purpose, ViewRequest};
-use crate::session::SessionError;
+use crate::session::{SessionError, tape_costs};
+use crate::shader::ModuleId;
 use crate::time::Instant;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -119,12 +121,14 @@ const NAMED: usize = 16;
 
 fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_>) -> Result<Found, SessionError> {
     let mut found = Found::none();
-    let mut figures = Vec::new();
+    let (mut figures, mut costs) = (Vec::new(), Vec::new());
     for RandomView { location, request } in views(bench, bench.pick(160, 3000)) {
         let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
         let worst = figure(&frames)?;
         found.add(worst, || (location, String::new()));
         figures.push((worst, request));
+        let [chosen, all] = [operations(bench, &frames.chosen), operations(bench, &frames.all)];
+        costs.extend((all > 0.0).then_some(chosen / all));
     }
     figures.sort_by(|a, b| b.0.total_cmp(&a.0));
     // By effect: how many of the worst views, and the greatest figure.
@@ -138,17 +142,34 @@ fn swept(bench: &SweepBench<'_>, purpose: Purpose, bound: f64, figure: Figure<'_
     let over = figures.iter().filter(|f| f.0 > bound).count();
     let mut sorted: Vec<f64> = figures.iter().map(|f| f.0).collect();
     sorted.sort_by(f64::total_cmp);
-    let at = |part: f64| quantile(&sorted, part).unwrap_or(0.0);
+    costs.sort_by(f64::total_cmp);
+    let at = |of: &[f64], part: f64| quantile(of, part).unwrap_or(0.0);
     found.cause = format!(
-        "{over} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}",
+        "{over} views over {bound:e}, by the effect that they lack: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
+         with everything: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
         if named.is_empty() { "none".to_owned() } else { named.join(", ") },
-        at(0.5),
-        at(0.9),
-        at(0.99),
-        at(1.0),
+        at(&sorted, 0.5),
+        at(&sorted, 0.9),
+        at(&sorted, 0.99),
+        at(&sorted, 1.0),
+        at(&costs, 0.0),
+        at(&costs, 0.1),
+        at(&costs, 0.5),
+        at(&costs, 0.9),
     );
     found.worst = 100.0 * over as f64 / sorted.len().max(1) as f64;
     Ok(found)
+}
+
+/// Operations of a view's bodies: pixels of each draw's rectangle times the operations of its fragment stage, loops counted once.
+fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
+    let of_fragment = |id: &ModuleId| {
+        let tapes = bench.session().library().get(id).ok().and_then(|module| tape_costs(&module).ok()).unwrap_or_default();
+        tapes.iter().filter(|t| t.stage == "fragment").flat_map(|t| t.operations.values()).sum::<usize>() as f64
+    };
+    let bodies = view.plan.passes.iter().flat_map(|p| &p.draws).filter(|d| matches!(d.module, ModuleId::Planet(_)));
+    let pixels = |[left, top, right, bottom]: [u32; 4]| f64::from(right.saturating_sub(left)) * f64::from(bottom.saturating_sub(top));
+    bodies.map(|draw| pixels(draw.scissor) * of_fragment(&draw.module)).sum()
 }
 
 /// Bytes of the display.

@@ -28,6 +28,10 @@ const VIEWS: [(&str, &[&str]); 5] = [
     ("mars", &["--target", "mars", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "1.2"]),
 ];
 
+/// Mean bounds that still tell a good picture from a poor one, 255ths.
+const MEAN_OF_STANDARD: f64 = 16.0;
+const MEAN_OF_DRAFT: f64 = 40.0;
+
 #[test]
 fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -58,7 +62,8 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
             println!("{name} {quality}: held in {:.4} % of pixels, mean bound {mean_bound:.2} levels, {compared}", 100.0 * held);
             pixels += 160.0 * 160.0;
             broken += (1.0 - held) * 160.0 * 160.0;
-            assert!(mean_bound < 128.0, "{name} {quality}: a bound of {mean_bound} levels says nothing");
+            let useful = if quality == "standard" { MEAN_OF_STANDARD } else { MEAN_OF_DRAFT };
+            assert!(mean_bound < useful, "{name} {quality}: a bound of {mean_bound} levels says too little");
         }
     }
     assert!(broken <= 1e-4 * pixels, "the bound is broken in {broken} of {pixels} pixels");

@@ -5,8 +5,9 @@ use glam::{DVec3, Vec3};
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
+use orrery::scene::effects::VISIBLE_LIGHT;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, ViewRequest};
-use orrery::scene::{Appearance, Scene, corona, glow};
+use orrery::scene::{Appearance, Scene, corona};
 use orrery::session::{DrawnFrame, Session, Sources};
 use orrery::time::Instant;
 use std::f64::consts::PI;
@@ -93,7 +94,7 @@ fn faint_light_around_the_sun_ends_at_no_line() {
             ..request(NaifId::SUN, at("2022-03-01T00:00:00Z"), fov_deg, 400, stops, &format!("{effects},-points"))
         };
         let picture = drawn(&space);
-        let least = glow::MIN_SHOWN * picture.scene.exposure.white();
+        let least = VISIBLE_LIGHT * picture.scene.exposure.white();
         let light: Vec<f64> = picture.frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).collect();
         assert!(light.iter().any(|l| *l > 10.0 * least) && light.contains(&0.0), "{fov_deg} degrees: it begins and ends in the picture");
         let rows = light.windows(2).enumerate().filter(|(k, _)| k % 400 != 399).map(|(_, w)| (w[0], w[1]));

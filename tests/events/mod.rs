@@ -5,6 +5,7 @@ mod commands;
 mod local;
 mod moons;
 mod reference_table;
+mod rendered;
 mod transits;
 
 use orrery::catalog::EclipseRadii;

@@ -4,6 +4,7 @@ use super::{EPHEMERIS, IAU, after, at};
 use orrery::Instant;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
+use orrery::ephemeris::apparent::sub_points;
 use orrery::events::{MoonEvent, MoonEventType, moon_events, mutual_events};
 
 fn events(from: &str, to: &str) -> Vec<MoonEvent> {
@@ -67,6 +68,23 @@ fn titans_shadow_meets_saturn_only_near_the_equinox() {
     assert!(shadows("2017-01-01", "2018-01-01").is_empty());
     let season = shadows("2024-06-01", "2026-06-01");
     assert!((15..=25).contains(&season.len()), "{}", season.len());
+}
+
+/// The days on which the Earth and the Sun pass from the north of Saturn's rings to the south, or back (Sky & Telescope; the equinox of 2009 is that of Cassini's
+/// mission). A day is 0.056 degrees of the Earth's height over the plane, 0.015 of the Sun's; the pole is known to some thousandths.
+#[test]
+fn the_earth_and_the_sun_cross_the_plane_of_saturns_rings_on_the_known_days() {
+    let saturn = IAU.body(NaifId(699)).expect("Saturn");
+    let heights_deg = |t: Instant| {
+        let points = sub_points(&EPHEMERIS, saturn, NaifId::EARTH, t).expect("points");
+        [points.sub_observer.lat_centric_deg, points.sub_solar.expect("the Sun's").lat_centric_deg]
+    };
+    for (of, day, sense) in [(0, "2009-09-04", 1.0), (0, "2025-03-23", -1.0), (1, "2009-08-11", 1.0), (1, "2025-05-06", -1.0)] {
+        let [before, after] = [0.0, 86_400.0].map(|s| sense * heights_deg(at(day).plus_seconds(s))[of]);
+        assert!(before < 0.0 && after > 0.0, "{day}: {before} to {after} degrees");
+        let next = sense * heights_deg(at(day).plus_seconds(2.0 * 86_400.0))[of];
+        assert!(next > after, "{day}: another day must not do");
+    }
 }
 
 /// Where a moon is seen from the Earth's centre, km: light time to the moon itself.

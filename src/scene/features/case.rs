@@ -87,7 +87,8 @@ impl<'c, 'a> Case<'c, 'a> {
 
     /// Degrees of ground that a pixel spans in the middle of the disc.
     pub fn ground_deg_per_px(&self) -> f64 {
-        (360.0 / PI) / self.diameter_px.max(1e-9)
+        let (distance_km, radius_km) = (self.placed.distance_km, self.body().radii_km.x);
+        ((distance_km / radius_km - 1.0).max(0.0) * self.frame.camera.pixel_tangent()).to_degrees()
     }
 
     /// The Sun, where the body is another.

@@ -64,8 +64,7 @@ fn metered(
         }
         _ => return Exposure::of(0.0, "the picture shows a number: 1 is white"),
     }
-    let drawn = request.effects.override_of(Effect::Atmosphere) != Some(false);
-    let air = air.filter(|a| drawn && a.is_bright());
+    let air = air.filter(|a| a.is_bright());
     let by = |night_lights: f64| chosen(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
     let without = by(0.0);
     // City lights count as far as the exposure would overexpose them.

@@ -9,14 +9,14 @@
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
-use crate::scene::light::glow::{self, MIN_SHOWN, VEILING_GLARE};
+use crate::scene::light::glow::{self, VEILING_GLARE};
 use crate::scene::light::photometry::sun_disc_radiance;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Bound;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::sky::zodiacal;
-use crate::scene::thresholds::VISIBLE_CHANGE;
+use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 use crate::time::Instant;
 use crate::units::KM_PER_AU;
 use glam::{DVec3, Vec3, Vec4};
@@ -45,7 +45,7 @@ const INDEX: (f64, f64) = (0.35, 0.05);
 /// Uniforms of the corona, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corona {
-    /// Left, top, right, bottom: what holds all light over [`MIN_SHOWN`](super::glow::MIN_SHOWN) of white.
+    /// Left, top, right, bottom: what holds all light over [`VISIBLE_LIGHT`](crate::scene::thresholds::VISIBLE_LIGHT) of white.
     pub rect_in_clip: Vec4,
     /// How many of the scene's draws lie behind it.
     pub draws_behind: usize,
@@ -130,7 +130,7 @@ pub(crate) fn corona(
     let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
     // Its contours run from a half to twice the mean.
-    let least = bound.least_shown(MIN_SHOWN);
+    let least = bound.least_shown(VISIBLE_LIGHT);
     let mut reach = reach(0.5 * least) * sine;
     // From so near that no zodiacal light is drawn it goes on.
     let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {

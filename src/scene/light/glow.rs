@@ -4,13 +4,14 @@
 //! Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, where it holds from 1 to 30 degrees): about a tenth of
 //! the light goes astray. It stands for the glare of the whole optics; a clean lens spreads less, by a factor that depends on the lens. Nearer than
 //! the Sun's limb (or a pixel, where that is wider) the glare is flat. It is drawn as far as it can change a display level: beyond that it adds less than
-//! [`MIN_SHOWN`] of white. Its light is not taken from the disc, which shines a hundred times as
+//! [`VISIBLE_LIGHT`] of white. Its light is not taken from the disc, which shines a hundred times as
 //! bright. Left out: streaks and ghosts, which belong to one lens, and glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Bound;
+use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -21,13 +22,10 @@ pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 /// The power with which the glare grows while the Sun comes into the frame.
 const ENTERS: i32 = 6;
 
-/// Light, as a part of white, of half a level of 255 on black, where the sRGB curve is steepest (12.92): what is less rounds away.
-pub const MIN_SHOWN: f64 = 0.5 / 255.0 / 12.92;
-
 /// Uniforms of the glow, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glow {
-    /// Left, top, right, bottom: what holds all light over [`MIN_SHOWN`] of white.
+    /// Left, top, right, bottom: what holds all light over [`VISIBLE_LIGHT`] of white.
     pub rect_in_clip: Vec4,
     pub sun_direction: Vec3,
     pub least_sq: f32,
@@ -124,7 +122,7 @@ pub(crate) fn glow(
     let on = bound.counts(beside);
     let reason = if seen > 0.0 { format!("glare at the limb: {}", bound.description(beside)) } else { "other bodies hide it".into() };
     let in_camera = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
-    let least = bound.least_shown(MIN_SHOWN);
+    let least = bound.least_shown(VISIBLE_LIGHT);
     let rect = reach(camera, in_camera, (strength.max_element() / least.max(f64::MIN_POSITIVE)).sqrt());
     let glow = Glow {
         rect_in_clip: Vec4::from_array([rect.left, rect.top, rect.right, rect.bottom].map(narrow_scalar)),

@@ -9,13 +9,13 @@ use crate::catalog::NaifId;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow4};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
-use crate::scene::light::glow::MIN_SHOWN;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Bound;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::sky::frames::ecliptic_pole;
 use crate::scene::sky::map::SkyMap;
 use crate::scene::sky::zodiacal;
+use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::units::KM_PER_AU;
 use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
 use std::f64::consts::TAU;
@@ -71,10 +71,10 @@ pub(crate) fn background(
     let boost = request.stars_boost.exp2();
     let decided = |feature, on: bool, reason: String| Decision { feature, on, reason, tier: None };
     // As stars do, it shows from half a level of the display on, on black.
-    let shows = |radiance: f64| radiance > bound.least_shown(MIN_SHOWN);
+    let shows = |radiance: f64| radiance > bound.least_shown(VISIBLE_LIGHT);
     let against = |radiance: f64| match bound.is_linear() {
         true => bound.description(radiance),
-        false => format!("{:.1e} of white against {MIN_SHOWN:.1e}", bound.of_white(radiance)),
+        false => format!("{:.1e} of white against {VISIBLE_LIGHT:.1e}", bound.of_white(radiance)),
     };
     let brightest = map.brightest * map.unit_radiance * boost;
     let milky_way = match () {

@@ -15,12 +15,11 @@ use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{PixelView, StarSprite};
-use crate::scene::light::glow::MIN_SHOWN;
 use crate::scene::light::photometry::{irradiance_of_magnitude, magnitude};
 use crate::scene::point::{point_peak, point_radius_px};
 use crate::scene::purpose::Bound;
-use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
+use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -111,7 +110,7 @@ fn corner_rad(camera: &Camera) -> f64 {
 /// The faintest magnitude that shows somewhere in the frame: in the corners, where a pixel takes the least of the sky.
 fn limiting_magnitude(camera: &Camera, bound: Bound) -> f64 {
     let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
-    let least_peak = bound.least_shown(MIN_SHOWN);
+    let least_peak = bound.least_shown(VISIBLE_LIGHT);
     if least_peak > 0.0 { magnitude(least_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
@@ -147,8 +146,7 @@ pub(crate) fn stars(
         return (Vec::new(), decided(false, shows));
     }
     let placer = StarPlacer::of(catalog, viewer, request);
-    let drawn = request.effects.override_of(Effect::Atmosphere) != Some(false);
-    let tint = air.filter(|_| drawn).map(AirTint::of);
+    let tint = air.map(AirTint::of);
     let all = catalog.stars();
     let in_view = InView { camera, limit, reach_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
     let mut sprites = Vec::new();

@@ -1,51 +1,45 @@
 //! The ground of a body: its shape and its maps.
+//!
+//! Relief, the Sun's glint and the shadows of clouds show at every size of a disc: averaged over a pixel they still change its light by several levels. They are left
+//! out where no lit ground is in sight.
 
-use crate::scene::atmosphere::clouds;
 use crate::scene::draw::features::MapSet;
 use crate::scene::features::case::{Case, Decided};
 use crate::scene::features::choice::{Capabilities, flattening};
-use crate::scene::light::night_lights;
+use crate::scene::light::{lights, night_lights};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::detail;
 
-/// Ground that a pixel may span for relief to show: slopes average out over more.
-const RELIEF_DEG_PER_PX: f64 = 2.5;
-/// Disc at which the Sun's glint, some 20 degrees of ground, covers a pixel.
-const GLINT_DIAMETER_PX: f64 = 8.0;
-
 /// Decides whether the body's oblateness shows, and which of its maps.
 pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decided<'c> {
-    let (body, least, diameter_px) = (case.body(), case.bound(), case.diameter_px);
+    let (body, least) = (case.body(), case.bound());
     let log = &mut so_far.log;
     let available = Capabilities::of(body);
     let lean = flattening(body);
-    let bound = format!("its normals lean {lean:.2e} rad from a sphere's against {:.2e}", least.least_part());
-    so_far.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, least.counts_part(lean), bound);
+    // A normal that leans changes the cosine to the Sun by as much, and so the light of white ground at the terminator.
+    let changed = lean * lights::sunlight(case.placed.sun_from_body_km).irradiance.max_element();
+    let bound = format!("its normals lean {lean:.2e} rad from a sphere's: at the terminator {}", least.description(changed));
+    so_far.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, least.counts(changed), bound);
     if !available.ellipsoid {
         log.note(Effect::Ellipsoid.name(), false, "its axes are equal".into());
     }
-    let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {diameter_px:.1} px is drawn")));
+    let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), || (true, format!("a disc of {:.1} px is drawn", case.diameter_px)));
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.emissive {
         log.note("lights", false, "it emits light".into());
         so_far.chosen.maps = maps;
         return so_far;
     }
-    let ground_per_px = case.ground_deg_per_px();
-    maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || {
-        let on = ground_per_px < RELIEF_DEG_PER_PX || least.is_linear();
-        (on, format!("a pixel spans {ground_per_px:.2} degrees of ground against {RELIEF_DEG_PER_PX}"))
-    });
-    maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), || {
-        let on = diameter_px > GLINT_DIAMETER_PX || least.is_linear();
-        (on, format!("{diameter_px:.1} px across against {GLINT_DIAMETER_PX} for the Sun's glint"))
-    });
+    // Moonlight and planet-shine show relief, too.
+    maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, "slopes show at every size of a disc".into()));
+    let lit = lit_ground(case);
+    maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), || lit.clone());
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
         let most = night_lights::brightest(body);
         (least.counts(most), format!("brightest city lights {}", least.description(most)))
     });
     if let Some(c) = &body.clouds {
-        maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || clouds::shadow_bound(body, c, diameter_px, least));
+        maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || lit.clone());
     }
     if available.detail {
         let finest = detail::DEG_PER_PX;
@@ -54,4 +48,19 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     }
     so_far.chosen.maps = maps;
     so_far
+}
+
+/// Twilight's reach: the Sun's radius at Mercury and refraction, degrees.
+const LIT_BEYOND_DEG: f64 = 2.0;
+
+/// Whether the camera can see ground in sunlight: the horizon's distance from the ground below the camera and that of the terminator from the ground below the Sun reach
+/// over the angle between them.
+fn lit_ground(case: &Case<'_, '_>) -> (bool, String) {
+    let (body, p) = (case.body(), case.placed);
+    let seen_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
+    let (apart_deg, reach_deg) = (p.alpha.to_degrees(), 90.0 + seen_deg + LIT_BEYOND_DEG);
+    (
+        apart_deg < reach_deg,
+        format!("the Sun stands {apart_deg:.1} degrees from the camera's zenith; lit ground is in sight up to {reach_deg:.1}"),
+    )
 }

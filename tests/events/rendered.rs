@@ -1,0 +1,185 @@
+//! An eclipse in pixels: the Sun's light in pictures from the ground gives the contacts and the magnitude that the geometry of discs gives.
+//!
+//! Light in a picture becomes a distance of the two discs' centres by the overlap of a limb-darkened disc, integrated here; distances before and after a contact
+//! give its instant. Air, glare, corona and map are off: they add or take light that the overlap does not know.
+
+use super::{EPHEMERIS, IAU, after, at};
+use crate::support::session::SESSION;
+use glam::{DMat3, DVec3};
+use orrery::Instant;
+use orrery::catalog::{NaifId, Photometry};
+use orrery::events::{LocalCircumstances, Place, solar_eclipses};
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
+use std::f64::consts::PI;
+
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
+
+/// Green of the Sun's limb darkening, 1 - u1 (1 - mu) - u2 (1 - mu)^2, by the catalog.
+fn limb_darkening() -> [f64; 2] {
+    let sun = IAU.body(NaifId::SUN).expect("the Sun");
+    let Photometry::Emissive { u1, u2 } = &sun.photometry else { panic!("it shines") };
+    [u1[1], u2[1]]
+}
+
+/// The part of the Sun's light that a disc of radius `k` hides at a distance `s` of the centres, in solar radii.
+fn hidden(k: f64, s: f64, [u1, u2]: [f64; 2]) -> f64 {
+    const RINGS: u32 = 4000;
+    let (mut all, mut behind) = (0.0, 0.0);
+    for ring in 0..RINGS {
+        // Rings of equal steps in mu: fine at the limb, where contacts are.
+        let mu = (f64::from(ring) + 0.5) / f64::from(RINGS);
+        let r = (1.0 - mu * mu).sqrt();
+        let light = mu * (1.0 - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2));
+        let cosine = (r * r + s * s - k * k) / (2.0 * r * s).max(1e-300);
+        all += light;
+        behind += light * cosine.clamp(-1.0, 1.0).acos() / PI;
+    }
+    behind / all
+}
+
+/// The distance at which so much is hidden, between two distances.
+fn distance_of(part: f64, k: f64, (mut near, mut far): (f64, f64), law: [f64; 2]) -> f64 {
+    for _ in 0..50 {
+        let middle = 0.5 * (near + far);
+        if hidden(k, middle, law) > part { near = middle } else { far = middle }
+    }
+    0.5 * (near + far)
+}
+
+/// The Sun and the Moon as discs alone.
+const DISCS: &str = "-atmosphere,-glow,-corona,-albedo,-points";
+
+/// The Sun's green light in a picture from a place, and the Moon's angular radius in the Sun's.
+fn seen_from(place: Place, time: Instant, effects: &str) -> (f64, f64) {
+    let request = ViewRequest {
+        width: 480,
+        height: 480,
+        fov_deg: Some(0.6),
+        exposure: ExposureRequest::Stops(-15.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        layers: Layers::parse("-stars").expect("a layer"),
+        position: Position::Ground {
+            body: NaifId::EARTH,
+            latitude_deg: place.latitude_deg,
+            longitude_deg: place.longitude_deg,
+            height_km: place.height_km,
+        },
+        ..ViewRequest::of(NaifId::SUN, time)
+    };
+    let drawn = SESSION.draw(&request, SAMPLING, true).expect("draws");
+    let radius = |body: NaifId| {
+        let b = drawn.scene.body(body).expect("a body");
+        (b.placement.radii_km.x / b.distance_km).asin()
+    };
+    let light = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).sum();
+    (light, radius(NaifId::MOON) / radius(NaifId::SUN))
+}
+
+fn circumstances(day: &str, place: Place) -> LocalCircumstances {
+    let from = at(day);
+    let eclipses = solar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses");
+    eclipses[0].seen_from(place).expect("an eclipse")
+}
+
+/// Seconds from a contact to each picture; the nearer part of the Sun is hidden then. A pixel is 4.5 arcseconds, and the Moon goes on by one in ten seconds.
+const PICTURES_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
+
+/// What pictures say about an eclipse at a place.
+struct Pictures {
+    place: Place,
+    law: [f64; 2],
+    /// The Sun's light before the first contact.
+    whole: f64,
+}
+
+impl Pictures {
+    /// Distance of the centres in solar radii, and the Moon's radius in the same, at an instant.
+    fn distance(&self, time: Instant) -> (f64, f64) {
+        let (light, k) = seen_from(self.place, time, DISCS);
+        (distance_of(1.0 - light / self.whole, k, ((k - 1.0).abs(), 1.0 + k), self.law), k)
+    }
+
+    /// Seconds by which the pictures set an outer contact after `time`, with the Moon's radius larger by `more`: distances go on evenly there.
+    fn outer_contact_s(&self, time: Instant, side: f64, more: f64) -> f64 {
+        let points = PICTURES_S.map(|s| {
+            let (distance, k) = self.distance(time.plus_seconds(side * s));
+            (side * s, distance - (1.0 + k + more))
+        });
+        let n = points.len() as f64;
+        let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+        let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
+        mx - my / slope
+    }
+
+    /// The same of second and third contact. The distance turns between them; its square is a parabola, fitted by least squares to pictures before and after.
+    fn inner_contacts_s(&self, [second, third]: [Instant; 2], more: f64) -> [f64; 2] {
+        let half = 0.5 * after(third, second);
+        let middle = second.plus_seconds(half);
+        let (mut normal, mut right, mut radius) = (DMat3::ZERO, DVec3::ZERO, 0.0);
+        for t in PICTURES_S.into_iter().flat_map(|s| [-half - s, half + s]) {
+            let (distance, k) = self.distance(middle.plus_seconds(t));
+            let powers = DVec3::new(1.0, t / half, (t / half).powi(2));
+            normal += DMat3::from_cols(powers * powers.x, powers * powers.y, powers * powers.z);
+            right += powers * distance * distance;
+            radius = k;
+        }
+        let [c, b, a] = (normal.inverse() * right - DVec3::X * ((radius - 1.0).abs() + more).powi(2)).to_array();
+        let root = (b * b - 4.0 * a * c).sqrt();
+        [half * ((-b - root) / (2.0 * a) + 1.0), half * ((-b + root) / (2.0 * a) - 1.0)]
+    }
+}
+
+#[test]
+fn contacts_and_magnitude_from_pixels_are_those_of_the_geometry() {
+    let law = limb_darkening();
+    let place = |latitude_deg: f64, longitude_deg: f64| Place { latitude_deg, longitude_deg, height_km: 0.0017 };
+    // Total at Dallas, annular at Albuquerque, partial at New York.
+    for (day, place) in [("2024-04-08", place(32.78, -96.80)), ("2023-10-14", place(35.08, -106.65)), ("2024-04-08", place(40.71, -74.01))]
+    {
+        let expected = circumstances(day, place);
+        let contact = |name: &str| expected.contacts.iter().find(|c| c.name == name).map(|c| c.time);
+        let [first, last] = ["C1", "C4"].map(|name| contact(name).expect("an eclipse"));
+        let pictures = Pictures { place, law, whole: seen_from(place, first.plus_seconds(-120.0), DISCS).0 };
+        // The comparison must be able to fail: a Moon that is 0.4 % larger meets the Sun seconds earlier.
+        for (more, holds) in [(0.0, true), (0.004, false)] {
+            let mut off_s = vec![pictures.outer_contact_s(first, 1.0, more), pictures.outer_contact_s(last, -1.0, more)];
+            if let (Some(second), Some(third)) = (contact("C2"), contact("C3")) {
+                off_s.extend(pictures.inner_contacts_s([second, third], more));
+            }
+            println!("{day} {place:?} {more}: {off_s:.2?} s");
+            assert!(off_s.iter().all(|s| (s.abs() < 1.0) == holds), "{day} {more}: {off_s:?} s");
+        }
+        let (light, k) = seen_from(place, expected.maximum.time, DISCS);
+        if expected.contacts.len() == 2 {
+            let magnitude = 0.5 * (1.0 + k - pictures.distance(expected.maximum.time).0);
+            assert!((magnitude - expected.magnitude).abs() < 1e-3, "{day}: {magnitude} for {}", expected.magnitude);
+        } else {
+            // Where one disc lies within the other, the magnitude is the ratio of their diameters.
+            assert!(
+                (k - expected.magnitude).abs() < 1e-3,
+                "{day}: the Moon is {k} times as wide as the Sun, by the geometry {}",
+                expected.magnitude
+            );
+            // In totality no light is left; in an annulus what the Moon leaves, wherever in the disc it stands.
+            let (middle, limb) = (1.0 - hidden(k, 1e-9, law), 1.0 - hidden(k, (k - 1.0).abs(), law));
+            let left = light / pictures.whole;
+            assert!(if k > 1.0 { light == 0.0 } else { (middle - 1e-3..limb + 1e-3).contains(&left) }, "{day}: {left}");
+        }
+    }
+}
+
+/// Without air the Sun is as bright at any height, from two hours before the eclipse to its first contact: the Earth turns the place 3000 km towards it, 4e-5 of
+/// its light. With air the light grows.
+#[test]
+fn the_sun_keeps_its_light_where_the_air_is_switched_off() {
+    let place = Place { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 };
+    let first = circumstances("2024-04-08", place).contacts[0].time;
+    let over_two_hours = |effects: &str| {
+        let [early, late] = [-7200.0, -60.0].map(|s| seen_from(place, first.plus_seconds(s), effects).0);
+        late / early - 1.0
+    };
+    let (bare, aired) = (over_two_hours(DISCS), over_two_hours("+atmosphere,-glow,-corona,-albedo,-points"));
+    assert!(bare.abs() < 1e-4 && aired > 0.01, "{bare:e} without air, {aired} with it");
+}
