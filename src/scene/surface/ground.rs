@@ -42,7 +42,7 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || lit.clone());
     }
     if available.detail {
-        let finest = detail::DEG_PER_PX;
+        let (finest, ground_per_px) = (detail::DEG_PER_PX, case.ground_deg_per_px());
         let reason = format!("{}; a pixel spans {ground_per_px:.4} degrees of ground against {finest}", detail::LAW);
         so_far.chosen.detail = so_far.log.effect(Effect::Detail, ground_per_px < finest, reason);
     }
