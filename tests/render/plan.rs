@@ -65,6 +65,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             absorption_extinction: Vec3::splat(42.0),
             blend_mode: 45.0,
             night: 47.0,
+            thin_rim: 49.0,
             multi_scatter_heights: Vec2::splat(43.0),
             multi_scatter: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
         },
