@@ -70,7 +70,7 @@ pub fn of_ring_shadow(model: RingShadow) -> Option<Tier> {
     match model {
         RingShadow::None => None,
         RingShadow::PointSun => of("point-sun", WITHIN_PX, "a pixel where its edges lie"),
-        RingShadow::Penumbra => of("penumbra", 0.013, "the Sun's light"),
+        RingShadow::Penumbra => of("penumbra", 0.07, "the Sun's light"),
     }
 }
 

@@ -5,9 +5,7 @@ use orrery::catalog::Catalog;
 use orrery::render::plan::uniforms_of;
 use orrery::scene::air_spread;
 use orrery::scene::air_table::NODES;
-use orrery::scene::draw::{
-    AtmosphereUniforms, CloudUniforms, DetailUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms,
-};
+use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
 use orrery::scene::effects::possible_features;
 use orrery::shader::emit::emit_fragment;
 use orrery::shader::fragments::Fragments;
@@ -21,7 +19,6 @@ use std::collections::BTreeMap;
 fn uniforms(lights: u8) -> DrawUniforms {
     let light = |k: f32| Light { direction_in_body: Vec3::new(k, k + 0.1, k + 0.2), irradiance: Vec3::splat(k + 0.5) };
     DrawUniforms {
-        detail: DetailUniforms { lattice: std::array::from_fn(|k| Vec4::splat(900.0 + k as f32)), largest: 950.0 },
         rect_in_clip: Vec4::new(1.0, 2.0, 3.0, 4.0),
         anchor_origin: Vec3::splat(5.0),
         anchor_du: Vec3::splat(6.0),
@@ -68,7 +65,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             absorption_extinction: Vec3::splat(42.0),
             blend_mode: 45.0,
             night: 47.0,
-            thin_rim: 48.0,
+            thin_rim: 49.0,
             multi_scatter_heights: Vec2::splat(43.0),
             multi_scatter: std::sync::Arc::new(vec![Vec4::splat(44.0); NODES]),
         },
