@@ -20,7 +20,7 @@ fn with_tone_map(from: &str, to: &str) -> Library {
     library
 }
 
-/// The display bytes of a plan, from two passes and from one; and whether the light was a picture in the latter.
+/// The display bytes of a plan, from two passes and from one.
 fn both_ways(plan: &Plan, library: &Library, options: Options) -> [Vec<[u8; 4]>; 2] {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     [true, false].map(|keep_hdr| {

@@ -3,7 +3,7 @@
 //! module IR → [`lower`] → [`program`] (a tape of lane operations) → [`exec`] (vector kernels) under [`raster`] (triangles to lanes)
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and spreads the tiles over the cores, [`shade`] fills batches of
-//! lanes and [`tiles`] keeps what comes out; [`own_pixel`] lets the tone map take it from there.
+//! lanes and [`tiles`] keeps what comes out; `own_pixel` lets the tone map take it from there.
 
 pub mod blend;
 pub mod error;

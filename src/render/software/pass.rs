@@ -3,7 +3,7 @@
 //! Bins hold, per tile, the triangles in the order of the draws, so a tile's picture does not depend on which thread draws it or when:
 //! the same bits come from one thread and from many. Tiles write disjoint parts of the target.
 //!
-//! Two passes can be drawn as one ([`execute_pair`]): where the second reads nothing of the first but each pixel's own ([`super::own_pixel`]), a tile goes through
+//! Two passes can be drawn as one ([`execute_pair`]): where the second reads nothing of the first but each pixel's own (own_pixel.rs), a tile goes through
 //! both before the next is begun, and the first makes no picture.
 
 use super::RenderError;

@@ -4,14 +4,12 @@
 //! uses of one program and runs them in a kernel class. Weights are of the lanes' own type; texels are f32, exact to f32 rounding.
 //!
 //! Texels stay as the map has them, 4 bytes each, and are decoded when read: a map of 8192x4096 then takes 179 MB with its mip levels, where
-//! half floats or 16-bit integers would take 358 MB and f32 716 MB, and sRGB by a table of 1 kB costs three loads a texel. [`gather`] has the loads of eight lanes
+//! half floats or 16-bit integers would take 358 MB and f32 716 MB, and sRGB by a table of 1 kB costs three loads a texel. `texels::gather` has the loads of eight lanes
 //! in one instruction, where there is one.
 //! Every class gives the same bits.
 
 pub mod filter;
 pub mod footprint;
-#[cfg(target_arch = "x86_64")]
-mod gather;
 pub mod texels;
 
 use super::exec::{Gradients, LaneMask, TextureUnit};
