@@ -155,6 +155,11 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
         anchor_dv: up * (-2.0 * half),
         ray_origin: forward,
+        // Parallel rays of length 1: 1 less the square of the place, which is half to either side of the middle.
+        silhouette_form: [
+            Vec4::new(1.0 - 2.0 * half * half, 4.0 * half * half, 4.0 * half * half, 0.0),
+            Vec4::new(-4.0 * half * half, 0.0, -4.0 * half * half, 0.0),
+        ],
         depth_row: forward.extend(1.0e3),
         axis_ratios: axis_ratios(key),
         // The same view for a mesh: x towards the viewer into depth, y right, z up.

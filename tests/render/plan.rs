@@ -28,6 +28,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         ray_dv: Vec3::splat(10.0),
         anchor_radius_sq_minus_1: 11.0,
         anchor_is_camera: 1.0,
+        silhouette_form: [Vec4::splat(32.0), Vec4::splat(33.0)],
         depth_row: Vec4::splat(12.0),
         axis_ratios: Vec3::splat(13.0),
         albedo: Vec3::new(14.0, 15.0, 16.0),

@@ -53,6 +53,11 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         ray_dv: Vec3::ZERO,
         anchor_radius_sq_minus_1: 0.0,
         anchor_is_camera: 0.0,
+        // 1 less the square of the place on the parallel rays.
+        silhouette_form: [
+            Vec4::new(1.0 - 0.5 * side * side, side * side, side * side, 0.0),
+            Vec4::new(-side * side, 0.0, -side * side, 0.0),
+        ],
         depth_row: Vec4::new(0.0, 0.0, -1.0, 1.0e3),
         axis_ratios: Vec3::ONE,
         albedo: Vec3::splat(ALBEDO),

@@ -92,6 +92,7 @@ pub struct ViewRays {
     pub ray_dv: Vec3,
     pub anchor_radius_sq_minus_1: f32,
     pub anchor_is_camera: bool,
+    pub silhouette_form: [Vec4; 2],
     pub depth_row: Vec4,
     pub camera_in_unit_sphere: Vec3,
 }
@@ -215,9 +216,12 @@ impl Camera {
         // The corners are rounded first: rays and clip places then agree exactly.
         let rect_in_clip = glam::DVec4::new(rect.left, rect.top, rect.right, rect.bottom).as_vec4();
         let r = rect_in_clip.as_dvec4();
-        let origin = place.direction_in_unit_sphere(self.ray(DVec2::new(r.x, r.y)));
-        let du = place.direction_in_unit_sphere(self.right * ((r.z - r.x) * self.tan_half_fov.x));
-        let dv = place.direction_in_unit_sphere(self.up * ((r.w - r.y) * self.tan_half_fov.y));
+        let icrf = [
+            self.ray(DVec2::new(r.x, r.y)),
+            self.right * ((r.z - r.x) * self.tan_half_fov.x),
+            self.up * ((r.w - r.y) * self.tan_half_fov.y),
+        ];
+        let [origin, du, dv] = icrf.map(|ray| place.direction_in_unit_sphere(ray));
         let camera = place.camera_in_unit_sphere();
         let centre_depth_km = place.centre_km.dot(self.forward);
         let centre_depth = centre_depth_km / place.radii_km.x;
@@ -234,6 +238,14 @@ impl Camera {
             AnchorForm::Plane => false,
         };
         let anchor = if anchor_is_camera { [camera, DVec3::ZERO, DVec3::ZERO] } else { plane };
+        // |ray|^2 (1 - q^2) with q the distance of a ray from the centre, over the rectangle: the silhouette is where it is 0. What of a ray lies along the line to the
+        // centre drops out of its moment before that is rounded.
+        let centre = place.centre_km.normalize_or_zero();
+        let moments = icrf.map(|ray| camera.cross(place.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
+        let rays = [origin, du, dv];
+        let factor = |i: usize, k: usize| rays[i].dot(rays[k]) - moments[i].dot(moments[k]);
+        let silhouette_form =
+            [DVec3::new(factor(0, 0), 2.0 * factor(0, 1), 2.0 * factor(0, 2)), DVec3::new(factor(1, 1), 2.0 * factor(1, 2), factor(2, 2))];
         let depth_axis = place.body_from_icrf * self.forward * place.radii_km / NEAR_DEPTH_KM;
         ViewRays {
             rect_in_clip,
@@ -245,6 +257,7 @@ impl Camera {
             ray_dv: narrow(dv),
             anchor_radius_sq_minus_1: narrow_scalar(radius_sq_minus_1),
             anchor_is_camera,
+            silhouette_form: silhouette_form.map(|row| narrow(row).extend(0.0)),
             depth_row: narrow(depth_axis).extend(narrow_scalar(centre_depth_km / NEAR_DEPTH_KM)),
             camera_in_unit_sphere: narrow(camera),
         }

@@ -110,6 +110,8 @@ uniforms! {
         pub anchor_radius_sq_minus_1: f32 = "anchor_radius_sq_minus_1",
         /// 1: the anchor is the camera (near form); 0: the anchor plane (far form).
         pub anchor_is_camera: f32 = "anchor_is_camera",
+        /// 1 - q², q the view ray's distance from the centre, times the ray's length squared: factors of 1, u, v, then of u², uv, v².
+        pub silhouette_form: [Vec4; 2] = "silhouette_form",
         /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
         pub depth_row: Vec4 = "depth_row",
         /// Semi-axes over the equatorial radius: (1, b/a, c/a).
@@ -350,6 +352,7 @@ impl DrawUniforms {
             ray_dv: rays.ray_dv,
             anchor_radius_sq_minus_1: rays.anchor_radius_sq_minus_1,
             anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
+            silhouette_form: rays.silhouette_form,
             depth_row: rays.depth_row,
             ..Self::default()
         }
