@@ -113,8 +113,8 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     ]
 }
 
-/// Halley with its tails on 16 March 1986 as the Earth saw it, and Saturn among the orbits of its moons.
-fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 2] {
+/// Halley with its tails on 16 March 1986 as the Earth saw it, Saturn among the orbits of its moons, and the path of the eclipse of 2024 on the globe.
+fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 3] {
     let halley = ViewRequest {
         target: None,
         position: Position::Centre(NaifId::EARTH),
@@ -130,5 +130,11 @@ fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 2] {
         layers: Layers { orbits: true, traces: true, ..Layers::default() },
         ..ViewRequest::of(NaifId(699), Instant::parse("2017-05-17T00:00:00Z").expect("a time"))
     };
-    [("halley", halley), ("saturn-orbits", orbits)].map(|(name, request)| (name, ViewRequest { width: SIDE, height: SIDE, ..request }))
+    let eclipse_path = ViewRequest {
+        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.2) },
+        layers: Layers { eclipse_path: true, ..Layers::NONE },
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse(ECLIPSE_DAY).expect("a time"))
+    };
+    [("halley", halley), ("saturn-orbits", orbits), ("eclipse-path", eclipse_path)]
+        .map(|(name, request)| (name, ViewRequest { width: SIDE, height: SIDE, ..request }))
 }

@@ -10,8 +10,10 @@ use glam::{DVec3, Vec4};
 
 /// What a decision and the window say of it.
 pub(crate) const LAW: &str = "craters finer than the map, by the law N(>D) ~ D^-2; nobody has measured them";
-/// Ground that a pixel may span for it to be drawn, degrees: a sixth of a texel of a map 3600 texels wide.
-pub(crate) const DEG_PER_PX: f64 = 0.1;
+/// Ground right below the camera that a pixel may span for it to be drawn, degrees: half a texel of a map of 512 columns, the coarsest that ships, and a fourth of the
+/// coarsest cell where there is no map. Coarser pixels show none of it.
+const DEG_PER_PX_OF_MAP: f64 = 0.36;
+const DEG_PER_PX: f64 = 0.72;
 /// A cell of the coarsest lattice, radii.
 const FIRST_CELL: f64 = 0.05;
 /// A lattice's cell over that of the next coarser one.
@@ -22,6 +24,12 @@ const PERIOD: f64 = 289.0;
 const LEAST_CELL_PX: f64 = 3.5;
 /// A cell that shows nowhere, radii.
 const NOWHERE: f64 = 1e6;
+
+/// Degrees of ground that a pixel spans right below the camera, and how many it may.
+pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, has_map: bool) -> (f64, f64) {
+    let span = ((placement.camera_in_unit_sphere().length() - 1.0).max(0.0) * camera.pixel_tangent()).to_degrees();
+    (span, if has_map { DEG_PER_PX_OF_MAP } else { DEG_PER_PX })
+}
 
 /// The lattices for a draw. `from_camera`: places count from the camera, else from the body's centre.
 pub(crate) fn uniforms(camera: &Camera, placement: &Placement, from_camera: bool) -> DetailUniforms {

@@ -42,9 +42,10 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || lit.clone());
     }
     if available.detail {
-        let (finest, ground_per_px) = (detail::DEG_PER_PX, case.ground_deg_per_px());
-        let reason = format!("{}; a pixel spans {ground_per_px:.4} degrees of ground against {finest}", detail::LAW);
-        so_far.chosen.detail = so_far.log.effect(Effect::Detail, ground_per_px < finest, reason);
+        let (span, most) =
+            detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, available.maps.albedo || available.maps.normal);
+        let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest ground against {most}", detail::LAW);
+        so_far.chosen.detail = so_far.log.effect(Effect::Detail, span < most, reason);
     }
     so_far.chosen.maps = maps;
     so_far
