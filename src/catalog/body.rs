@@ -82,6 +82,8 @@ pub struct Map {
     pub gain: [f64; 3],
     /// Which latitude its rows count.
     pub latitude: MapLatitude,
+    /// Its width, texels, where the catalog says it: what is finer than a texel can be decided before the map is read.
+    pub columns: Option<u32>,
     /// What of it nobody has measured, and what it was made from; `None`: all of it is pictures or measurements.
     pub invented: Option<String>,
 }

@@ -47,11 +47,12 @@ pub(super) fn map(mut s: TableReader) -> Option<Map> {
     let gain = s.take("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
     let latitude =
         word(&mut s, "latitude", &[("planetographic", MapLatitude::Planetographic), ("planetocentric", MapLatitude::Planetocentric)]);
+    let columns = s.take::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
     let invented = invented(&mut s);
     let _ = s.take::<String>("source", "a string", |_| true);
     s.finish();
     let (gain, latitude) = (gain.map_or([1.0; 3], |g| g.value), latitude.unwrap_or(MapLatitude::Planetocentric));
-    Some(Map { file: file?.value, gain, latitude, invented })
+    Some(Map { file: file?.value, gain, latitude, columns, invented })
 }
 
 /// Below 100: of a value that may be wholly wrong nothing is known.

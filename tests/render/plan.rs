@@ -37,6 +37,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         limb_u1: Vec3::splat(18.0),
         limb_u2: Vec3::splat(19.0),
         map_latitude_stretch: 20.0,
+        detail: Default::default(),
         night_radiance: Vec3::splat(21.0),
         specular_strength: 22.0,
         wave_slope_sq: 23.0,

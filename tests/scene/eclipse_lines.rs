@@ -17,6 +17,8 @@ const GREATEST: &str = "2024-04-08T18:17:16Z";
 fn view(target: i32, time: &str, layers: Layers) -> ViewRequest {
     ViewRequest {
         position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) },
+        // A disc of 800 pixels: the Moon's umbra is a dozen wide.
+        fov_deg: Some(6.5),
         width: 900,
         height: 900,
         layers,

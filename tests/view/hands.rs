@@ -497,16 +497,14 @@ fn a_star_answers_a_click_and_two_clicks_measure() {
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
     // With Ctrl: from the star to a place a known number of pixels aside.
     let ctrl = |window: &mut Window, pos: Pos2| {
-        window.event(Event::ModifiersChanged(Modifiers::COMMAND));
-        window.run_steps(1);
+        window.input_mut().modifiers = Modifiers::COMMAND;
         window.hover_at(pos);
         window.run_steps(1);
         for pressed in [true, false] {
             window.event(Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::COMMAND });
             window.run_steps(1);
         }
-        window.event(Event::ModifiersChanged(Modifiers::NONE));
-        window.run_steps(1);
+        window.input_mut().modifiers = Modifiers::NONE;
     };
     ctrl(&mut window, place);
     assert!(window.state().message.contains("second place"), "{}", window.state().message);

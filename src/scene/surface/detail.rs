@@ -3,6 +3,7 @@
 //! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a place of the ground has the same craters from any camera, in f32 as far as a
 //! metre over the ground, because the lattices' places are reduced in f64; sizes come and go with the weight 0 as the camera moves.
 
+use crate::catalog::Map;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::DETAIL_ROWS;
 use crate::scene::draw::uniforms::DetailUniforms;
@@ -10,9 +11,11 @@ use glam::{DVec3, Vec4};
 
 /// What a decision and the window say of it.
 pub(crate) const LAW: &str = "craters finer than the map, by the law N(>D) ~ D^-2; nobody has measured them";
-/// Ground right below the camera that a pixel may span for it to be drawn, degrees: half a texel of a map of 512 columns, the coarsest that ships, and a fourth of the
-/// coarsest cell where there is no map. Coarser pixels show none of it.
-const DEG_PER_PX_OF_MAP: f64 = 0.36;
+/// Columns of a map whose catalog entry has none: those of the coarsest that ship.
+const USUAL_COLUMNS: u32 = 512;
+/// Pixels that a texel spans right below the camera when it begins to show: WANTED of the fragment.
+const LEAST_TEXEL_PX: f64 = 2.0;
+/// Ground that a pixel may span where there is no map: a fourth of the coarsest cell, degrees.
 const DEG_PER_PX: f64 = 0.72;
 /// A cell of the coarsest lattice, radii.
 const FIRST_CELL: f64 = 0.05;
@@ -25,10 +28,11 @@ const LEAST_CELL_PX: f64 = 3.5;
 /// A cell that shows nowhere, radii.
 const NOWHERE: f64 = 1e6;
 
-/// Degrees of ground that a pixel spans right below the camera, and how many it may.
-pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, has_map: bool) -> (f64, f64) {
+/// Degrees of ground that a pixel spans right below the camera, and how many it may for detail to show.
+pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, map: Option<&Map>) -> (f64, f64) {
     let span = ((placement.camera_in_unit_sphere().length() - 1.0).max(0.0) * camera.pixel_tangent()).to_degrees();
-    (span, if has_map { DEG_PER_PX_OF_MAP } else { DEG_PER_PX })
+    let of_map = |map: &Map| 360.0 / f64::from(map.columns.unwrap_or(USUAL_COLUMNS)) / LEAST_TEXEL_PX;
+    (span, map.map_or(DEG_PER_PX, of_map))
 }
 
 /// The lattices for a draw. `from_camera`: places count from the camera, else from the body's centre.

@@ -42,9 +42,10 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || lit.clone());
     }
     if available.detail {
-        let (span, most) =
-            detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, available.maps.albedo || available.maps.normal);
-        let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest ground against {most}", detail::LAW);
+        // The fragment measures its texels on the first of these that the draw has.
+        let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
+        let (span, most) = detail::ground_deg_per_px(case.frame.camera, &case.placed.placement, map);
+        let reason = format!("{}; a pixel spans {span:.4} degrees of the nearest ground against {most:.4}", detail::LAW);
         so_far.chosen.detail = so_far.log.effect(Effect::Detail, span < most, reason);
     }
     so_far.chosen.maps = maps;

@@ -266,13 +266,14 @@ fn mouse(
     let in_picture = at - place.picture.min;
     let at_px = DVec2::new(f64::from(in_picture.x), f64::from(in_picture.y)) / place.points_per_px;
     let meant = || hit(&interface.viewport.marks, &drawing.scene, at_px);
+    // Two quick clicks measure too.
+    if response.clicked() && ui.input(|i| i.modifiers.command) {
+        let measured_px = Some(snapped_px(&interface.viewport.marks, &drawing.scene, at_px));
+        return Some(Click { pixel: [0, 0], star: None, measured_px });
+    }
     if response.double_clicked() {
         actions.extend(meant().map(Action::FlyTo));
     } else if response.clicked() {
-        if ui.input(|i| i.modifiers.command) {
-            let measured_px = Some(snapped_px(&interface.viewport.marks, &drawing.scene, at_px));
-            return Some(Click { pixel: [0, 0], star: None, measured_px });
-        }
         let body = meant();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
