@@ -333,6 +333,8 @@ pub struct Body {
     pub clear_sky_albedo: Option<f64>,
     /// Linear sRGB of the mean disc, scaled to luminance 1: what an eye would see, without the brightness.
     pub colour: Vec3,
+    /// Old ground, covered with craters down to the smallest: finer ones than its map holds may be invented near it.
+    pub cratered: bool,
     /// How its ground reflects or shines.
     pub photometry: Photometry,
     /// Pictures of its ground.

@@ -274,6 +274,7 @@ fn assemble(
             geometric_albedo,
             bond_albedo: d.bond_albedo,
             clear_sky_albedo: d.clear_sky_albedo,
+            cratered: d.cratered.unwrap_or(false),
             colour: Vec3::from_array(c.map(|x| (x / luminance) as f32)),
             photometry,
             maps: d.maps,

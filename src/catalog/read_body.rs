@@ -19,6 +19,7 @@ pub(super) struct BodyDraft {
     pub geometric_albedo: Option<f64>,
     pub bond_albedo: Option<f64>,
     pub clear_sky_albedo: Option<f64>,
+    pub cratered: Option<bool>,
     pub colour: Option<[f64; 3]>,
     pub photometry: Option<Photometry>,
     pub maps: Maps,
@@ -199,6 +200,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         gm_km3_s2: s.take("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
         geometric_albedo: s.take("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         bond_albedo: s.take("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
+        cratered: s.take::<bool>("cratered", "true or false", |_| true).map(|l| l.value),
         clear_sky_albedo: s.take("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         colour: s
             .take("colour_linear_srgb", "three numbers from 0 to 100, not all 0", |v: &[f64; 3]| {
@@ -234,6 +236,7 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         fresh.gm_km3_s2 = fresh.gm_km3_s2.or(older.gm_km3_s2);
         fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
         fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
+        fresh.cratered = fresh.cratered.or(older.cratered);
         fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
         fresh.colour = fresh.colour.or(older.colour);
         fresh.photometry = fresh.photometry.or(older.photometry);

@@ -6,7 +6,6 @@
 use super::CliError;
 use super::frames::Output;
 use super::output::to_stdout;
-use super::render::RenderArgs;
 use crate::files::{FileAccess, write_new, write_whole};
 use crate::image::{AnimationWriter, ImageError, write_y4m_frame, write_y4m_header};
 use crate::render::frame::Frame;
@@ -56,13 +55,13 @@ fn failed(e: ImageError) -> CliError {
 impl MovingOutput {
     /// # Errors
     /// A file that may not be replaced, or a size, number of frames or rate that the form does not know.
-    pub fn begin(output: &Output, size: (u32, u32), frames: u32, args: &RenderArgs) -> Result<Self, CliError> {
+    pub fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
             Output::One(_) | Output::Run(..) => Ok(Self::None),
-            Output::Stream => Ok(Self::Stream { rate: args.rate(), begun: false }),
+            Output::Stream => Ok(Self::Stream { rate, begun: false }),
             Output::Animation(path, format) => {
                 let name = echo(&path.display().to_string());
-                if path.exists() && !args.overwrites() {
+                if path.exists() && !overwrite {
                     return Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")));
                 }
                 if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_PIXELS {
@@ -72,8 +71,8 @@ impl MovingOutput {
                     )));
                 }
                 let bytes = Shared::default();
-                let writer = AnimationWriter::new(bytes.clone(), *format, size, frames, args.rate()).map_err(failed)?;
-                Ok(Self::File { path: path.clone(), overwrite: args.overwrites(), writer: Box::new(writer), bytes })
+                let writer = AnimationWriter::new(bytes.clone(), *format, size, frames, rate).map_err(failed)?;
+                Ok(Self::File { path: path.clone(), overwrite, writer: Box::new(writer), bytes })
             }
         }
     }

@@ -113,7 +113,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         return Err(CliError::Failed("--stereo and --warp make display values: write .png, or - for a stream".into()));
     }
     let views = match tour_file {
-        Some(file) => Views::along_tour(file, args, &session, &composition)?,
+        Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
     let frame = |number: u32| {
@@ -135,7 +135,7 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     check_error_files(args, &session, &bounded, clock)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut written = Stages::default();
-    let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args)?;
+    let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
     let bar = progress(views.count());
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -190,18 +190,6 @@ pub fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
 }
 
 impl RenderArgs {
-    pub(super) fn size(&self) -> &str {
-        &self.view.size
-    }
-
-    pub(super) fn overwrites(&self) -> bool {
-        self.overwrite
-    }
-
-    pub(super) fn rate(&self) -> u32 {
-        self.rate
-    }
-
     #[cfg(feature = "view")]
     fn tour_file(&self) -> Option<&Path> {
         self.tour.as_deref()

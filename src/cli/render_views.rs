@@ -3,7 +3,6 @@
 //! In: a request and a step, or a tour file. Out: the request of each frame by its number. Always: the same words give the same requests.
 
 use super::CliError;
-use super::render::RenderArgs;
 use crate::scene::request::{Composition, ViewRequest};
 use crate::session::Session;
 use std::path::Path;
@@ -33,14 +32,19 @@ impl Views {
     /// # Errors
     /// The file, the stop and the field that cannot be.
     #[cfg(feature = "view")]
-    pub fn along_tour(file: &Path, args: &RenderArgs, session: &Session, composition: &Composition) -> Result<Self, CliError> {
-        use super::view_words::{instant, size};
+    pub fn along_tour(
+        file: &Path,
+        (width, height): (u32, u32),
+        rate: u32,
+        session: &Session,
+        composition: &Composition,
+    ) -> Result<Self, CliError> {
+        use super::view_words::instant;
         use crate::view::app::tour::{MAX_BYTES, Tour};
         let named = |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
         let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| named(&e))?;
         let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| named(&e))?;
-        let (width, height) = size(args.size())?;
-        let rate = f64::from(args.rate());
+        let rate = f64::from(rate);
         if tour.length_s() * rate > MAX_FRAMES {
             return Err(CliError::Failed(format!("--rate {rate}: more than {MAX_FRAMES} frames; the tour takes {:.0} s", tour.length_s())));
         }
@@ -55,7 +59,13 @@ impl Views {
     /// # Errors
     /// Always: a tour is of the window's views, and this build has no window.
     #[cfg(not(feature = "view"))]
-    pub fn along_tour(_file: &Path, _args: &RenderArgs, _session: &Session, _composition: &Composition) -> Result<Self, CliError> {
+    pub fn along_tour(
+        _file: &Path,
+        _size: (u32, u32),
+        _rate: u32,
+        _session: &Session,
+        _composition: &Composition,
+    ) -> Result<Self, CliError> {
         Err(CliError::Failed("--tour needs a build with the feature \"view\"".into()))
     }
 

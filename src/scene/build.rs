@@ -7,7 +7,7 @@ use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::annotation::sky_lines::{SkyLines, horizon_axes};
-use crate::scene::annotation::{body_lines, eclipse_lines, labels, line_texts, orbits, sky_lines, star_names, traces};
+use crate::scene::annotation::{eclipse_lines, ground_lines, labels, line_texts, orbits, sky_lines, star_names, traces};
 use crate::scene::atmosphere::air::Around;
 use crate::scene::atmosphere::decision::wants_table;
 use crate::scene::camera::Placement;
@@ -315,7 +315,7 @@ impl<'a> SceneBuilder<'a> {
             _ => None,
         };
         let of_sky = sky_lines::sky_lines(self.request, &self.viewer, horizon);
-        (of_sky, body_lines::body_lines(context, &self.viewer.camera, self.lined_body()))
+        (of_sky, ground_lines::ground_lines(context, &self.viewer.camera, self.lined_body()))
     }
 }
 

@@ -59,6 +59,10 @@ impl<'a> DecisionLog<'a> {
             None => self.note(effect.name(), by_bound, reason),
         }
     }
+    /// Whether the viewer switched an effect off.
+    pub fn is_switched_off(&self, effect: Effect) -> bool {
+        self.effects.override_of(effect) == Some(false)
+    }
     /// A map: absent and unreadable files cannot be asked for.
     pub fn map(&mut self, effect: Effect, map: Option<&Map>, bound: impl FnOnce() -> (bool, String)) -> bool {
         match map {

@@ -101,7 +101,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "lib",
-        &["time", "catalog", "ephemeris", "scene", "shader", "render", "session"],
+        &["time", "catalog", "ephemeris", "scene", "shader", "render", "session", "files"],
         &["naga", "wgpu", "winit", "egui", "softbuffer", "std::fs"],
     ),
     ("main", &["cli"], &["naga", "wgpu", "winit", "egui", "softbuffer"]),

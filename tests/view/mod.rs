@@ -11,6 +11,7 @@ pub mod interface;
 mod panels;
 mod search;
 mod sharing;
+mod stars;
 mod time;
 mod tour;
 #[cfg(feature = "gpu")]

@@ -3,7 +3,6 @@
 //! In: the body as it is seen. Out: pieces of lines, texts and decisions. Always: a line ends at the limb, found in closed form, so that no depth decides and none flickers; what
 //! stands before the body is drawn after it. Left out: relief, shape models, and the flattening of three different axes in the latitudes.
 
-use crate::scene::annotation::eclipse_lines;
 use crate::scene::annotation::grids::{Along, Cap, angle_text, grid_lines};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::SkyLines;
@@ -12,7 +11,6 @@ use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
 use crate::scene::decision::Decision;
 use crate::scene::eclipse::shadow_cone::GroundLine;
 use crate::scene::placed::PlacedBody;
-use crate::scene::resources::Context;
 use crate::scene::sky::frames::direction;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -21,8 +19,6 @@ const GRID: DVec3 = DVec3::new(0.9, 0.95, 1.0);
 const GRID_OPACITY: f64 = 0.45;
 const TERMINATOR: DVec3 = DVec3::new(1.0, 0.55, 0.15);
 const TERMINATOR_OPACITY: f64 = 0.9;
-/// A disc narrower than this has no lines, pixels.
-const LEAST_PX: f64 = 16.0;
 
 /// A circle on the unit sphere: centre + a cos t + b sin t.
 struct Circle {
@@ -62,10 +58,11 @@ impl Circle {
     }
 }
 
+/// The lines of one body as they are gathered.
 pub(super) struct Sheet<'a, 'b> {
-    camera: &'a Camera,
+    pub(super) camera: &'a Camera,
     pub(super) p: &'a PlacedBody<'b>,
-    all: SkyLines,
+    pub(super) all: SkyLines,
 }
 
 /// The parameters of a curve between two points of a [`GroundLine`]: less than [`Curve`] asks to be halved.
@@ -155,7 +152,7 @@ impl Sheet<'_, '_> {
         self.all.decisions.push(Decision { feature, on, reason, tier: None });
     }
 
-    fn grid(&mut self) {
+    pub(super) fn grid(&mut self) {
         let radii = self.p.placement.radii_km;
         let here = self.p.placement.camera_in_unit_sphere();
         // Degrees of the body that a pixel spans below the camera.
@@ -196,7 +193,7 @@ impl Sheet<'_, '_> {
         self.all.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, tier: None });
     }
 
-    fn terminator(&mut self) {
+    pub(super) fn terminator(&mut self) {
         // Where the Sun's centre stands in the horizon: its direction is across the ellipsoid's normal, which on the unit sphere is a great circle.
         let sun = self.p.body_from_icrf * self.p.sun_from_body_km / self.p.placement.radii_km;
         let Some(pole) = sun.try_normalize() else { return };
@@ -206,31 +203,6 @@ impl Sheet<'_, '_> {
         let reason = if drawn { format!("of {}: the Sun's centre in the horizon", self.p.body.name) } else { "not in the frame".into() };
         self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, tier: None });
     }
-}
-
-/// The lines on the ground of the body that is looked at or stood on.
-pub(crate) fn body_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>) -> SkyLines {
-    let layers = context.request.layers;
-    let wanted = [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path")];
-    let size_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
-    let Some(p) = body.filter(|p| size_px >= LEAST_PX && !p.placement.camera_is_inside()) else {
-        let reason =
-            || if body.is_none() { "nothing is looked at".to_owned() } else { format!("{size_px:.1} px across against {LEAST_PX}") };
-        let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
-        let decisions = wanted.into_iter().filter(|(on, _)| *on).map(left_out).collect();
-        return SkyLines { decisions, ..SkyLines::default() };
-    };
-    let mut sheet = Sheet { camera, p, all: SkyLines::default() };
-    if layers.grid_body {
-        sheet.grid();
-    }
-    if layers.terminator {
-        sheet.terminator();
-    }
-    if layers.eclipse_path {
-        eclipse_lines::on_ground(&mut sheet, context);
-    }
-    sheet.all
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ pub mod data;
 pub(crate) mod eclipse_lines;
 pub mod features;
 pub mod grids;
+pub(crate) mod ground_lines;
 pub mod labels;
 pub mod legend;
 pub mod line_texts;

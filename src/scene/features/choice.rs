@@ -30,7 +30,7 @@ impl Capabilities {
             night: body.maps.night.is_some() && !emissive,
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
-        let detail = !emissive && body.atmosphere.is_none() && body.clouds.is_none();
+        let detail = body.cratered && !emissive && body.atmosphere.is_none() && body.clouds.is_none();
         Self { detail, ellipsoid: flattening(body) > 0.0, maps, emissive, rings: body.rings.iter().any(|r| r.tau_normal > 0.0) }
     }
 }

@@ -14,7 +14,7 @@ pub(crate) const LAW: &str = "craters finer than the map, by the law N(>D) ~ D^-
 /// Columns of a map whose catalog entry has none: those of the coarsest that ship.
 const USUAL_COLUMNS: u32 = 512;
 /// Pixels that a texel spans right below the camera when it begins to show: WANTED of the fragment.
-const LEAST_TEXEL_PX: f64 = 2.0;
+const LEAST_TEXEL_PX: f64 = 6.0;
 /// Ground that a pixel may span where there is no map: a fourth of the coarsest cell, degrees.
 const DEG_PER_PX: f64 = 0.72;
 /// A cell of the coarsest lattice, radii.

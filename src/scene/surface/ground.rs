@@ -39,7 +39,9 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
         (least.counts(most), format!("brightest city lights {}", least.description(most)))
     });
     if let Some(c) = &body.clouds {
-        maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), || lit.clone());
+        let no_clouds = log.is_switched_off(Effect::Clouds);
+        let bound = || if no_clouds { (false, "the clouds are switched off".into()) } else { lit.clone() };
+        maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), bound);
     }
     if available.detail {
         // The fragment measures its texels on the first of these that the draw has.

@@ -1,5 +1,6 @@
 //! Facts about the selected body now, and where it stands in the sky over a place on the Earth.
 
+use super::fact::line;
 use super::{Interface, accessible};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Source;
@@ -103,12 +104,6 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWo
         ui.separator();
         over_a_place(interface, ui, worker, &body, time);
     });
-}
-
-pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
-    ui.label(what);
-    ui.add(egui::Label::new(egui::RichText::new(value.into()).monospace()).wrap());
-    ui.end_row();
 }
 
 pub(super) fn degrees(value: f64) -> String {

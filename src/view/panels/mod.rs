@@ -9,6 +9,7 @@ mod body_browser;
 mod compare;
 mod effects;
 mod events;
+mod fact;
 mod information;
 mod layers;
 mod moments;

@@ -1,6 +1,6 @@
 //! Facts about the star that was clicked or found: what the catalogue holds, and what follows from it.
 
-use super::information::line;
+use super::fact::line;
 use crate::catalog::stars::{Star, star_name};
 use crate::ephemeris::apparent::RaDec;
 use crate::ephemeris::star_place::star_from_viewer;

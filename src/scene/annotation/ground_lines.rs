@@ -1,0 +1,39 @@
+//! The lines on the ground of one body, together: its grid, its terminator, the shadows of eclipses.
+//!
+//! In: the layers that are wanted, and the body that is looked at or stood on. Out: pieces of lines, texts and decisions; a body too small for lines has none, and the reason.
+
+use crate::scene::annotation::body_lines::Sheet;
+use crate::scene::annotation::eclipse_lines;
+use crate::scene::annotation::sky_lines::SkyLines;
+use crate::scene::camera::Camera;
+use crate::scene::decision::Decision;
+use crate::scene::placed::PlacedBody;
+use crate::scene::resources::Context;
+
+/// A disc narrower than this has no lines, pixels.
+const LEAST_PX: f64 = 16.0;
+
+/// The lines on the ground of the body that is looked at or stood on.
+pub(crate) fn ground_lines(context: Context<'_>, camera: &Camera, body: Option<&PlacedBody<'_>>) -> SkyLines {
+    let layers = context.request.layers;
+    let wanted = [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path")];
+    let size_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
+    let Some(p) = body.filter(|p| size_px >= LEAST_PX && !p.placement.camera_is_inside()) else {
+        let reason =
+            || if body.is_none() { "nothing is looked at".to_owned() } else { format!("{size_px:.1} px across against {LEAST_PX}") };
+        let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), tier: None };
+        let decisions = wanted.into_iter().filter(|(on, _)| *on).map(left_out).collect();
+        return SkyLines { decisions, ..SkyLines::default() };
+    };
+    let mut sheet = Sheet { camera, p, all: SkyLines::default() };
+    if layers.grid_body {
+        sheet.grid();
+    }
+    if layers.terminator {
+        sheet.terminator();
+    }
+    if layers.eclipse_path {
+        eclipse_lines::on_ground(&mut sheet, context);
+    }
+    sheet.all
+}

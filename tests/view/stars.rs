@@ -1,0 +1,60 @@
+//! Stars in the window: what a click on one tells, and angles between two places.
+
+use crate::view::hands::{TIME, Window, click, held};
+use crate::view::interface::{interface, session, settle};
+use egui::{Event, Modifiers, PointerButton, Pos2};
+use egui_kittest::kittest::Queryable;
+use orrery::catalog::NaifId;
+use orrery::view::panels::Tab;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// A click on a star tells what it is, in words at once and in the Information panel; a click beside it forgets it, and Ctrl with two clicks measures an angle.
+#[test]
+fn a_star_answers_a_click_and_two_clicks_measure() {
+    let mut interface = interface(NaifId::EARTH, TIME);
+    let catalog = session().catalog();
+    let places = orrery::view::app::places::SessionPlaces(session());
+    let rigel = catalog.stars().hip(24_436).copied().expect("in the catalogue");
+    let years = catalog.stars().years_since_epoch(interface.viewer.view.time().jd_tt());
+    let view = orrery::view::app::search::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
+    interface.viewer.apply(orrery::view::app::viewer::Action::Show(Box::new(view)), 900.0, &places);
+    interface.tab = Some(Tab::Information);
+    let mut window = held(interface, &Arc::new(AtomicBool::new(true)), 900.0);
+    window.run_steps(20);
+    settle(&mut window);
+    // Where the picture has the star, on the screen: the sky is what the panels leave.
+    let sky = window.get_by_label_contains("The sky: ").rect();
+    let star = catalog.stars().place_of_hip(24_436).expect("in the catalogue");
+    let at = |window: &Window, px: glam::DVec2| {
+        let drawing = window.state().drawing().expect("a picture");
+        let points = f64::from(sky.width()) / f64::from(drawing.width);
+        sky.min + egui::vec2((px.x * points) as f32, (px.y * points) as f32)
+    };
+    let star_at = |window: &Window| {
+        let px = orrery::scene::marks::star_px(&window.state().drawing().expect("a picture").scene, star).expect("Rigel is drawn");
+        at(window, px)
+    };
+    let place = star_at(&window);
+    click(&mut window, place, false);
+    window.run_steps(3);
+    assert!(window.state().message.starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message);
+    assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
+    // With Ctrl: from the star to a place a known number of pixels aside.
+    let ctrl = |window: &mut Window, pos: Pos2| {
+        window.event(Event::ModifiersChanged(Modifiers::COMMAND));
+        window.run_steps(1);
+        window.hover_at(pos);
+        window.run_steps(1);
+        for pressed in [true, false] {
+            window.event(Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::COMMAND });
+            window.run_steps(1);
+        }
+        window.event(Event::ModifiersChanged(Modifiers::NONE));
+        window.run_steps(1);
+    };
+    ctrl(&mut window, place);
+    assert!(window.state().message.contains("second place"), "{}", window.state().message);
+    ctrl(&mut window, place + egui::vec2(200.0, 150.0));
+    assert!(window.state().message.starts_with("Angle: "), "{}", window.state().message);
+}
