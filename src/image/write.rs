@@ -75,7 +75,6 @@ pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32
 const PIECE: usize = 128;
 
 /// BT.709 luma and chroma of display bytes.
-#[expect(clippy::needless_range_loop, reason = "several arrays of one length")]
 fn luma_and_chroma(pixels: &[[u8; 4]; PIECE]) -> [[u8; PIECE]; 3] {
     let [red, green, blue] = crate::units::LUMINANCE_WEIGHTS.map(|w| w as f32);
     let mut values = [[0.0_f32; PIECE]; 3];

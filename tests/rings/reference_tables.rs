@@ -72,7 +72,7 @@ fn the_penumbra_is_that_of_the_suns_disc() {
         let up = glam::DVec3::new(-sine, 0.0, cosine);
         // So far under the plane that half the disc is a fiftieth of a radius along the light.
         let path = (0.02 * sine / tangent).min(1.0);
-        for azimuth in [0.0_f64, 0.5, 0.8, 1.1, 1.4, 1.5707] {
+        for azimuth in [0.0_f64, 0.5, 0.8, 1.1, 1.4, 1.57] {
             let (across, along) = azimuth.sin_cos();
             let half = path * tangent * (along / sine).hypot(across);
             for offset in (-12..=12).map(|k| f64::from(k) / 10.0) {

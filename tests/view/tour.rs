@@ -103,7 +103,7 @@ fn a_fault_is_told_with_its_stop_and_field() {
         let said = parse(&text).expect_err(&text);
         assert!(said.contains(about) && !said.contains('\n'), "{text}: {said}");
     }
-    let long = format!(r#"{{"title":"T","stops":[{}]}}"#, vec![r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
+    let long = format!(r#"{{"title":"T","stops":[{}]}}"#, [r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
     assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
 }
 

@@ -96,6 +96,11 @@ pub const STAR_NAMES: [(&str, u32); 89] = [
     ("Zubeneschamali", 74_785),
 ];
 
+/// The proper name of a star of the Hipparcos catalogue.
+pub fn star_name(hip: u32) -> Option<&'static str> {
+    STAR_NAMES.iter().find(|(_, number)| *number == hip).map(|(name, _)| *name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -207,9 +212,4 @@ mod tests {
         }
         assert!(STAR_NAMES.windows(2).all(|pair| pair[0].0 < pair[1].0), "not by name");
     }
-}
-
-/// The proper name of a star of the Hipparcos catalogue.
-pub fn star_name(hip: u32) -> Option<&'static str> {
-    STAR_NAMES.iter().find(|(_, number)| *number == hip).map(|(name, _)| *name)
 }

@@ -17,7 +17,7 @@ const _: () = assert!(LANES == BLOCK_PIXELS);
 
 /// Pixels of a block in lane order, relative to its left top one: x and y.
 static IN_BLOCK: std::sync::LazyLock<[[u32; LANES]; 2]> = std::sync::LazyLock::new(|| {
-    let place = |axis: usize| std::array::from_fn(|lane| quad_place(lane / 4)[axis] + (lane % 4 >> axis & 1) as u32);
+    let place = |axis: usize| std::array::from_fn(|lane| quad_place(lane / 4)[axis] + (((lane % 4) >> axis) & 1) as u32);
     [place(0), place(1)]
 });
 

@@ -173,7 +173,6 @@ impl SoftwareRenderer {
     }
 
     /// Two passes as one, where the second can be drawn so.
-    #[expect(clippy::type_complexity, reason = "the picture, what its passes took, and what preparing them took")]
     fn pair<R: Real>(
         &self,
         [light, picture]: [&Pass; 2],
