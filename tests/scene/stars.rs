@@ -387,7 +387,7 @@ fn a_body_hides_the_stars_behind_it() {
     assert!(added(moon).abs() < 1e-9 && added(beside) > 1e-3, "{} {}", added(moon), added(beside));
 }
 
-/// Every star of the reference by itself, from a minute of arc to 120 degrees: the direction that the reference's pixel means, by the pinhole's own formula, against the
+/// Every star of the reference by itself, from a minute of arc to 70 degrees: the direction that the reference's pixel means, by the pinhole's own formula, against the
 /// centroid in a picture of any field of view whose middle lies elsewhere.
 #[test]
 fn centroids_are_those_of_the_reference_at_every_field_of_view() {
@@ -413,7 +413,7 @@ fn centroids_are_those_of_the_reference_at_every_field_of_view() {
         let (ra, dec) = (star.direction.y.atan2(star.direction.x).to_degrees().rem_euclid(360.0), star.direction.z.asin().to_degrees());
         writeln!(table, "{ra},{dec},1,{},{},{}", star.parallax_rad * mas, motion.x, motion.y).expect("a string");
         let (session, _folder) = session_of(&table);
-        for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0, 120.0].into_iter().enumerate() {
+        for (n, fov_deg) in [1.0 / 60.0_f64, 0.05, 0.3, 1.0, 6.0, 25.0, 70.0].into_iter().enumerate() {
             // Middle of the picture off the star by part of the half field, in a direction of its own.
             let aside = DMat3::from_axis_angle(expected, 0.7 * (n + k) as f64) * expected.any_orthonormal_vector();
             let middle = (expected + aside * (0.6 * (fov_deg.to_radians() / 2.0).tan())).normalize();

@@ -34,6 +34,9 @@ fn shipped_tours_are_smooth_from_end_to_end() {
         let mut way = 0;
         for k in 1..=(25.0 * tour.length_s()) as u32 {
             let now = tour.at(f64::from(k) / 25.0);
+            let request = now.view.request(session().catalog(), session().ephemeris(), 16, 9).expect("a view");
+            let scene = session().scene(&request);
+            assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
             let body = now.view.eye.body();
             if now.moves && before.moves && now.stop == before.stop && now.view.tracks == before.view.tracks && !now.view.tracks {
                 let ((a, ahead), (b, ahead_now)) = (camera(&before.view, body), camera(&now.view, body));

@@ -5,6 +5,7 @@
 
 use super::flight::{FLIGHT_S, Flight, Pose, eased};
 use super::view_state::{CameraPose, ViewState};
+use crate::ephemeris::angle_rad;
 use crate::scene::viewpoint::viewer;
 use crate::session::Session;
 use crate::time::Instant;
@@ -79,7 +80,14 @@ struct Way {
     flight: Flight,
     from_tdb_s: f64,
     from_fov_deg: f64,
+    /// Part by which the distance from the body's centre grows on the way: from ground to ground it leads over the horizon, and not through it.
+    lift: f64,
 }
+
+/// Of a way that starts or ends within so many radii of the body's centre.
+const NEAR_RADII: f64 = 1.2;
+/// By which such a way is lifted in its middle, for each radian around the body.
+const LIFT: f64 = 0.3;
 
 /// What is shown at one instant of a tour.
 #[derive(Clone, Debug, PartialEq)]
@@ -202,12 +210,17 @@ impl Way {
             let (centre_km, _) = ephemeris.light_time_position(body, camera.position_km, view.time()).map_err(|e| e.to_string())?;
             Ok(Pose { offset_km: camera.position_km - centre_km, forward: camera.forward, up: camera.up })
         };
-        Ok(Self { flight: Flight::new(pose(from)?, pose(to)?), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg })
+        let (start, end) = (pose(from)?, pose(to)?);
+        let radius_km = session.catalog().body(body).map_or(0.0, |b| b.radii_km.max_element());
+        let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km;
+        let lift = if is_near { LIFT * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
+        Ok(Self { flight: Flight::new(start, end), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg, lift })
     }
 
     fn at(&self, part: f64, to: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { passed_s: part * FLIGHT_S, ..self.flight }.pose();
         let s = eased(part);
+        let offset_km = offset_km * (1.0 + self.lift * 4.0 * s * (1.0 - s));
         ViewState {
             tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * s,
             eye: CameraPose::Free { body: to.eye.body(), offset_km, forward, up },
