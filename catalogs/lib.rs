@@ -27,7 +27,7 @@ pub static TOURS: &[(&str, &str, &str)] = &[
         "The rings on the planet, the planet on the rings, and the ring-plane crossing",
         include_str!("tours/saturn.json"),
     ),
-    ("A day on Mars", "Sunrise, noon, a blue sunset and the night in Gale crater", include_str!("tours/mars.json")),
+    ("A day on Mars", "Morning and sunset in Gale crater, and Phobos", include_str!("tours/mars.json")),
 ];
 
 /// SPK kernel of planets and barycentres, 1900 to 2100, baked by `examples/bake_kernel.rs`.
