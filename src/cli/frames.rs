@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(run.path(7), Some("a/out-00007.png".into()));
         assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));
         assert_eq!(Output::parse(Some("-"), 10).expect("a stream"), Output::Stream);
-        for (bad, frames) in [("out.png", 2), ("out.gif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2)] {
+        for (bad, frames) in [("out.png", 2), ("out.tif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2)] {
             assert!(Output::parse(Some(bad), frames).unwrap_err().to_string().contains(bad), "{bad}");
         }
         assert!(Output::parse(None, 1).unwrap_err().to_string().contains("-o out.png"));

@@ -62,7 +62,7 @@ fn detail_shows_where_texels_are_large_and_keeps_the_light() {
     let (with, without) = (far("+detail"), far("-detail"));
     let apart = with.iter().zip(&without).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 1e-6 && without.iter().any(|v| *v > 0.1), "from afar: {apart}");
-    for height_km in [0.1, 1.0, 10.0, 100.0] {
+    for height_km in [0.1, 1.0, 10.0] {
         let [with, without] = ["", "-detail"].map(|effects| draw(&down(height_km, DVec2::ZERO, effects)));
         let told = |drawn: &DrawnFrame| drawn.scene.body(NaifId::MOON).expect("drawn").invented.iter().any(|(what, _)| what == "detail");
         assert!(told(&with) && !told(&without), "{height_km} km");

@@ -222,6 +222,11 @@ mod tests {
         with_cone(399, 301, "2024-04-08T18:17:16Z", |cone, _| {
             let umbra = cone.outline(Edge::Umbra);
             assert!(umbra.len() == 1 && umbra[0].is_closed, "{umbra:?}");
+            // Gamma 0.343 and the penumbra's 0.536 of the Earth's radius are less than 1: all of it is on the disc.
+            let penumbra = cone.outline(Edge::Penumbra);
+            assert!(penumbra.len() == 1 && penumbra[0].is_closed, "{}", penumbra.len());
+        });
+        with_cone(399, 301, "2024-04-08T16:50:00Z", |cone, _| {
             let penumbra = cone.outline(Edge::Penumbra);
             assert!(!penumbra.is_empty() && penumbra.iter().all(|line| !line.is_closed), "{}", penumbra.len());
             for end in penumbra.iter().flat_map(|line| [line.points[0], line.points[line.points.len() - 1]]) {

@@ -35,6 +35,7 @@ pub fn meaning(d: &Dimension, value: usize) -> &'static str {
         "specular" => &["no specular reflection", "specular reflection of the Sun on water, from a map"],
         "night" => &["no night lights", "city lights on the night side, from a map"],
         "cloudshadow" => &["no cloud shadows", "clouds cast shadows on the surface"],
+        "detail" => &["no relief finer than the map", "invented craters finer than the map"],
         "overlays" => &["no overlay", "one overlay image on the surface", "two overlay images on the surface"],
         "lights" => &["no light", "the Sun", "the Sun and one body's reflected light", "the Sun and two bodies' reflected light"],
         "occluders" => &["no occluder", "up to one occluder", "up to two occluders", "up to three occluders", "up to four occluders"],
