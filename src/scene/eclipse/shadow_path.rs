@@ -269,6 +269,10 @@ mod tests {
                     });
                     let diameter_km = 2.0 * catalog.body(NaifId(*moon)).expect("a moon").radii_km.x;
                     let width_km: f64 = width_km.sum();
+                    // A small moon's umbra ends before it reaches Jupiter.
+                    if diameter_km < 2000.0 {
+                        continue;
+                    }
                     // The umbra is narrower than the moon by the Sun's width, and longer where it falls slantwise.
                     assert!(path.limits.len() < 2 || (0.2..2.5).contains(&(width_km / diameter_km)), "{moon}: {width_km} of {diameter_km}");
                     seen += 1;
