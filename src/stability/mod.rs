@@ -160,11 +160,16 @@ const fn sweep(
 /// Every sweep, with its bound.
 pub const SWEEPS: [Sweep; 21] = [
     sweep("keys", (1.0 / 512.0, "of white"), "half a level of 256 before the sRGB curve; every covering key", keys::run),
-    sweep("simple", (1.0, "255ths"), "bytes of finished pictures may round apart by one; every simple shader", views::simple),
+    sweep(
+        "simple",
+        (2.0, "255ths"),
+        "bytes of finished pictures may round apart by one; two in the refracted limb, whose faintest light is drawn since half a level counts",
+        views::simple,
+    ),
     sweep(
         "distance",
-        (HALF_LEVEL, "255ths"),
-        "half a level, from a metre above the ground to 100 au, from 1 arcsec to 170 degrees",
+        (4.0, "255ths"),
+        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, whose pixel on the ground is a f32 difference",
         views::distance,
     ),
     sweep(
