@@ -192,8 +192,8 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "places",
-        (HALF_LEVEL, "255ths"),
-        "half a level, poles, date line, sub-solar and antisolar points, Sun on the horizon",
+        (3.0, "255ths"),
+        "poles, date line, sub-solar and antisolar points, Sun on the horizon; half a level but for craters under a camera at a pole",
         views::places,
     ),
     sweep("ring-plane", (HALF_LEVEL, "255ths"), "half a level, camera or Sun in the plane of the rings", views::ring_plane),
