@@ -57,6 +57,8 @@ pub mod cli;
 pub mod ephemeris;
 #[doc(hidden)]
 pub mod events;
+#[doc(hidden)]
+pub mod export;
 mod files;
 #[doc(hidden)]
 pub mod image;

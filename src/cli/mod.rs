@@ -37,6 +37,8 @@ mod probe;
 mod render;
 mod render_views;
 mod shader;
+mod shader_report;
+mod shader_sites;
 mod stability;
 mod values;
 mod view;

@@ -84,13 +84,36 @@ enum ShaderVerb {
         json: bool,
     },
     /// Compile every reachable and covering module, translate it to all languages and compare it with the recorded digests
+    #[command(after_help = REPORT_HELP)]
     Verify {
+        /// Compare instead two revisions of the library, each a cache folder, a folder of entries, a folder of fragments, or `built-in`: source, picture, figures and cost, by cause
+        #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["update", "record"])]
+        report: Vec<PathBuf>,
+        /// With --report: print one JSON value
+        #[arg(long, requires = "report")]
+        json: bool,
         /// Record the digests
         #[arg(long)]
         update: bool,
         /// File of recorded digests
         #[arg(long, value_name = "FILE", default_value = "tests/shader_digests.txt")]
         record: PathBuf,
+    },
+    /// Write a static site with a page for each module: picture, source by feature, cost, and the modules one step away
+    Atlas {
+        /// Folder for the site; new, empty, or with an atlas in it
+        #[arg(short, long = "output", value_name = "DIR")]
+        output: PathBuf,
+        #[command(flatten)]
+        which: super::shader_sites::WhichKeys,
+    },
+    /// Write modules with inputs, answers and tolerances, to test other executors of WGSL
+    Corpus {
+        /// Folder for the cases; new, empty, or with a corpus in it
+        #[arg(short, long = "output", value_name = "DIR")]
+        output: PathBuf,
+        #[command(flatten)]
+        which: super::shader_sites::WhichKeys,
     },
     /// Write the shader fragments as files to edit, for --shaders
     Export {
@@ -102,6 +125,15 @@ enum ShaderVerb {
     },
 }
 
+const REPORT_HELP: &str = "Two revisions side by side:
+  orrery --cache old library warm          with the old program
+  orrery --cache new library warm          with the new one
+  orrery shader verify --report old new
+  orrery shader verify --report built-in my-shaders
+
+A report names for each cause, a changed fragment, the generator or the lowering, the modules that it changed,
+the greatest change of their pictures on the sample body, and what they cost before and after.";
+
 fn module_id(text: &str) -> Result<ModuleId, String> {
     text.parse().map_err(|e: key::KeyTextError| e.to_string())
 }
@@ -111,7 +143,7 @@ fn failed(e: impl std::fmt::Display) -> CliError {
 }
 
 /// The keys of every draw in the default view of a body.
-fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
+pub fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
     let session = Session::open(&common.sources(), say)?;
     let id = session.catalog().named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
     let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_words::instant(time)?) })?;
@@ -235,7 +267,10 @@ pub fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             }
             put(&cost_text(&module, &tapes, ms, making))
         }
-        ShaderVerb::Verify { update, record } => verify(common, *update, record),
+        ShaderVerb::Verify { report, json, .. } if !report.is_empty() => super::shader_report::run(common, report, *json),
+        ShaderVerb::Verify { update, record, .. } => verify(common, *update, record),
+        ShaderVerb::Atlas { output, which } => super::shader_sites::atlas(common, output, which),
+        ShaderVerb::Corpus { output, which } => super::shader_sites::corpus(common, output, which),
         ShaderVerb::Export { folder, overwrite } => export(folder, *overwrite),
     }
 }

@@ -37,7 +37,7 @@ pub use pictures::{PROVENANCE_CHUNK, is_exr, write_new_picture, write_picture};
 pub use price::{EffectCost, LightChange};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
-pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan};
+pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan, sample_plan_of};
 pub use screen::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
 pub use shaders::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use stages::{Stage, Stages, milliseconds};

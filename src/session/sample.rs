@@ -22,7 +22,7 @@ use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, halves};
 use crate::scene::rings::RingSeen;
 use crate::shader::key::ShaderKey;
-use crate::shader::{Library, ModuleId};
+use crate::shader::{Library, ModuleId, ShaderModule};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use std::time::Instant;
@@ -267,9 +267,17 @@ fn mesh(vertex_colour: bool) -> Vertices {
 /// # Errors
 /// The module cannot be made, or wants a uniform that no amount fills.
 pub fn sample_plan(library: &Library, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
+    let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
+    sample_plan_of(&module, key, side, half)
+}
+
+/// The same with a module of the key that is not the library's own.
+///
+/// # Errors
+/// The module wants a uniform that no amount fills, or a map that no body has.
+pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
     let failed = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
-    let module = library.get(&id).map_err(|e| failed(e.to_string()))?;
     let uniforms = uniforms(key, half);
     let uniform_bytes = uniforms_of(&module.layout, &uniforms, 8).map_err(|e| failed(format!("{id}: {e}")))?;
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };

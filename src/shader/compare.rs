@@ -42,6 +42,36 @@ pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     by_feature.into_iter().map(|(feature, d)| FeatureDiff { feature: feature.to_owned(), ..d }).collect()
 }
 
+/// Lines of one fragment that only one of two revisions of a module has.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ChangedLines {
+    /// The features that asked for them.
+    pub features: BTreeSet<String>,
+    /// Lines of the first alone.
+    pub removed: usize,
+    /// Lines of the second alone.
+    pub added: usize,
+}
+
+/// Which fragments differ between two revisions of one module. Lines are compared by their text: a line that has only moved within its fragment is the same.
+pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> BTreeMap<String, ChangedLines> {
+    let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
+    for ((wgsl, map), sign) in [(first, 1), (second, -1)] {
+        for (feature, line) in lines_of(wgsl, map) {
+            let entry = counts.entry((line.fragment, line.text)).or_insert_with(|| (0, feature.to_owned()));
+            entry.0 += sign;
+        }
+    }
+    let mut changed: BTreeMap<String, ChangedLines> = BTreeMap::new();
+    for ((fragment, _), (count, feature)) in counts.into_iter().filter(|(_, (count, _))| *count != 0) {
+        let lines = changed.entry(fragment).or_default();
+        lines.features.insert(feature);
+        let number = usize::try_from(count.unsigned_abs()).unwrap_or(usize::MAX);
+        if count > 0 { lines.removed += number } else { lines.added += number }
+    }
+    changed
+}
+
 /// What a module's IR holds. Each function counts once, however often it is called.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct IrCost {

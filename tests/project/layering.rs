@@ -46,6 +46,11 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
     (
+        "export",
+        &["units", "scene::draw", "shader", "render", "image", "session", "files", "wording", "export"],
+        &["naga", "wgpu", "winit", "egui", "softbuffer"],
+    ),
+    (
         "view",
         &[
             "units",
@@ -92,6 +97,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
             "probe",
             "measure",
             "stability",
+            "export",
             "view",
             "cli",
             "files",

@@ -1,5 +1,6 @@
 //! Keys, emitted modules, the library on disk, and questions that modules answer.
 
+mod exports;
 mod formulas;
 mod hostile;
 mod keys;

@@ -1,6 +1,7 @@
 //! Flights with the session's own bodies: the first picture of a flight shows what the last one before it showed.
 
 use crate::view::interface::{interface, session};
+use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::scene::camera::Camera;
 use orrery::scene::viewpoint::viewer;
@@ -12,6 +13,17 @@ fn camera(view: &ViewState) -> Camera {
     let session = session();
     let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
     viewer(session.catalog(), session.ephemeris(), &request).expect("a camera").camera
+}
+
+/// From the camera to a body's centre, as the picture shows it: on its ground where it is, else where its light comes from.
+fn seen_from_camera_km(body: NaifId, camera: &Camera, view: &ViewState, stands_on_it: bool) -> DVec3 {
+    let ephemeris = session().ephemeris();
+    let centre_km = if stands_on_it {
+        ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, view.time(), None).expect("a place").state.pos_km
+    } else {
+        ephemeris.light_time_position(body, camera.position_km, view.time()).expect("a place").0
+    };
+    centre_km - camera.position_km
 }
 
 /// From each of seven bodies to each other, from orbits and from the ground: light takes hours between some, in which they go a million kilometres.
@@ -36,12 +48,19 @@ fn a_flight_starts_where_the_camera_is() {
                     };
                 }
                 let before = camera(&viewer.view);
+                let seen_before_km = seen_from_camera_km(from, &before, &viewer.view, on_ground);
                 viewer.apply(Action::FlyTo(to), 800.0, &places);
                 assert!(viewer.is_flying());
                 let after = camera(&viewer.view);
-                let moved_km = (after.position_km - before.position_km).length();
+                // What the camera leaves stays where it was seen.
+                let seen_after_km = seen_from_camera_km(from, &after, &viewer.view, false);
+                let moved_km = (seen_after_km - seen_before_km).length();
                 // Positions of five billion kilometres have steps of a metre.
                 assert!(moved_km < 0.1, "{from:?} to {to:?}, ground {on_ground}: {moved_km} km");
+                // The ground of a body and the light of all others differ by its speed times the light's way through its radius.
+                let light_km = if on_ground { 50.0 * seen_before_km.length() / 299_792.458 } else { 0.1 };
+                let step_km = (after.position_km - before.position_km).length();
+                assert!(step_km < light_km.max(0.1), "{from:?} to {to:?}, ground {on_ground}: {step_km} km");
                 assert!((after.forward - before.forward).length() < 1e-3, "{from:?} to {to:?}, ground {on_ground}: the gaze jumps");
                 let CameraPose::Free { offset_km, .. } = viewer.view.eye else { panic!("no flight") };
                 let state = session().ephemeris().state(to, NaifId::SOLAR_SYSTEM_BARYCENTER, viewer.view.time(), None).expect("a place");

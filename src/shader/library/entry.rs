@@ -87,15 +87,32 @@ pub fn inspect(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
     if head.generator == generator { Ok(head.module) } else { Err(EntryError::OtherModule) }
 }
 
+/// The name of the module in an entry of any generator.
+pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
+    Ok(postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?.0.module)
+}
+
 /// The module in an entry.
 pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     // naga's arenas and postcard's readers of them expect what naga wrote.
-    caught(|| decode_trusting(generator, id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
+    caught(|| decode_trusting(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
 }
 
-fn decode_trusting(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
+/// The module in an entry that another generator may have written: to look at and to compare, not to draw views with. A tape that this program's software renderer
+/// does not run is lowered anew.
+pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
+    let unchecked = Lowering { check: |_, _| Ok(()), ..lowering.clone() };
+    let mut module = caught(|| decode_trusting(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
+    let runs = caught(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
+    if !runs {
+        module.tape = (lowering.lower)(&module.module, &module.info).map_err(|_| EntryError::Tape)?;
+    }
+    Ok(module)
+}
+
+fn decode_trusting(generator: Option<&str>, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let (head, rest) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
-    if head.generator != generator || head.module != id.to_string() {
+    if generator.is_some_and(|g| head.generator != g) || head.module != id.to_string() {
         return Err(EntryError::OtherModule);
     }
     let (read, rest): (Read, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;

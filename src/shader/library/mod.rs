@@ -6,7 +6,7 @@
 
 mod entry;
 
-pub use entry::{EXTENSION, EntryError, decode, file_name};
+pub use entry::{EXTENSION, EntryError, decode, decode_of_any_generator, file_name, module_name};
 
 use super::fragments::Fragments;
 use super::generator;
@@ -21,7 +21,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Bytes of an entry at the most; the longest have some 300 kB.
-const MAX_ENTRY_BYTES: u64 = 1 << 24;
+pub const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
 type Slot = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
 

@@ -12,9 +12,10 @@ use glam::{DMat3, DVec3};
 pub trait BodyPositions {
     /// From the centre of `from` to that of `to`, ICRF kilometres.
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// The offset from `body` of a camera that is `offset_km` from `carrier`. A camera is placed from where a body's light comes from (`follows_light`), or, on its
-    /// ground or at its centre, from where the body is.
-    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, follows_light: bool, time: Instant) -> Option<DVec3>;
+    /// The offset from `body` of a free camera that sees `carrier` at `-offset_km`. A free camera sees each body where its light comes from; on the ground it sees its
+    /// own body where that is. So this keeps what is near in its place when the camera leaves the ground: the carrier is 0.3 to 0.6 km from where it was when its
+    /// light left, and a camera kept in its absolute place would start below the ground.
+    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes: its rows are the body's axes.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
 }
@@ -26,13 +27,13 @@ impl BodyPositions for SessionPlaces<'_> {
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
         self.0.ephemeris().state(to, from, time, None).ok().map(|a| a.state.pos_km)
     }
-    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, follows_light: bool, time: Instant) -> Option<DVec3> {
-        if body == carrier && follows_light {
+    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
+        if body == carrier {
             return Some(offset_km);
         }
         let ephemeris = self.0.ephemeris();
-        let light_s = if follows_light { offset_km.length() / SPEED_OF_LIGHT_KM_S } else { 0.0 };
-        let carrier = ephemeris.state(carrier, NaifId::SOLAR_SYSTEM_BARYCENTER, time.plus_seconds(-light_s), None).ok()?;
+        let seen_at = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
+        let carrier = ephemeris.state(carrier, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None).ok()?;
         let camera_km = carrier.state.pos_km + offset_km;
         Some(camera_km - ephemeris.light_time_position(body, camera_km, time).ok()?.0)
     }

@@ -4,6 +4,7 @@
 //! the other's without a jump; what a stop does not say has the defaults of a link. A file with a fault is refused whole, with the stop and the field. Not here: who shows it.
 
 use super::flight::{FLIGHT_S, Flight, Pose, eased};
+use super::places::{BodyPositions, SessionPlaces};
 use super::view_state::{CameraPose, ViewState};
 use crate::ephemeris::angle_rad;
 use crate::scene::viewpoint::viewer;
@@ -205,10 +206,17 @@ impl Way {
             let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
             // The size has no part in where the camera stands.
             let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
-            let camera = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?.camera;
-            // A free camera is placed from where the body's light comes from.
-            let (centre_km, _) = ephemeris.light_time_position(body, camera.position_km, view.time()).map_err(|e| e.to_string())?;
-            Ok(Pose { offset_km: camera.position_km - centre_km, forward: camera.forward, up: camera.up })
+            let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
+            let camera = viewer.camera;
+            let own = view.eye.body();
+            let own_km = match viewer.stands_on {
+                Some((_, centre_km)) => centre_km,
+                None => ephemeris.light_time_position(own, camera.position_km, view.time()).map_err(|e| e.to_string())?.0,
+            };
+            let offset_km = SessionPlaces(session)
+                .offset_from_km(body, own, camera.position_km - own_km, view.time())
+                .ok_or_else(|| format!("no source knows where {} is", body.0))?;
+            Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
         };
         let (start, end) = (pose(from)?, pose(to)?);
         let radius_km = session.catalog().body(body).map_or(0.0, |b| b.radii_km.max_element());

@@ -320,8 +320,7 @@ impl Viewer {
             }
         };
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        let follows_light = matches!(self.view.eye, CameraPose::Free { .. } | CameraPose::Orbit { .. });
-        Some(Pose { offset_km: places.offset_from_km(body, carrier, offset_km, follows_light, time)?, forward, up })
+        Some(Pose { offset_km: places.offset_from_km(body, carrier, offset_km, time)?, forward, up })
     }
 
     fn fly_to(&mut self, id: NaifId, places: &dyn BodyPositions) {

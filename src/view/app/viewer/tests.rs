@@ -15,7 +15,7 @@ impl BodyPositions for Line {
         Some(DVec3::new(x(to)? - x(from)?, 0.0, 0.0))
     }
     /// Light takes no time here.
-    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, _: bool, time: Instant) -> Option<DVec3> {
+    fn offset_from_km(&self, body: NaifId, carrier: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
         Some(self.between_km(body, carrier, time)? + offset_km)
     }
     fn body_from_icrf(&self, _: NaifId, time: Instant) -> Option<DMat3> {

@@ -1,0 +1,148 @@
+//! `orrery shader verify --report A B`: how two revisions of the shader library differ, by cause.
+
+use super::inputs::{lowering, reachable_keys};
+use super::output::put;
+use super::{CliError, Common};
+use crate::export::Revision;
+use crate::export::report::{Figures, ModuleChange, Report};
+use crate::shader::ModuleId;
+use crate::shader::id::{SIMPLE_MODULES, probe_samples};
+use crate::shader::key::covering;
+use crate::wording::echo;
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Keys that a group names in the text; `--json` names all.
+const NAMED: usize = 3;
+
+/// What folders of fragments are compared by: every pair of dimension values, what views can need of that, simple modules and probes.
+fn usual(common: &Common) -> Result<Vec<ModuleId>, CliError> {
+    // Fails early where the catalogs are broken.
+    reachable_keys(common)?;
+    let keys = covering(2).into_iter().map(ModuleId::Planet);
+    Ok(SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect())
+}
+
+fn revision(folder: &Path) -> Result<Revision, CliError> {
+    if folder == Path::new("built-in") {
+        return Ok(Revision::built_in());
+    }
+    Revision::open(folder).map_err(|e| CliError::Failed(format!("--report {}: {}", echo(&folder.display().to_string()), echo(&e.to_string()))))
+}
+
+pub fn run(common: &Common, folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
+    let [first, second] = folders else { return Err(CliError::Failed("--report takes two folders".into())) };
+    let revisions = [revision(first)?, revision(second)?];
+    let bar = indicatif::ProgressBar::new(0);
+    let usual = usual(common)?;
+    let made = Report::of(revisions.each_ref(), &usual, &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
+    bar.finish_and_clear();
+    let report = made?;
+    if as_json {
+        put(&format!("{}\n", json!({ "report": report, "equal": report.is_equal() })))?;
+    } else {
+        put(&text(&report))?;
+    }
+    match report.failures.len() {
+        0 => Ok(()),
+        n => Err(CliError::Failed(format!("{n} modules could not be compared; the first: {}: {}", report.failures[0].0, report.failures[0].1))),
+    }
+}
+
+/// `1 module`, `2 modules`.
+fn modules(n: usize) -> String {
+    if n == 1 { "1 module".into() } else { format!("{n} modules") }
+}
+
+fn text(report: &Report) -> String {
+    let mut text = format!("A  {}\nB  {}\n{} equal, {} changed", report.first, report.second, modules(report.equal), report.changed.len());
+    for (which, only) in [("A", &report.only_first), ("B", &report.only_second)] {
+        if !only.is_empty() {
+            let _ = write!(text, ", {} in {which} alone", only.len());
+        }
+    }
+    text.push('\n');
+    for (cause, changes) in report.by_cause() {
+        text.push_str(&group_text(&cause, &changes));
+    }
+    for (which, only) in [("A", &report.only_first), ("B", &report.only_second)] {
+        if !only.is_empty() {
+            let _ = writeln!(text, "\nin {which} alone: {}{}", only[..only.len().min(NAMED)].join(", "), more(only.len()));
+        }
+    }
+    for (module, why) in &report.failures {
+        let _ = writeln!(text, "\nnot compared: {module}: {}", echo(why));
+    }
+    text
+}
+
+fn more(of: usize) -> String {
+    if of > NAMED { format!(" and {} more", of - NAMED) } else { String::new() }
+}
+
+/// What a cause is called: a fragment by its path in the source tree.
+fn cause_words(cause: &str) -> String {
+    let one = |what: &str| match what {
+        "generator" => "the generator: lines without a fragment, or their order".to_owned(),
+        "lowering" => "the lowering: the same text, another tape".to_owned(),
+        path => format!("shaders/{path}"),
+    };
+    cause.split(" + ").map(one).collect::<Vec<_>>().join(", ")
+}
+
+fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
+    let features: BTreeSet<&str> = changes.iter().flat_map(|c| &c.causes).flat_map(|c| &c.features).map(String::as_str).collect();
+    let lines = |of: fn(&crate::export::report::Cause) -> usize| changes.iter().map(|c| c.causes.iter().map(of).sum::<usize>()).max().unwrap_or(0);
+    let mut text = format!("\n{}\n  {}", cause_words(cause), modules(changes.len()));
+    let (removed, added) = (lines(|c| c.removed), lines(|c| c.added));
+    if removed + added > 0 {
+        let _ = write!(text, ", at most {removed} lines removed and {added} added");
+    }
+    if !features.is_empty() {
+        let _ = write!(text, "; features: {}", features.into_iter().collect::<Vec<_>>().join(", "));
+    }
+    text.push('\n');
+    let worst = changes.iter().filter_map(|c| Some((c.picture?, &c.module))).max_by(|a, b| a.0.max_levels.total_cmp(&b.0.max_levels));
+    if let Some((picture, module)) = worst {
+        let _ = writeln!(
+            text,
+            "  picture     at most {:.2} of 255 levels, mean {:.3}, {} pixels of half a level or more: {module}",
+            picture.max_levels, picture.mean_levels, picture.pixels
+        );
+    }
+    let percent = |of: &dyn Fn(&Figures) -> Option<f64>| range(changes, of);
+    if let Some(light) = percent(&|f| f.mean_luminance) {
+        let _ = writeln!(text, "  mean light  {light}");
+    }
+    let rounding = |of: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| of(c)).fold(0.0, f64::max);
+    if changes.iter().any(|c| c.first.rounding_levels.is_some()) {
+        let (before, after) = (rounding(|c| c.first.rounding_levels), rounding(|c| c.second.rounding_levels));
+        let _ = writeln!(text, "  f32 to f64  at most {before:.3} of 255 levels in A, {after:.3} in B");
+    }
+    if let Some(operations) = percent(&|f| Some(f.operations as f64)) {
+        let _ = writeln!(text, "  operations  {operations}");
+    }
+    if let Some(reads) = percent(&|f| Some(f.texture_reads as f64)) {
+        let _ = writeln!(text, "  texture reads  {reads}");
+    }
+    let names: Vec<&str> = changes.iter().take(NAMED).map(|c| c.module.as_str()).collect();
+    let _ = writeln!(text, "  {}{}", names.join("\n  "), more(changes.len()));
+    text
+}
+
+/// From the least to the greatest change of a figure, in parts of the first revision's.
+fn range(changes: &[&ModuleChange], of: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
+    let part = |c: &&ModuleChange| {
+        let (a, b) = (of(&c.first)?, of(&c.second)?);
+        Some(if a == b { 0.0 } else { 100.0 * (b - a) / a.abs().max(f64::MIN_POSITIVE) })
+    };
+    let parts: Vec<f64> = changes.iter().filter_map(part).collect();
+    let (least, greatest) = parts.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), p| (l.min(*p), g.max(*p)));
+    match parts.len() {
+        0 => None,
+        _ if least == 0.0 && greatest == 0.0 => Some("unchanged".into()),
+        _ => Some(format!("{least:+.2} % to {greatest:+.2} %")),
+    }
+}

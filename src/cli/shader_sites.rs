@@ -1,0 +1,92 @@
+//! `orrery shader atlas` and `orrery shader corpus`: modules written for readers elsewhere.
+
+use super::inputs::{fragments, lowering, reachable_keys};
+use super::output::put;
+use super::shader::keys_for;
+use super::{CliError, Common};
+use crate::export::{Revision, atlas, corpus};
+use crate::files::read_bytes;
+use crate::shader::ModuleId;
+use crate::shader::id::SIMPLE_MODULES;
+use crate::shader::key::{ShaderKey, covering};
+use crate::wording::echo;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Which keys are written.
+#[derive(clap::Args, Debug)]
+pub struct WhichKeys {
+    /// Keys that cover every combination of this many dimension values [default: for an atlas all keys that views can need, for a corpus 2]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
+    covering: Option<u8>,
+    /// The keys of the default view of this body alone
+    #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
+    of: Option<String>,
+    /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
+    #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
+    time: Option<String>,
+    /// Write into a folder that holds one already
+    #[arg(long)]
+    overwrite: bool,
+}
+
+impl WhichKeys {
+    fn keys(&self, common: &Common, usual: impl FnOnce() -> Result<Vec<ShaderKey>, CliError>) -> Result<Vec<ShaderKey>, CliError> {
+        match (self.covering, &self.of) {
+            (Some(t), _) => Ok(covering(usize::from(t))),
+            (None, Some(body)) => keys_for(common, body, self.time.as_deref().unwrap_or("now")),
+            (None, None) => usual(),
+        }
+    }
+}
+
+/// The manifest of a folder that holds one is small or not ours.
+const MAX_MANIFEST_BYTES: u64 = 1 << 28;
+
+/// A folder that is new or empty, or, where overwriting is asked for, one that holds what is written again.
+fn check_folder(folder: &Path, manifest: &str, what: &str, overwrite: bool) -> Result<(), CliError> {
+    let shown = echo(&folder.display().to_string());
+    let failed = |e: std::io::Error| CliError::Failed(format!("{shown}: {e}"));
+    if folder.exists() {
+        let is_empty = std::fs::read_dir(folder).map_err(failed)?.next().is_none();
+        let is_ours = read_bytes(&folder.join(manifest), MAX_MANIFEST_BYTES).is_ok();
+        match (is_empty, is_ours, overwrite) {
+            (true, _, _) | (false, true, true) => {}
+            (false, true, false) => return Err(CliError::Failed(format!("{shown} holds {what} already; --overwrite writes into it"))),
+            (false, false, _) => return Err(CliError::Failed(format!("{shown} holds other files: name a new folder for {what}"))),
+        }
+    }
+    std::fs::create_dir_all(folder).map_err(failed)
+}
+
+fn revision(common: &Common) -> Result<Revision, CliError> {
+    match &common.shaders {
+        None => Ok(Revision::built_in()),
+        Some(folder) => Ok(Revision::of_fragments(&folder.display().to_string(), fragments(common)?)),
+    }
+}
+
+pub fn atlas(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), CliError> {
+    let keys = which.keys(common, || Ok(reachable_keys(common)?.union(&covering(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
+    let of_all = which.of.is_none();
+    let simple = SIMPLE_MODULES.iter().filter(|_| of_all).map(|n| ModuleId::Simple(n));
+    let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();
+    check_folder(folder, atlas::MANIFEST, "an atlas", which.overwrite)?;
+    let bar = indicatif::ProgressBar::new(ids.len() as u64);
+    let made = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
+    bar.finish_and_clear();
+    let entries = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
+    put(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
+}
+
+pub fn corpus(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), CliError> {
+    let keys = which.keys(common, || Ok(covering(2)))?;
+    // What counts operations draws a number for this renderer, and no light.
+    let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
+    check_folder(folder, corpus::MANIFEST, "a corpus", which.overwrite)?;
+    let bar = indicatif::ProgressBar::new(keys.len() as u64);
+    let made = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
+    bar.finish_and_clear();
+    let cases = made.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
+    put(&format!("{cases} cases written to {}; docs/corpus.md describes the files\n", echo(&folder.display().to_string())))
+}

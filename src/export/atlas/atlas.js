@@ -1,0 +1,52 @@
+// Index: shows the modules whose key has each word of the filter, and none of those behind a minus sign.
+const filter = document.getElementById("filter");
+if (filter) {
+  const rows = [...document.querySelectorAll(".modules li")].map((row) => [row, row.querySelector("span").textContent]);
+  const apply = () => {
+    const words = filter.value.toLowerCase().split(/\s+/).filter((word) => word && word !== "-");
+    let shown = 0;
+    for (const [row, key] of rows) {
+      const fits = words.every((word) => (word[0] === "-" ? !key.includes(word.slice(1)) : key.includes(word)));
+      row.hidden = !fits;
+      shown += fits;
+    }
+    document.getElementById("count").textContent = `${shown} shown`;
+  };
+  filter.value = decodeURIComponent(location.hash.slice(1));
+  filter.addEventListener("input", () => {
+    history.replaceState(null, "", `#${encodeURIComponent(filter.value)}`);
+    apply();
+  });
+  apply();
+}
+
+// A module's page: its source, put together from the lines of all modules, coloured by the feature that asked for each.
+const source = document.getElementById("source");
+if (source) {
+  const seen = new Map();
+  const colour = (feature) => {
+    if (!seen.has(feature)) seen.set(feature, `hsl(${(seen.size * 137) % 360} 45% 86%)`);
+    return seen.get(feature);
+  };
+  let number = 0;
+  for (const run of source.dataset.runs.split(";")) {
+    const [first, count] = run.split(",").map(Number);
+    for (const [text, fragment, line, feature] of LINES.slice(first, first + count)) {
+      number += 1;
+      const row = document.createElement("div");
+      row.id = `L${number}`;
+      row.dataset.number = number;
+      row.style.background = colour(FEATURES[feature]);
+      row.title = `${FEATURES[feature]}: shaders/${FRAGMENTS[fragment]}, line ${line}`;
+      row.textContent = text || " ";
+      source.append(row);
+    }
+  }
+  const legend = document.getElementById("legend");
+  for (const [feature, background] of seen) {
+    const mark = document.createElement("span");
+    mark.textContent = feature;
+    mark.style.background = background;
+    legend.append(mark, " ");
+  }
+}

@@ -1,0 +1,82 @@
+//! Lines of all modules, each stored once, and a module as runs of them.
+
+use crate::shader::SourceMap;
+use std::collections::{BTreeSet, HashMap};
+use std::fmt::Write;
+
+/// One line with its origin: text, fragment, line in it, feature.
+type Line = (String, String, u32, String);
+
+/// Numbers lines in the order in which modules bring them, so that what follows in a module mostly has numbers that follow.
+#[derive(Default)]
+pub struct LineTable {
+    numbers: HashMap<Line, usize>,
+    lines: Vec<Line>,
+}
+
+impl LineTable {
+    /// A module's lines as `first,count` pairs with `;` between them, counted from 0.
+    pub fn add(&mut self, wgsl: &str, map: &SourceMap) -> String {
+        let mut runs: Vec<(usize, usize)> = Vec::new();
+        for (k, text) in wgsl.lines().enumerate() {
+            let (fragment, line) = map.origin_of(k + 1).unwrap_or_default();
+            let line = (text.to_owned(), fragment.to_owned(), line, map.feature_of(k + 1).unwrap_or_default().to_owned());
+            let number = *self.numbers.entry(line).or_insert_with_key(|line| {
+                self.lines.push(line.clone());
+                self.lines.len() - 1
+            });
+            match runs.last_mut() {
+                Some((first, count)) if *first + *count == number => *count += 1,
+                _ => runs.push((number, 1)),
+            }
+        }
+        runs.iter().map(|(first, count)| format!("{first},{count}")).collect::<Vec<_>>().join(";")
+    }
+
+    /// The table as a script: fragments and features by number, and each line as text, fragment, line, feature.
+    pub fn script(&self) -> String {
+        let names = |of: fn(&Line) -> &str| self.lines.iter().map(of).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
+        let (fragments, features) = (names(|l| &l.1), names(|l| &l.3));
+        let number = |names: &[&str], name: &str| names.binary_search(&name).unwrap_or_default();
+        let mut rows = String::new();
+        for (text, fragment, line, feature) in &self.lines {
+            let (fragment, feature) = (number(&fragments, fragment), number(&features, feature));
+            let _ = writeln!(rows, "{},", serde_json::json!([text, fragment, line, feature]));
+        }
+        format!(
+            "// Every line of every module once: text, fragment, line in it, feature.\nconst FRAGMENTS = {};\nconst FEATURES = {};\nconst LINES = [\n{rows}];\n",
+            serde_json::json!(fragments),
+            serde_json::json!(features)
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::Lowering;
+    use crate::shader::{ModuleId, ShaderModule};
+
+    /// Read back by its runs, each module is what it was.
+    #[test]
+    fn runs_give_each_module_back() {
+        let modules: Vec<ShaderModule> = ["lambert.sun1.sphere", "lambert.albedo.sun1.ellipsoid", "tone_map"]
+            .iter()
+            .map(|name| ShaderModule::build(&name.parse::<ModuleId>().expect(name), &Lowering::none()).expect(name))
+            .collect();
+        let mut table = LineTable::default();
+        let runs: Vec<String> = modules.iter().map(|m| table.add(&m.wgsl, &m.source_map)).collect();
+        for (module, runs) in modules.iter().zip(&runs) {
+            let mut text = String::new();
+            for run in runs.split(';') {
+                let (first, count) = run.split_once(',').expect("a pair");
+                let (first, count): (usize, usize) = (first.parse().expect("a number"), count.parse().expect("a number"));
+                table.lines[first..first + count].iter().for_each(|l| text.push_str(&format!("{}\n", l.0)));
+            }
+            assert_eq!(text, module.wgsl);
+        }
+        let total: usize = modules.iter().map(|m| m.wgsl.lines().count()).sum();
+        assert!(table.lines.len() < total, "shared lines are stored once: {} of {total}", table.lines.len());
+        assert_eq!(table.script().matches("\n[").count(), table.lines.len());
+    }
+}

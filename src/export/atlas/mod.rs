@@ -1,0 +1,145 @@
+//! The atlas: a static site with a page for each module: picture, features, source by feature, cost, and the modules one step away.
+//!
+//! In: a revision and module ids. Out: `index.html`, a page and a picture a module, `lines.js`, `manifest.json`. Always: opened from the disk it needs no server and nothing from elsewhere; the
+//! same modules give the same bytes. Lines of source are stored once for all pages: the modules of all keys share most of theirs, and would take a gigabyte each in full.
+
+mod lines;
+mod neighbours;
+mod page;
+
+use super::report::{Figures, figures};
+use super::revision::{Revision, RevisionError};
+use super::sample::{Sample, Sampler};
+use crate::files::{FileAccess, WriteError, write_whole};
+use crate::image::write_png;
+use crate::session::SessionError;
+use crate::shader::library::file_name;
+use crate::shader::{Lowering, ModuleId, ShaderModule};
+use lines::LineTable;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Pixels of a side of a module's picture.
+const SIDE: u32 = 96;
+/// Modules that are made before their pages are written: what is in memory at a time.
+const AT_ONCE: usize = 128;
+/// Name of the list of all modules, by which a folder is known as an atlas.
+pub const MANIFEST: &str = "manifest.json";
+
+/// Why an atlas was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum AtlasError {
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    #[error(transparent)]
+    Revision(#[from] RevisionError),
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    #[error("{module}: {why}")]
+    Module { module: String, why: String },
+}
+
+/// One row of the list.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Entry {
+    /// Key or name.
+    pub module: String,
+    /// Path of its page below the atlas' folder; its picture is `pictures/` and the same name with `.png`, where it has one.
+    pub page: String,
+    pub has_picture: bool,
+    /// Features that its lines are there for.
+    pub features: Vec<String>,
+    /// Lines of the module.
+    pub lines: usize,
+    pub figures: Figures,
+}
+
+/// What one module contributes before lines are numbered.
+struct Made {
+    module: Arc<ShaderModule>,
+    figures: Figures,
+    picture: Option<Sample>,
+}
+
+fn stem(id: &ModuleId) -> String {
+    let name = file_name(id);
+    name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.to_owned())
+}
+
+fn made(sampler: &Sampler, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<Made, AtlasError> {
+    let wrong = |why: String| AtlasError::Module { module: id.to_string(), why };
+    let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
+    let picture = match id {
+        ModuleId::Planet(key) => Some(sampler.draw(&module, key)?),
+        _ => None,
+    };
+    let figures = figures(&module, picture.as_ref()).map_err(wrong)?;
+    Ok(Made { module, figures, picture })
+}
+
+fn put(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    write_whole(path, FileAccess::All, |out| out.write_all(bytes))
+}
+
+/// Writes the atlas of these modules into a folder; `done` is called after each.
+///
+/// # Errors
+/// A module that cannot be made, or a file that cannot be written.
+pub fn write(folder: &Path, revision: &Revision, ids: &[ModuleId], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Vec<Entry>, AtlasError> {
+    for part in ["pages", "pictures"] {
+        let part = folder.join(part);
+        std::fs::create_dir_all(&part).map_err(|e| crate::files::failure(&part, &e))?;
+    }
+    let names: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
+    let near = neighbours::of(names.keys().map(String::as_str));
+    let mut table = LineTable::default();
+    let mut entries = Vec::new();
+    for some in ids.chunks(AT_ONCE) {
+        let samplers = || Sampler::new(SIDE);
+        let one = |sampler: &mut Result<Sampler, SessionError>, id: &ModuleId| {
+            let made = match sampler {
+                Ok(sampler) => made(sampler, revision, id, lowering),
+                Err(e) => Err(AtlasError::Module { module: id.to_string(), why: e.to_string() }),
+            };
+            done();
+            made
+        };
+        let of_some: Vec<Result<Made, AtlasError>> = some.par_iter().map_init(samplers, one).collect();
+        for (id, made) in some.iter().zip(of_some) {
+            let Made { module, figures, picture } = made?;
+            let name = id.to_string();
+            let stem = &names[&name];
+            if let Some(sample) = &picture {
+                let mut png = Vec::new();
+                write_png(&mut png, sample.side, sample.side, &sample.display(), &[("Shader", &name)])
+                    .map_err(|e| AtlasError::Module { module: name.clone(), why: e.to_string() })?;
+                put(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
+            }
+            let runs = table.add(&module.wgsl, &module.source_map);
+            let entry = Entry {
+                page: format!("pages/{stem}.html"),
+                has_picture: picture.is_some(),
+                features: module.source_map.features.clone(),
+                lines: module.wgsl.lines().count(),
+                figures,
+                module: name.clone(),
+            };
+            let steps = near.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
+            let linked: Vec<(String, &str)> = steps.iter().map(|s| (s.words.clone(), names[s.to].as_str())).collect();
+            put(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
+            entries.push(entry);
+        }
+    }
+    put(&folder.join("lines.js"), table.script().as_bytes())?;
+    put(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
+    put(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
+    put(&folder.join("index.html"), page::index(&revision.name, &entries).as_bytes())?;
+    // Last: what has a manifest is whole.
+    let manifest = serde_json::json!({ "revision": revision.name, "modules": entries });
+    put(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;
+    Ok(entries)
+}

@@ -1,0 +1,62 @@
+//! Which keys are one step apart: one part more, one less, or one for another.
+//!
+//! In: key texts, parts between dots. Out: for each its steps, sorted. Always: a step there is a step back.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// From one key to another.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Step<'a> {
+    /// `+clouds`, `-clouds` or `sun1 -> sun2`.
+    pub words: String,
+    pub to: &'a str,
+}
+
+fn without(parts: &[&str], k: usize) -> String {
+    let rest: Vec<&str> = parts.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
+    rest.join(".")
+}
+
+/// The steps from each key to others of the set.
+pub fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Step<'a>>> {
+    let keys: BTreeSet<&str> = keys.into_iter().collect();
+    // What is left without one part, and who has it: the key and the part.
+    let mut by_rest: HashMap<String, Vec<(&str, &str)>> = HashMap::new();
+    for key in &keys {
+        let parts: Vec<&str> = key.split('.').collect();
+        for (k, part) in parts.iter().enumerate().filter(|_| parts.len() > 1) {
+            by_rest.entry(without(&parts, k)).or_default().push((key, part));
+        }
+    }
+    let mut steps: BTreeMap<&str, BTreeSet<Step<'_>>> = keys.iter().map(|k| (*k, BTreeSet::new())).collect();
+    for (rest, with) in &by_rest {
+        let shorter = keys.get(rest.as_str()).copied();
+        for (key, part) in with {
+            if let Some(shorter) = shorter {
+                steps.entry(key).or_default().insert(Step { words: format!("-{part}"), to: shorter });
+                steps.entry(shorter).or_default().insert(Step { words: format!("+{part}"), to: key });
+            }
+            for (other, its_part) in with.iter().filter(|(other, _)| other != key) {
+                steps.entry(key).or_default().insert(Step { words: format!("{part} -> {its_part}"), to: other });
+            }
+        }
+    }
+    steps.into_iter().map(|(key, steps)| (key, steps.into_iter().collect())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_adds_takes_or_exchanges_one_part() {
+        let near = of(["a.sun1", "a.clouds.sun1", "a.sun2", "b.sun2"]);
+        let words = |key: &str| near[key].iter().map(|s| format!("{} {}", s.words, s.to)).collect::<Vec<_>>();
+        assert_eq!(words("a.sun1"), ["+clouds a.clouds.sun1", "sun1 -> sun2 a.sun2"]);
+        assert_eq!(words("a.clouds.sun1"), ["-clouds a.sun1"]);
+        assert_eq!(words("b.sun2"), ["b -> a a.sun2"]);
+        for (key, steps) in &near {
+            assert!(steps.iter().all(|s| near[s.to].iter().any(|back| back.to == *key)), "{key}");
+        }
+    }
+}

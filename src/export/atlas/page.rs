@@ -1,0 +1,85 @@
+//! The pages of the atlas as HTML. What needs no script is text: names, figures, links; the source is put together by `atlas.js`.
+
+use super::Entry;
+use std::fmt::Write;
+
+/// Text inside HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn head(title: &str, root: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{}</title>\n<link rel=\"stylesheet\" href=\"{root}atlas.css\">\n</head>\n<body>\n",
+        escaped(title)
+    )
+}
+
+fn light(of: Option<f64>) -> String {
+    of.map_or(String::new(), |v| format!("{v:.4}"))
+}
+
+/// The page of one module. `runs`: its lines in the table; `steps`: words and file stems of modules one step away.
+pub fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String, &str)]) -> String {
+    let name = escaped(&entry.module);
+    let mut html = head(&entry.module, "../");
+    let _ = write!(html, "<p><a href=\"../index.html\">All modules</a></p>\n<h1>{name}</h1>\n<div class=\"about\">\n");
+    if entry.has_picture {
+        let _ = writeln!(html, "<img src=\"../pictures/{stem}.png\" width=\"192\" height=\"192\" alt=\"The sample body drawn by {name}\">", stem = escaped(stem));
+    }
+    html.push_str("<table>\n");
+    let f = &entry.figures;
+    let rows = [
+        ("Lines", entry.lines.to_string()),
+        ("Operations per pixel, loops once", f.operations.to_string()),
+        ("Texture reads", f.texture_reads.to_string()),
+        ("Slots of a lane", f.slots.to_string()),
+        ("Mean luminance of the picture", light(f.mean_luminance)),
+        ("f32 to f64 at most, levels of 255", light(f.rounding_levels)),
+    ];
+    for (what, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
+        let _ = writeln!(html, "<tr><th>{what}</th><td>{value}</td></tr>");
+    }
+    html.push_str("</table>\n");
+    if !steps.is_empty() {
+        html.push_str("<div><h2>One step away</h2>\n<ul class=\"steps\">\n");
+        for (words, stem) in steps {
+            let _ = writeln!(html, "<li><a href=\"{}.html\">{}</a></li>", escaped(stem), escaped(words));
+        }
+        html.push_str("</ul></div>\n");
+    }
+    let _ = write!(
+        html,
+        "</div>\n<h2>Source</h2>\n<p id=\"legend\"></p>\n<noscript><p>The source needs scripts; <code>orrery shader emit {name}</code> prints it.</p></noscript>\n<pre id=\"source\" data-runs=\"{runs}\"></pre>\n<script src=\"../lines.js\"></script>\n<script src=\"../atlas.js\"></script>\n</body>\n</html>\n"
+    );
+    html
+}
+
+/// The list of all modules.
+pub fn index(revision: &str, entries: &[Entry]) -> String {
+    let mut html = head("Orrery: atlas of shader modules", "");
+    let _ = write!(
+        html,
+        "<h1>Atlas of shader modules</h1>\n<p>{} modules of revision <code>{}</code>. Each picture is the same sample body, lit from the side, drawn by that module in the software renderer.</p>\n<p><label>Features: <input id=\"filter\" type=\"search\" size=\"50\" placeholder=\"clouds -eclipse ringshadow\"></label> <span id=\"count\"></span></p>\n<ul class=\"modules\">\n",
+        entries.len(),
+        escaped(revision)
+    );
+    for entry in entries {
+        let picture = if entry.has_picture {
+            let stem = entry.page.trim_start_matches("pages/").trim_end_matches(".html");
+            format!("<img src=\"pictures/{}.png\" width=\"96\" height=\"96\" loading=\"lazy\" alt=\"\">", escaped(stem))
+        } else {
+            String::new()
+        };
+        let _ = writeln!(
+            html,
+            "<li><a href=\"{}\">{picture}<span>{}</span></a> <small>{} operations, {} texture reads</small></li>",
+            escaped(&entry.page),
+            escaped(&entry.module),
+            entry.figures.operations,
+            entry.figures.texture_reads
+        );
+    }
+    html.push_str("</ul>\n<script src=\"atlas.js\"></script>\n</body>\n</html>\n");
+    html
+}

@@ -1,0 +1,218 @@
+//! The conformance corpus: modules with their inputs, answers and tolerances, for other executors of WGSL.
+//!
+//! In: a revision and keys. Out: a folder a key with `module.wgsl` and `case.json`, and `data/` with what cases share, each file named by its SHA-256. Always: everything that the
+//! draw needs is in the files; answers are the software renderer's in f64, rounded to f32; the same modules give the same bytes. The format is described in docs/corpus.md.
+//! Not here: modules that draw no body.
+
+use super::revision::{Revision, RevisionError};
+use super::sample::{Sample, Sampler, levels_apart};
+use crate::files::{FileAccess, WriteError, failure, write_whole};
+use crate::image::{TexelFormat, Texture};
+use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
+use crate::session::SessionError;
+use crate::shader::generator::hex;
+use crate::shader::key::ShaderKey;
+use crate::shader::library::file_name;
+use crate::shader::{Lowering, ModuleId, ShaderModule};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Pixels of a side of each case.
+const SIDE: u32 = 48;
+/// Cases that are in memory at a time.
+const AT_ONCE: usize = 64;
+/// Name of the list of cases, by which a folder is known as a corpus.
+pub const MANIFEST: &str = "corpus.json";
+/// Of the format: another number, another layout of the files.
+pub const FORMAT: u32 = 1;
+/// Half a level of 256: what no display can tell. Ours keeps it in f32 for each key of the covering sets (tests/render/permutations.rs).
+pub const TOLERANCE: f64 = 1.0 / 512.0;
+
+/// Why a corpus was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum CorpusError {
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    #[error(transparent)]
+    Revision(#[from] RevisionError),
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    #[error("{key}: {why}")]
+    Case { key: String, why: String },
+}
+
+/// Bytes that cases name by their digest.
+struct Blob {
+    name: String,
+    bytes: Vec<u8>,
+}
+
+impl Blob {
+    fn of(bytes: Vec<u8>) -> Self {
+        Self { name: format!("data/{}.bin", hex(&Sha256::digest(&bytes)[..16])), bytes }
+    }
+}
+
+/// A case before it is written.
+struct Case {
+    folder: String,
+    wgsl: String,
+    json: Value,
+    blobs: Vec<Blob>,
+}
+
+fn little_endian(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+    values.into_iter().flat_map(f32::to_le_bytes).collect()
+}
+
+/// Name of a texel format in WebGPU.
+fn format_name(format: TexelFormat) -> &'static str {
+    match format {
+        TexelFormat::Rgba8Unorm => "rgba8unorm",
+        TexelFormat::Rgba8Srgb => "rgba8unorm-srgb",
+        TexelFormat::Rgba32Float => "rgba32float",
+    }
+}
+
+fn address_name(mode: AddressMode) -> &'static str {
+    match mode {
+        AddressMode::Repeat => "repeat",
+        AddressMode::ClampToEdge => "clamp-to-edge",
+    }
+}
+
+/// A texture's levels, finest first, in one blob.
+fn texture(binding: u32, name: &str, texture: &Texture, blobs: &mut Vec<Blob>) -> Value {
+    let blob = Blob::of(texture.levels.iter().flat_map(|l| l.bytes.iter().copied()).collect());
+    let levels: Vec<[u32; 2]> = texture.levels.iter().map(|l| [l.width, l.height]).collect();
+    let value = json!({ "binding": binding, "name": name, "format": format_name(texture.format), "levels": levels, "data": blob.name });
+    blobs.push(blob);
+    value
+}
+
+fn attribute(location: usize, attribute: &Attribute, blobs: &mut Vec<Blob>) -> Value {
+    let blob = Blob::of(little_endian(attribute.values.iter().copied()));
+    let value = json!({ "location": location, "components": attribute.components, "data": blob.name });
+    blobs.push(blob);
+    value
+}
+
+fn vertices(of: &Vertices, blobs: &mut Vec<Blob>) -> Value {
+    match of {
+        Vertices::Count(count) => json!({ "count": count }),
+        Vertices::Mesh { attributes, indices } => {
+            let attributes: Vec<Value> = attributes.iter().enumerate().map(|(k, a)| attribute(k, a, blobs)).collect();
+            let blob = Blob::of(indices.iter().flat_map(|i| i.to_le_bytes()).collect());
+            let value = json!({ "indices": blob.name, "count": indices.len(), "attributes": attributes });
+            blobs.push(blob);
+            value
+        }
+    }
+}
+
+fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Case, String> {
+    let mut blobs = Vec::new();
+    let mut put = |bytes: Vec<u8>| {
+        let blob = Blob::of(bytes);
+        let name = blob.name.clone();
+        blobs.push(blob);
+        name
+    };
+    let uniforms = put(draw.uniform_bytes.clone());
+    let answer = put(little_endian(sample.double.iter().flatten().copied()));
+    let fields: Vec<Value> =
+        module.layout.fields.iter().map(|f| json!({ "name": f.name, "offset": f.offset, "size": f.size, "type": f.ty.to_string() })).collect();
+    let mut textures = Vec::new();
+    for (bound, declared) in draw.textures.iter().zip(&module.layout.textures) {
+        let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is no picture in memory", declared.name)) };
+        textures.push(texture(bound.binding, &declared.name, image, &mut blobs));
+    }
+    let samplers: Vec<Value> = draw
+        .samplers
+        .iter()
+        .map(|s| {
+            json!({
+                "binding": s.binding,
+                "address_u": address_name(s.state.address_u),
+                "address_v": address_name(s.state.address_v),
+                "filter": if s.state.linear { "linear" } else { "nearest" },
+            })
+        })
+        .collect();
+    let vertices = vertices(&draw.vertices, &mut blobs);
+    let entry_points: serde_json::Map<String, Value> =
+        module.module.entry_points.iter().map(|e| (format!("{:?}", e.stage).to_lowercase(), json!(e.name))).collect();
+    let folder = file_name(&module.id);
+    Ok(Case {
+        folder: format!("cases/{}", folder.rsplit_once('.').map_or(folder.as_str(), |(stem, _)| stem)),
+        wgsl: module.wgsl.clone(),
+        json: json!({
+            "format": FORMAT,
+            "module": module.id.to_string(),
+            "entry_points": entry_points,
+            "target": { "width": sample.side, "height": sample.side, "format": "rgba32float", "clear": [0, 0, 0, 0], "depth": "reversed, cleared to 0" },
+            "uniforms": { "group": 0, "binding": 0, "data": uniforms, "fields": fields },
+            "textures": textures,
+            "samplers": samplers,
+            "vertices": vertices,
+            "answer": answer,
+            "tolerance": TOLERANCE,
+            "f32_of_this_renderer": levels_apart(&sample.single, &sample.double).into_iter().fold(0.0, f64::max) / 255.0,
+        }),
+        blobs,
+    })
+}
+
+fn case(sampler: &Sampler, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
+    let wrong = |why: String| CorpusError::Case { key: key.to_string(), why };
+    let module = Arc::new(revision.module(&ModuleId::Planet(*key), lowering)?.ok_or_else(|| wrong("not in the library".into()))?);
+    let plan = sampler.plan(&module, key)?;
+    let draw = plan.passes.first().and_then(|p| p.draws.first()).ok_or_else(|| wrong("draws nothing".into()))?;
+    case_of(&module, draw, &sampler.draw(&module, key)?).map_err(wrong)
+}
+
+/// Writes the corpus of these keys into a folder; `done` is called after each. Answers the number of cases.
+///
+/// # Errors
+/// A module that cannot be made or run, or a file that cannot be written.
+pub fn write(folder: &Path, revision: &Revision, keys: &[ShaderKey], lowering: &Lowering, done: impl Fn() + Sync) -> Result<usize, CorpusError> {
+    let make = |path: &Path| std::fs::create_dir_all(path).map_err(|e| failure(path, &e));
+    let put = |path: &Path, bytes: &[u8]| write_whole(path, FileAccess::All, |out| out.write_all(bytes));
+    make(&folder.join("data"))?;
+    let mut written: BTreeSet<String> = BTreeSet::new();
+    let mut cases: Vec<String> = Vec::new();
+    for some in keys.chunks(AT_ONCE) {
+        let samplers = || Sampler::new(SIDE);
+        let one = |sampler: &mut Result<Sampler, SessionError>, key: &ShaderKey| {
+            let made = match sampler {
+                Ok(sampler) => case(sampler, revision, key, lowering),
+                Err(e) => Err(CorpusError::Case { key: key.to_string(), why: e.to_string() }),
+            };
+            done();
+            made
+        };
+        let made: Vec<Result<Case, CorpusError>> = some.par_iter().map_init(samplers, one).collect();
+        for case in made {
+            let Case { folder: of_case, wgsl, json, blobs } = case?;
+            let path = folder.join(&of_case);
+            make(&path)?;
+            for blob in blobs {
+                if written.insert(blob.name.clone()) {
+                    put(&folder.join(&blob.name), &blob.bytes)?;
+                }
+            }
+            put(&path.join("module.wgsl"), wgsl.as_bytes())?;
+            put(&path.join("case.json"), format!("{json:#}\n").as_bytes())?;
+            cases.push(of_case);
+        }
+    }
+    // Last: what has a manifest is whole.
+    let manifest = json!({ "format": FORMAT, "revision": revision.name, "tolerance": TOLERANCE, "cases": cases });
+    put(&folder.join(MANIFEST), format!("{manifest:#}\n").as_bytes())?;
+    Ok(cases.len())
+}

@@ -1,0 +1,217 @@
+//! Two revisions of the shader library compared: source, picture, figures and cost of each module, by cause.
+//!
+//! In: two [`Revision`]s. Out: a [`Report`]. Always: modules whose text and tape are equal are counted and not drawn; a module that one revision cannot make is a failure with its
+//! reason, never "equal". Causes are what differs in the source: the fragments, else the generator, else what turns text into a tape.
+
+use super::revision::Revision;
+use super::sample::{Sample, Sampler, levels_apart};
+use crate::session::{SessionError, tape_costs};
+use crate::shader::compare::changed_lines;
+use crate::shader::{Lowering, ModuleId, ShaderModule};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// Pixels of a side of the sample picture.
+const SIDE: u32 = 40;
+
+/// What one module's revisions cost and draw.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Figures {
+    /// Operations of the fragment tape over lanes; a loop's count once.
+    pub operations: usize,
+    /// Texture samples and loads of the fragment tape.
+    pub texture_reads: usize,
+    /// Values of one lane that are kept at a time.
+    pub slots: u32,
+    /// Mean luminance of the sample picture, of a white surface's; `None` for modules that draw no body.
+    pub mean_luminance: Option<f64>,
+    /// The greatest difference between f32 and f64 in the sample picture, display levels.
+    pub rounding_levels: Option<f64>,
+}
+
+/// Lines of one fragment that only one revision has.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Cause {
+    /// The fragment's path, or `generator`, or `lowering`.
+    pub what: String,
+    /// Features that asked for the lines.
+    pub features: BTreeSet<String>,
+    /// Lines of the first revision alone.
+    pub removed: usize,
+    /// Lines of the second alone.
+    pub added: usize,
+}
+
+/// How far two pictures are apart, display levels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PictureChange {
+    /// The greatest difference of a pixel.
+    pub max_levels: f64,
+    /// The mean over all pixels.
+    pub mean_levels: f64,
+    /// Pixels that differ by half a level or more.
+    pub pixels: usize,
+}
+
+/// One module that is not the same in both.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModuleChange {
+    /// Key or name.
+    pub module: String,
+    pub causes: Vec<Cause>,
+    pub picture: Option<PictureChange>,
+    pub first: Figures,
+    pub second: Figures,
+}
+
+/// The comparison.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Report {
+    pub first: String,
+    pub second: String,
+    /// Modules with equal text and tape.
+    pub equal: usize,
+    pub only_first: Vec<String>,
+    pub only_second: Vec<String>,
+    pub changed: Vec<ModuleChange>,
+    /// Modules that a revision has no sound form of, each with the reason.
+    pub failures: Vec<(String, String)>,
+}
+
+enum Compared {
+    Equal,
+    Changed(Box<ModuleChange>),
+    Only { first: bool },
+    Failed(String),
+}
+
+/// The modules that two revisions share or that one alone has; `usual`: those that folders of fragments are asked for.
+fn ids(revisions: [&Revision; 2], usual: &[ModuleId]) -> Vec<ModuleId> {
+    let known: Vec<ModuleId> = revisions.iter().filter_map(|r| r.ids()).flatten().collect();
+    let all: BTreeSet<ModuleId> = if known.is_empty() { usual.iter().cloned().collect() } else { known.into_iter().collect() };
+    all.into_iter().collect()
+}
+
+/// What a module costs, and its sample picture's figures.
+///
+/// # Errors
+/// One line: the module has no tape that can be read.
+pub fn figures(module: &ShaderModule, sample: Option<&Sample>) -> Result<Figures, String> {
+    let costs = tape_costs(module).map_err(|e| e.to_string())?;
+    let Some(fragment) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };
+    Ok(Figures {
+        operations: fragment.operations.values().sum(),
+        texture_reads: fragment.texture_reads,
+        slots: fragment.slots,
+        mean_luminance: sample.map(Sample::mean_luminance),
+        rounding_levels: sample.map(Sample::rounding_levels),
+    })
+}
+
+/// Why two modules of one id differ.
+fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
+    if first.wgsl == second.wgsl {
+        return vec![Cause { what: "lowering".into(), ..Cause::default() }];
+    }
+    let of = |(what, lines): (String, crate::shader::compare::ChangedLines)| Cause {
+        what,
+        features: lines.features,
+        removed: lines.removed,
+        added: lines.added,
+    };
+    let causes: Vec<Cause> = changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(of).collect();
+    // The same lines of the same fragments in another order, or lines that stand in no fragment.
+    if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
+}
+
+fn compare(sampler: &Sampler, modules: [ShaderModule; 2], id: &ModuleId) -> Result<Compared, String> {
+    if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
+        return Ok(Compared::Equal);
+    }
+    let [first, second] = modules.map(Arc::new);
+    let sample = |module: &Arc<ShaderModule>| match id {
+        ModuleId::Planet(key) => sampler.draw(module, key).map(Some).map_err(|e| e.to_string()),
+        _ => Ok(None),
+    };
+    let samples = [sample(&first)?, sample(&second)?];
+    let picture = match &samples {
+        [Some(a), Some(b)] => {
+            let apart = levels_apart(&a.single, &b.single);
+            Some(PictureChange {
+                max_levels: apart.iter().copied().fold(0.0, f64::max),
+                mean_levels: apart.iter().sum::<f64>() / apart.len().max(1) as f64,
+                pixels: apart.iter().filter(|d| **d >= 0.5).count(),
+            })
+        }
+        _ => None,
+    };
+    let [a, b] = &samples;
+    Ok(Compared::Changed(Box::new(ModuleChange {
+        module: id.to_string(),
+        causes: causes(&first, &second),
+        picture,
+        first: figures(&first, a.as_ref())?,
+        second: figures(&second, b.as_ref())?,
+    })))
+}
+
+impl Report {
+    /// Compares two revisions. `usual`: the modules asked of fragments; `done` is called after each module, from any thread.
+    ///
+    /// # Errors
+    /// No renderer can be had. What is wrong with a module stands in the report.
+    pub fn of(
+        revisions: [&Revision; 2],
+        usual: &[ModuleId],
+        lowering: &Lowering,
+        starts: impl FnOnce(usize),
+        done: impl Fn() + Sync,
+    ) -> Result<Self, SessionError> {
+        let ids = ids(revisions, usual);
+        starts(ids.len());
+        // A sampler a piece of work: each has one thread.
+        let samplers = || Sampler::new(SIDE).map_err(|e| e.to_string());
+        let one = |sampler: &mut Result<Sampler, String>, id: &ModuleId| {
+            let made = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
+            let compared = match made {
+                [Ok(Some(a)), Ok(Some(b))] => match sampler {
+                    Ok(sampler) => compare(sampler, [a, b], id).unwrap_or_else(Compared::Failed),
+                    Err(e) => Compared::Failed(e.clone()),
+                },
+                [Err(e), _] | [_, Err(e)] => Compared::Failed(e),
+                [Ok(first), Ok(_)] => Compared::Only { first: first.is_some() },
+            };
+            done();
+            compared
+        };
+        let compared: Vec<Compared> = ids.par_iter().map_init(samplers, one).collect();
+        let mut report = Self { first: revisions[0].name.clone(), second: revisions[1].name.clone(), ..Self::default() };
+        for (id, compared) in ids.iter().zip(compared) {
+            match compared {
+                Compared::Equal => report.equal += 1,
+                Compared::Changed(change) => report.changed.push(*change),
+                Compared::Only { first: true } => report.only_first.push(id.to_string()),
+                Compared::Only { first: false } => report.only_second.push(id.to_string()),
+                Compared::Failed(why) => report.failures.push((id.to_string(), why)),
+            }
+        }
+        Ok(report)
+    }
+
+    /// Whether both revisions hold the same modules.
+    pub fn is_equal(&self) -> bool {
+        self.changed.is_empty() && self.only_first.is_empty() && self.only_second.is_empty() && self.failures.is_empty()
+    }
+
+    /// Changed modules by what changed in them: the paths of the fragments, joined.
+    pub fn by_cause(&self) -> BTreeMap<String, Vec<&ModuleChange>> {
+        let mut groups: BTreeMap<String, Vec<&ModuleChange>> = BTreeMap::new();
+        for change in &self.changed {
+            let causes: Vec<&str> = change.causes.iter().map(|c| c.what.as_str()).collect();
+            groups.entry(causes.join(" + ")).or_default().push(change);
+        }
+        groups
+    }
+}

@@ -1,0 +1,164 @@
+//! One revision of the shader library: the entries in a folder, or what a folder of fragments makes.
+//!
+//! In: a folder. Out: modules by id. Always: an entry's text and tape are those that its revision wrote; only where this program's software renderer no longer runs the tape, the
+//! module is lowered anew. Fragments are emitted by this program's generator. A folder that holds several revisions is refused: the caller says which.
+
+use crate::files::read_bytes;
+use crate::session::{FragmentFolderError, fragment_times, read_fragments};
+use crate::shader::fragments::Fragments;
+use crate::shader::library::{EXTENSION, EntryError, MAX_ENTRY_BYTES, decode_of_any_generator, module_name};
+use crate::shader::{Lowering, ModuleId, ShaderError, ShaderModule};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Why a folder gives no revision, or a revision no module.
+#[derive(Debug, thiserror::Error)]
+pub enum RevisionError {
+    /// The folder cannot be read.
+    #[error("{}: {source}", folder.display())]
+    Folder { folder: PathBuf, source: std::io::Error },
+    /// It holds neither entries nor fragments.
+    #[error("{}: no shader library and no fragments in it; `orrery library warm --cache DIR` writes a library, `orrery shader export DIR` the fragments", .0.display())]
+    Nothing(PathBuf),
+    /// It holds libraries of several generators.
+    #[error("{} holds {} revisions; name the folder of one: {}", folder.display(), names.len(), names.join(", "))]
+    Several { folder: PathBuf, names: Vec<String> },
+    /// An entry cannot be read.
+    #[error("{}: {why}", file.display())]
+    Entry { file: PathBuf, why: EntryError },
+    /// A file cannot be read.
+    #[error("{}: {source}", file.display())]
+    File { file: PathBuf, source: std::io::Error },
+    #[error(transparent)]
+    Fragments(#[from] FragmentFolderError),
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
+}
+
+enum Modules {
+    /// Entry files by module.
+    Entries(BTreeMap<ModuleId, PathBuf>),
+    Fragments(Box<Fragments>),
+}
+
+/// Modules of one revision.
+pub struct Revision {
+    /// What a report calls it: its folder.
+    pub name: String,
+    modules: Modules,
+}
+
+fn entries_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut entries = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e == EXTENSION) {
+            entries.push(path);
+        }
+    }
+    entries.sort();
+    Ok(entries)
+}
+
+/// Folders below a library's root that hold entries: one for each generator.
+fn generations(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(root)? {
+        let path = entry?.path();
+        if path.is_dir() && !entries_in(&path)?.is_empty() {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+impl Revision {
+    /// What this program itself makes.
+    pub fn built_in() -> Self {
+        Self::of_fragments("built-in", Fragments::default())
+    }
+
+    /// What these fragments make.
+    pub fn of_fragments(name: &str, fragments: Fragments) -> Self {
+        Self { name: name.to_owned(), modules: Modules::Fragments(Box::new(fragments)) }
+    }
+
+    /// The revision in a folder: one generator's folder of a library, a library with one generator, a cache folder with such a library, or fragments as
+    /// `orrery shader export` writes them.
+    ///
+    /// # Errors
+    /// The folder cannot be read, holds nothing of the kind, or several generators.
+    pub fn open(folder: &Path) -> Result<Self, RevisionError> {
+        let failed = |source| RevisionError::Folder { folder: folder.to_owned(), source };
+        let entries = entries_in(folder).map_err(failed)?;
+        if !entries.is_empty() {
+            return Self::of_entries(folder, entries);
+        }
+        for root in [folder.to_owned(), folder.join("orrery").join("shaders")] {
+            if !root.is_dir() {
+                continue;
+            }
+            let found = generations(&root).map_err(failed)?;
+            match &found[..] {
+                [] => {}
+                [one] => return Self::of_entries(one, entries_in(one).map_err(failed)?),
+                several => {
+                    let names = several.iter().map(|p| p.display().to_string()).collect();
+                    return Err(RevisionError::Several { folder: folder.to_owned(), names });
+                }
+            }
+        }
+        match fragment_times(folder) {
+            Err(FragmentFolderError::Empty(_)) => Err(RevisionError::Nothing(folder.to_owned())),
+            Err(e) => Err(e.into()),
+            Ok(times) => Ok(Self::of_fragments(&folder.display().to_string(), read_fragments(folder, &times)?)),
+        }
+    }
+
+    fn of_entries(folder: &Path, files: Vec<PathBuf>) -> Result<Self, RevisionError> {
+        let mut entries = BTreeMap::new();
+        for file in files {
+            let by_name = file.file_stem().and_then(|s| s.to_str()).and_then(|name| name.parse().ok());
+            let id = match by_name {
+                Some(id) => id,
+                // Long names are shortened: the entry says which module it is.
+                None => {
+                    let name = module_name(&read(&file)?).map_err(|why| RevisionError::Entry { file: file.clone(), why })?;
+                    // Another revision's key may have a word that this one does not know.
+                    let Ok(id) = name.parse() else { continue };
+                    id
+                }
+            };
+            entries.insert(id, file);
+        }
+        Ok(Self { name: folder.display().to_string(), modules: Modules::Entries(entries) })
+    }
+
+    /// The modules of a library; `None` of fragments, which make any.
+    pub fn ids(&self) -> Option<Vec<ModuleId>> {
+        match &self.modules {
+            Modules::Entries(entries) => Some(entries.keys().cloned().collect()),
+            Modules::Fragments(_) => None,
+        }
+    }
+
+    /// A module, `None` where the library has no entry of it.
+    ///
+    /// # Errors
+    /// The entry cannot be read, or the fragments make no valid module.
+    pub fn module(&self, id: &ModuleId, lowering: &Lowering) -> Result<Option<ShaderModule>, RevisionError> {
+        match &self.modules {
+            Modules::Fragments(fragments) => Ok(Some(ShaderModule::build_with(fragments, id, lowering)?)),
+            Modules::Entries(entries) => {
+                let Some(file) = entries.get(id) else { return Ok(None) };
+                let module = decode_of_any_generator(id, &read(file)?, lowering);
+                module.map(Some).map_err(|why| RevisionError::Entry { file: file.clone(), why })
+            }
+        }
+    }
+}
+
+fn read(file: &Path) -> Result<Vec<u8>, RevisionError> {
+    read_bytes(file, MAX_ENTRY_BYTES).map_err(|source| RevisionError::File { file: file.to_owned(), source })
+}

@@ -1,0 +1,109 @@
+//! What a module does on the sample body: its picture in f32 and f64, and figures of both.
+//!
+//! In: a finished module of a planet's key. Out: a [`Sample`]. Always: drawn on one thread, so that keys are drawn side by side on all cores; nothing of the module is kept.
+
+use crate::render::plan::{ModuleProvider, Plan};
+use crate::render::software::kernels::KernelClass;
+use crate::render::software::{Options, Precision, SoftwareRenderer};
+use crate::session::{HALF_SIDE_WITH_LIMB, SessionError, sample_plan_of};
+use crate::shader::key::ShaderKey;
+use crate::shader::{ModuleId, ShaderError, ShaderModule};
+use crate::units::{linear_to_srgb, luminance};
+use std::sync::Arc;
+
+/// The sample body as a module draws it, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// Pixels of a side.
+    pub side: u32,
+    /// Linear RGBA, premultiplied, in f32.
+    pub single: Vec<[f32; 4]>,
+    /// The same tape in f64, rounded to f32 at the end.
+    pub double: Vec<[f32; 4]>,
+}
+
+/// Display levels of a linear colour, 0 to 255 and not rounded: white is the light of a surface that returns all sunlight.
+pub fn levels(linear: &[f32; 4]) -> [f64; 3] {
+    [0, 1, 2].map(|c| 255.0 * linear_to_srgb(f64::from(linear[c]).clamp(0.0, 1.0)))
+}
+
+/// The greatest difference of a channel in display levels, pixel by pixel; what is not finite in one picture alone is 255.
+pub fn levels_apart(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<f64> {
+    let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
+        let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
+        if is_finite(a) != is_finite(b) {
+            return 255.0;
+        }
+        let (a, b) = (levels(a), levels(b));
+        (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max)
+    };
+    first.iter().zip(second).map(apart).collect()
+}
+
+impl Sample {
+    /// Mean luminance of the picture in f64, of the light of a white surface.
+    pub fn mean_luminance(&self) -> f64 {
+        let sum: f64 = self.double.iter().map(|p| luminance([p[0], p[1], p[2]].map(f64::from))).sum();
+        sum / self.double.len().max(1) as f64
+    }
+
+    /// The greatest difference between f32 and f64, display levels.
+    pub fn rounding_levels(&self) -> f64 {
+        levels_apart(&self.single, &self.double).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Display bytes of the picture in f32, on black.
+    pub fn display(&self) -> Vec<[u8; 4]> {
+        self.single.iter().map(|p| levels(p).map(|v| v.round() as u8)).map(|[r, g, b]| [r, g, b, 255]).collect()
+    }
+}
+
+/// Draws samples.
+pub struct Sampler {
+    side: u32,
+    single: SoftwareRenderer,
+    double: SoftwareRenderer,
+}
+
+/// One module for whoever asks for it.
+struct Only<'a>(&'a Arc<ShaderModule>);
+
+impl ModuleProvider for Only<'_> {
+    fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        Ok(Arc::clone(self.0))
+    }
+}
+
+impl Sampler {
+    /// Pictures of a side in pixels. The portable kernels give the same bits on every machine.
+    ///
+    /// # Errors
+    /// No thread can be had.
+    pub fn new(side: u32) -> Result<Self, SessionError> {
+        let renderer = |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernels: KernelClass::Portable });
+        Ok(Self { side, single: renderer(Precision::F32)?, double: renderer(Precision::F64)? })
+    }
+
+    /// The plan of a key's sample.
+    ///
+    /// # Errors
+    /// As for [`sample_plan_of`].
+    pub fn plan(&self, module: &ShaderModule, key: &ShaderKey) -> Result<Plan, SessionError> {
+        sample_plan_of(module, key, self.side, HALF_SIDE_WITH_LIMB)
+    }
+
+    /// The sample body by a module.
+    ///
+    /// # Errors
+    /// The module wants what the sample body has not, or cannot be run.
+    pub fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<Sample, SessionError> {
+        let plan = self.plan(module, key)?;
+        let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
+            let drawn = renderer.render(&plan, &Only(module), true);
+            // Another module of the same name may come next, and thousands of others after it.
+            renderer.forget_modules();
+            Ok(drawn?.0.hdr)
+        };
+        Ok(Sample { side: self.side, single: light(&self.single)?, double: light(&self.double)? })
+    }
+}

@@ -1,0 +1,289 @@
+//! The report on two revisions, the atlas and the corpus: what they say, that they can tell revisions apart, and that another executor can use the corpus.
+
+use crate::support::gpu::gpu;
+use orrery::export::report::Report;
+use orrery::export::{Revision, RevisionError, atlas, corpus};
+use orrery::image::{Level, TexelFormat, Texture};
+use orrery::render::plan::{
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleProvider, Pass, Plan, PlanDraw, SamplerBinding,
+    SamplerState, TextureBinding, TextureSource, Vertices,
+};
+use orrery::render::software::{Options, SoftwareRenderer, lowering};
+use orrery::shader::fragments::Fragments;
+use orrery::shader::key::ShaderKey;
+use orrery::shader::{Emitted, Library, ModuleId, ShaderError, ShaderModule, SourceMap};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+const LAMBERT: &str = "lib/photometry/lambert.wesl";
+
+fn ids(texts: &[&str]) -> Vec<ModuleId> {
+    texts.iter().map(|t| t.parse().unwrap_or_else(|e| panic!("{t}: {e}"))).collect()
+}
+
+fn keys(texts: &[&str]) -> Vec<ShaderKey> {
+    texts.iter().map(|t| t.parse().unwrap_or_else(|e| panic!("{t}: {e}"))).collect()
+}
+
+fn report(first: &Revision, second: &Revision, usual: &[ModuleId]) -> Report {
+    Report::of([first, second], usual, &lowering(), |_| (), || ()).expect("a renderer")
+}
+
+/// The shipped fragments with one of them edited.
+fn edited(edit: impl Fn(&str) -> String) -> Revision {
+    let text = Fragments::default().text(LAMBERT).expect("a fragment").to_owned();
+    let new = edit(&text);
+    assert_ne!(new, text);
+    Revision::of_fragments("edited", Fragments::with_files([(LAMBERT.to_owned(), new)]))
+}
+
+#[test]
+fn a_report_names_the_fragment_that_changed_and_what_it_did() {
+    let usual = ids(&["lambert.sun1.sphere", "lambert.albedo.sun2.ellipsoid", "lommel-seeliger.sun1.sphere", "tone_map"]);
+    let built_in = Revision::built_in();
+    assert!(report(&built_in, &Revision::built_in(), &usual).is_equal());
+
+    let comment = report(&built_in, &edited(|t| format!("// A comment.\n{t}")), &usual);
+    assert!(comment.changed.iter().all(|c| c.picture.is_some_and(|p| p.max_levels == 0.0)), "a comment draws nothing");
+
+    let darker = edited(|t| t.replacen("return ", "return 0.9 * ", 1));
+    let report = report(&built_in, &darker, &usual);
+    let changed: Vec<&str> = report.changed.iter().map(|c| c.module.as_str()).collect();
+    assert_eq!(changed, ["lambert.sun1.sphere", "lambert.albedo.sun2.ellipsoid"].map(|k| k.parse::<ModuleId>().expect("a key").to_string()));
+    assert_eq!((report.equal, report.failures.len()), (2, 0));
+    for change in &report.changed {
+        assert_eq!(change.causes.iter().map(|c| c.what.as_str()).collect::<Vec<_>>(), [LAMBERT]);
+        assert_eq!((change.causes[0].removed, change.causes[0].added), (1, 1));
+        let light = change.second.mean_luminance.expect("light") / change.first.mean_luminance.expect("light");
+        assert!((light - 0.9).abs() < 1e-5, "{}: {light}", change.module);
+        assert!(change.picture.expect("a picture").max_levels > 3.0);
+        assert!(change.second.operations > change.first.operations, "a product more");
+    }
+}
+
+/// A revision of a library is what its entries hold, whatever program reads them; modules that one lacks are told.
+#[test]
+fn libraries_are_compared_by_their_entries() {
+    let (old, new) = (tempfile::tempdir().expect("temp"), tempfile::tempdir().expect("temp"));
+    let fill = |folder: &Path, texts: &[&str]| {
+        let library = Library::open(folder, lowering(), |line| panic!("{line}"));
+        assert!(library.warm(&ids(texts), || ()).is_empty());
+    };
+    fill(old.path(), &["lambert.sun1.sphere", "tone_map", "point"]);
+    fill(new.path(), &["lambert.sun1.sphere", "tone_map", "emissive.sun0.sphere"]);
+    let open = |folder: &Path| Revision::open(folder);
+    let report = report(&open(old.path()).expect("a library"), &open(new.path()).expect("a library"), &[]);
+    assert_eq!((report.equal, report.changed.len()), (2, 0));
+    assert_eq!((report.only_first, report.only_second), (vec!["point".to_owned()], vec!["emissive.sun0.sphere".to_owned()]));
+
+    // The folder of another generator beside it: which one is meant?
+    let root = old.path().join("orrery/shaders");
+    let own = std::fs::read_dir(&root).expect("a root").next().expect("a folder").expect("an entry").path();
+    std::fs::create_dir(root.join("other")).expect("made");
+    let entry = std::fs::read_dir(&own).expect("entries").next().expect("one").expect("an entry").path();
+    std::fs::copy(&entry, root.join("other").join(entry.file_name().expect("a name"))).expect("copied");
+    assert!(matches!(open(old.path()), Err(RevisionError::Several { names, .. }) if names.len() == 2));
+    assert_eq!(open(&own).expect("the folder of one").ids().map(|ids| ids.len()), Some(3));
+    // A damaged entry is a failure with its file, not an equal module.
+    let bytes = std::fs::read(&entry).expect("read");
+    std::fs::write(&entry, &bytes[..bytes.len() / 2]).expect("written");
+    let damaged = self::report(&open(&own).expect("a folder"), &open(&own).expect("a folder"), &[]);
+    assert_eq!((damaged.equal, damaged.failures.len()), (2, 1));
+    assert!(damaged.failures[0].1.contains("checksum"), "{:?}", damaged.failures);
+
+    let empty = tempfile::tempdir().expect("temp");
+    assert!(matches!(open(empty.path()), Err(RevisionError::Nothing(_))));
+    assert!(matches!(open(&empty.path().join("none")), Err(RevisionError::Folder { .. })));
+}
+
+fn tree(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).expect("inside").display().to_string();
+                files.insert(name, std::fs::read(&path).expect("read"));
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn an_atlas_has_a_page_for_each_module_and_no_dead_link() {
+    let (first, second) = (tempfile::tempdir().expect("temp"), tempfile::tempdir().expect("temp"));
+    let ids = ids(&["lambert.sun1.sphere", "lambert.albedo.sun1.sphere", "lambert.sun2.sphere", "tone_map"]);
+    for folder in [&first, &second] {
+        atlas::write(folder.path(), &Revision::built_in(), &ids, &lowering(), || ()).expect("an atlas");
+    }
+    let files = tree(first.path());
+    assert!(files == tree(second.path()), "the same modules give the same bytes");
+    assert_eq!(files.keys().filter(|f| f.starts_with("pages/")).count(), ids.len());
+    assert_eq!(files.keys().filter(|f| f.starts_with("pictures/")).count(), 3, "a tone map draws no body");
+    for (name, bytes) in files.iter().filter(|(name, _)| name.ends_with(".html")) {
+        let html = String::from_utf8(bytes.clone()).expect("text");
+        let folder = Path::new(name).parent().expect("a folder");
+        for attribute in ["href=\"", "src=\""] {
+            for link in html.split(attribute).skip(1).map(|rest| rest.split('"').next().unwrap_or_default()) {
+                let path = folder.join(link);
+                let path = if let Ok(up) = path.strip_prefix("pages/..") { up.to_owned() } else { path };
+                assert!(files.contains_key(&path.display().to_string()), "{name}: {link} leads nowhere");
+            }
+        }
+    }
+    let page = String::from_utf8(files["pages/lambert.sun1.sphere.html"].clone()).expect("text");
+    assert!(page.contains("lambert.albedo.sun1.sphere.html\">+albedo") && page.contains("lambert.sun2.sphere.html\">sun1 -&gt; sun2"));
+}
+
+/// A case as its files tell it, for a renderer that knows nothing of the catalog or of the sample body.
+struct Case {
+    module: Arc<ShaderModule>,
+    plan: Plan,
+    answer: Vec<[f32; 4]>,
+    tolerance: f64,
+}
+
+impl ModuleProvider for Case {
+    fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        Ok(Arc::clone(&self.module))
+    }
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+fn number(value: &Value) -> u32 {
+    u32::try_from(value.as_u64().unwrap_or_else(|| panic!("{value} is no number"))).expect("small")
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
+    let text = |name: &str| std::fs::read_to_string(folder.join(case).join(name)).expect("a file");
+    let json: Value = serde_json::from_str(&text("case.json")).expect("JSON");
+    let data = |name: &Value| std::fs::read(folder.join(name.as_str().expect("a name"))).expect("data");
+    let id: ModuleId = json["module"].as_str().expect("a name").parse().expect("a key");
+    let wgsl = edit(text("module.wgsl"));
+    let source_map = SourceMap::default();
+    let module = ShaderModule::finish(&id, Emitted { wgsl, source_map }, &lowering()).expect("a module");
+    let texture = |t: &Value| {
+        let bytes = data(&t["data"]);
+        let (format, texel) = match t["format"].as_str() {
+            Some("rgba8unorm") => (TexelFormat::Rgba8Unorm, 4),
+            Some("rgba8unorm-srgb") => (TexelFormat::Rgba8Srgb, 4),
+            Some("rgba32float") => (TexelFormat::Rgba32Float, 16),
+            other => panic!("{other:?}"),
+        };
+        let mut at = 0;
+        let level = |size: &Value| {
+            let (width, height) = (number(&size[0]), number(&size[1]));
+            let end = at + (width * height) as usize * texel;
+            let bytes = bytes[at..end].to_vec();
+            at = end;
+            Level { width, height, bytes }
+        };
+        let levels = list(&t["levels"]).iter().map(level).collect();
+        TextureBinding { binding: number(&t["binding"]), source: TextureSource::Image(Arc::new(Texture { format, levels })) }
+    };
+    let sampler = |s: &Value| {
+        let mode = |name: &Value| if name == "repeat" { AddressMode::Repeat } else { AddressMode::ClampToEdge };
+        let state = SamplerState { address_u: mode(&s["address_u"]), address_v: mode(&s["address_v"]), linear: s["filter"] == "linear" };
+        SamplerBinding { binding: number(&s["binding"]), state }
+    };
+    let vertices = match json["vertices"].get("indices") {
+        None => Vertices::Count(number(&json["vertices"]["count"])),
+        Some(indices) => Vertices::Mesh {
+            attributes: list(&json["vertices"]["attributes"])
+                .iter()
+                .map(|a| Attribute { components: number(&a["components"]), values: Arc::new(floats(&data(&a["data"]))) })
+                .collect(),
+            indices: Arc::new(data(indices).chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()),
+        },
+    };
+    let side = number(&json["target"]["width"]);
+    let draw = PlanDraw {
+        label: case.into(),
+        module: id,
+        uniform_bytes: data(&json["uniforms"]["data"]),
+        textures: list(&json["textures"]).iter().map(texture).collect(),
+        samplers: list(&json["samplers"]).iter().map(sampler).collect(),
+        vertices,
+        instances: Instances { count: 1, attributes: Vec::new() },
+        blend: Blend::Replace,
+        cull: Cull::None,
+        depth: DepthState { test: true, write: true },
+        scissor: [0, 0, side, side],
+    };
+    let pass = Pass {
+        name: "case",
+        width: side,
+        height: side,
+        format: ColourFormat::Rgba32Float,
+        samples: 1,
+        clear: [0.0; 4],
+        depth: true,
+        draws: vec![draw],
+    };
+    let answer = floats(&data(&json["answer"])).chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
+    Case {
+        module: Arc::new(module),
+        plan: Plan { passes: vec![pass] },
+        answer,
+        tolerance: json["tolerance"].as_f64().expect("a tolerance"),
+    }
+}
+
+impl Case {
+    /// Pixels of which a channel is off by more than the tolerance.
+    fn pixels_off(&self, light: &[[f32; 4]]) -> usize {
+        assert_eq!(light.len(), self.answer.len());
+        let is_off = |(a, b): (&[f32; 4], &[f32; 4])| a.iter().zip(b).any(|(x, y)| f64::from((x - y).abs()) > self.tolerance);
+        light.iter().zip(&self.answer).filter(|(a, b)| is_off((a, b))).count()
+    }
+}
+
+/// The files alone draw what they say: in f32 in software, and on a GPU but for single pixels of an edge. An edited module does not.
+#[test]
+fn a_corpus_is_all_that_an_executor_needs() {
+    let folder = tempfile::tempdir().expect("temp");
+    let some = [
+        "lambert.albedo-normal.sun1.ellipsoid",
+        "lambert.albedo.sun1.ringshadow-penumbra.ellipsoid",
+        "lambert.sun1.eclipse2-limb-darkened.sphere",
+        "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere",
+        "lambert.sun1.mesh",
+    ];
+    assert_eq!(corpus::write(folder.path(), &Revision::built_in(), &keys(&some), &lowering(), || ()).expect("a corpus"), some.len());
+    let manifest: Value = serde_json::from_slice(&std::fs::read(folder.path().join(corpus::MANIFEST)).expect("a manifest")).expect("JSON");
+    let software = SoftwareRenderer::new(Options { threads: 1, ..Options::default() }).expect("a renderer");
+    let gpu = gpu();
+    assert_eq!(list(&manifest["cases"]).len(), some.len());
+    for case in list(&manifest["cases"]).iter().filter_map(Value::as_str) {
+        let sound = read(folder.path(), case, |wgsl| wgsl);
+        let drawn = software.render(&sound.plan, &sound, true).expect("drawn").0.hdr;
+        software.forget_modules();
+        assert_eq!(sound.pixels_off(&drawn), 0, "{case} in software");
+        if let Some(gpu) = &gpu {
+            let drawn = gpu.render(&sound.plan, &sound, true).expect("drawn").0.hdr;
+            gpu.forget_modules();
+            let off = sound.pixels_off(&drawn);
+            assert!(off <= drawn.len() / 500, "{case} on the GPU: {off} of {} pixels", drawn.len());
+        }
+        let wrong = read(folder.path(), case, |wgsl| {
+            let at = wgsl.find("draw.albedo").unwrap_or_else(|| panic!("{case} has no albedo"));
+            format!("{}0.9 * {}", &wgsl[..at], &wgsl[at..])
+        });
+        let drawn = software.render(&wrong.plan, &wrong, true).expect("drawn").0.hdr;
+        software.forget_modules();
+        assert!(wrong.pixels_off(&drawn) > 100, "{case}: a tenth less albedo keeps the tolerance");
+    }
+}
