@@ -69,6 +69,7 @@ mod memo;
 pub mod mesh;
 #[doc(hidden)]
 pub mod probe;
+mod random;
 #[doc(hidden)]
 pub mod render;
 pub mod scene;

@@ -28,7 +28,12 @@ effect, at least 0. cpu_noise_ms and wall_noise_ms: the median absolute deviatio
 these differences (null for one pair); a cost below its noise is not significant.
 
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system, night-sky, belt
-(100000 invented minor planets, distributed as the known ones).
+(100000 invented minor planets, distributed as the known ones), million-stars (those that
+ship and invented fainter ones, to magnitude 10.8).
+
+With --meshes, the table of shape models instead: an invented shape for Phobos of 5000 to
+326000 triangles, and for each the time to read it, to trace its shadow on itself, and to
+draw it with and without that shadow, as ratios to its ellipsoid, measured in turns.
 
 Each scene is drawn once to fill the caches (first_ms), then --frames times. median_ms,
 median_cpu_ms, stages and stages_cpu are those of the frame with the median wall time
@@ -48,6 +53,9 @@ pub struct BenchArgs {
     /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024")]
     size: String,
+    /// Measure shape models by number of triangles instead
+    #[arg(long, conflicts_with_all = ["scene", "effects"])]
+    meshes: bool,
     /// Also measure the cost of each active effect
     #[arg(long)]
     effects: bool,
@@ -69,6 +77,9 @@ struct Measured {
 
 pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let (width, height) = size(&args.size)?;
+    if args.meshes {
+        return super::bench_meshes::run(common, (width, height), args.frames as usize);
+    }
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.scene.iter().find(|wanted| !names.contains(&wanted.as_str())) {
@@ -81,8 +92,12 @@ pub fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {
-        let with_bodies = scene.bodies().map(|bodies| Ok::<_, CliError>(open()?.with_minor_planets(bodies))).transpose()?;
-        let session = with_bodies.as_ref().unwrap_or(&session);
+        let own = match (scene.bodies(), scene.stars()) {
+            (Some(bodies), _) => Some(open()?.with_minor_planets(bodies)),
+            (None, Some(stars)) => Some(open()?.with_stars(stars)),
+            (None, None) => None,
+        };
+        let session = own.as_ref().unwrap_or(&session);
         let measure_of = |request: &ViewRequest| -> Result<Measured, CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
@@ -185,7 +200,7 @@ fn row(name: &str, first: &Measured, frames: &mut [Measured]) -> Value {
 }
 
 /// A bar on a terminal, nothing in a pipe.
-fn progress(frames: u64) -> indicatif::ProgressBar {
+pub fn progress(frames: u64) -> indicatif::ProgressBar {
     if std::io::stderr().is_terminal() { indicatif::ProgressBar::new(frames) } else { indicatif::ProgressBar::hidden() }
 }
 

@@ -18,6 +18,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 mod bench;
+mod bench_meshes;
 mod compare;
 mod composition_words;
 mod doctor;

@@ -29,7 +29,8 @@ fn revision(folder: &Path) -> Result<Revision, CliError> {
     if folder == Path::new("built-in") {
         return Ok(Revision::built_in());
     }
-    Revision::open(folder).map_err(|e| CliError::Failed(format!("--report {}: {}", echo(&folder.display().to_string()), echo(&e.to_string()))))
+    Revision::open(folder)
+        .map_err(|e| CliError::Failed(format!("--report {}: {}", echo(&folder.display().to_string()), echo(&e.to_string()))))
 }
 
 pub fn run(common: &Common, folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
@@ -47,7 +48,10 @@ pub fn run(common: &Common, folders: &[PathBuf], as_json: bool) -> Result<(), Cl
     }
     match report.failures.len() {
         0 => Ok(()),
-        n => Err(CliError::Failed(format!("{n} modules could not be compared; the first: {}: {}", report.failures[0].0, report.failures[0].1))),
+        n => Err(CliError::Failed(format!(
+            "{n} modules could not be compared; the first: {}: {}",
+            report.failures[0].0, report.failures[0].1
+        ))),
     }
 }
 
@@ -94,7 +98,8 @@ fn cause_words(cause: &str) -> String {
 
 fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
     let features: BTreeSet<&str> = changes.iter().flat_map(|c| &c.causes).flat_map(|c| &c.features).map(String::as_str).collect();
-    let lines = |of: fn(&crate::export::report::Cause) -> usize| changes.iter().map(|c| c.causes.iter().map(of).sum::<usize>()).max().unwrap_or(0);
+    let lines =
+        |of: fn(&crate::export::report::Cause) -> usize| changes.iter().map(|c| c.causes.iter().map(of).sum::<usize>()).max().unwrap_or(0);
     let mut text = format!("\n{}\n  {}", cause_words(cause), modules(changes.len()));
     let (removed, added) = (lines(|c| c.removed), lines(|c| c.added));
     if removed + added > 0 {

@@ -67,7 +67,8 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
 }
 
 pub fn atlas(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), CliError> {
-    let keys = which.keys(common, || Ok(reachable_keys(common)?.union(&covering(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
+    let keys =
+        which.keys(common, || Ok(reachable_keys(common)?.union(&covering(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
     let of_all = which.of.is_none();
     let simple = SIMPLE_MODULES.iter().filter(|_| of_all).map(|n| ModuleId::Simple(n));
     let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();

@@ -125,8 +125,12 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
     };
     let uniforms = put(draw.uniform_bytes.clone());
     let answer = put(little_endian(sample.double.iter().flatten().copied()));
-    let fields: Vec<Value> =
-        module.layout.fields.iter().map(|f| json!({ "name": f.name, "offset": f.offset, "size": f.size, "type": f.ty.to_string() })).collect();
+    let fields: Vec<Value> = module
+        .layout
+        .fields
+        .iter()
+        .map(|f| json!({ "name": f.name, "offset": f.offset, "size": f.size, "type": f.ty.to_string() }))
+        .collect();
     let mut textures = Vec::new();
     for (bound, declared) in draw.textures.iter().zip(&module.layout.textures) {
         let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is no picture in memory", declared.name)) };
@@ -180,7 +184,13 @@ fn case(sampler: &Sampler, revision: &Revision, key: &ShaderKey, lowering: &Lowe
 ///
 /// # Errors
 /// A module that cannot be made or run, or a file that cannot be written.
-pub fn write(folder: &Path, revision: &Revision, keys: &[ShaderKey], lowering: &Lowering, done: impl Fn() + Sync) -> Result<usize, CorpusError> {
+pub fn write(
+    folder: &Path,
+    revision: &Revision,
+    keys: &[ShaderKey],
+    lowering: &Lowering,
+    done: impl Fn() + Sync,
+) -> Result<usize, CorpusError> {
     let make = |path: &Path| std::fs::create_dir_all(path).map_err(|e| failure(path, &e));
     let put = |path: &Path, bytes: &[u8]| write_whole(path, FileAccess::All, |out| out.write_all(bytes));
     make(&folder.join("data"))?;

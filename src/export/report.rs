@@ -121,7 +121,8 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
         removed: lines.removed,
         added: lines.added,
     };
-    let causes: Vec<Cause> = changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(of).collect();
+    let causes: Vec<Cause> =
+        changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(of).collect();
     // The same lines of the same fragments in another order, or lines that stand in no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }

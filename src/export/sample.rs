@@ -52,9 +52,12 @@ impl Sample {
         levels_apart(&self.single, &self.double).into_iter().fold(0.0, f64::max)
     }
 
-    /// Display bytes of the picture in f32, on black.
-    pub fn display(&self) -> Vec<[u8; 4]> {
-        self.single.iter().map(|p| levels(p).map(|v| v.round() as u8)).map(|[r, g, b]| [r, g, b, 255]).collect()
+    /// Display bytes of the picture in f32, on black. `fitted`: the brightest channel becomes white, for pictures of counts.
+    pub fn display(&self, fitted: bool) -> Vec<[u8; 4]> {
+        let brightest = self.single.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
+        let factor = if fitted && brightest > 0.0 { 1.0 / brightest } else { 1.0 };
+        let shown = |p: &[f32; 4]| levels(&p.map(|v| factor * v)).map(|v| v.round() as u8);
+        self.single.iter().map(shown).map(|[r, g, b]| [r, g, b, 255]).collect()
     }
 }
 

@@ -47,6 +47,7 @@ pub use tape_cost::{TapeCost, tape_costs};
 use crate::catalog::constellations::Constellations;
 use crate::catalog::nomenclature;
 use crate::catalog::small_bodies::SmallBodies;
+use crate::catalog::stars::StarCatalog;
 use crate::catalog::{Catalog, CatalogError, EclipseRadii, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::files::{read_bytes, read_text, who_else_writes};
@@ -286,6 +287,12 @@ impl Session {
     #[must_use]
     pub fn with_minor_planets(self, own: SmallBodies) -> Self {
         Self { catalog: self.catalog.with_small_bodies(Some(own)), ..self }
+    }
+
+    /// The same with other stars, for a measurement; pictures are not marked with them.
+    #[must_use]
+    pub fn with_stars(self, own: StarCatalog) -> Self {
+        Self { catalog: self.catalog.with_stars(Some(Arc::new(own))), ..self }
     }
 
     /// From here on processor time is counted too. That reads a file a thread at each end of a stage, which a window's frames should not pay.

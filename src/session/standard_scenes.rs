@@ -2,6 +2,7 @@
 
 use crate::catalog::NaifId;
 use crate::catalog::small_bodies::SmallBodies;
+use crate::catalog::stars::StarCatalog;
 use crate::scene::request::{Layers, Look, Position, ViewRequest};
 use crate::time::Instant;
 
@@ -21,6 +22,13 @@ impl StandardScene {
         const BELT: usize = 100_000;
         (self.name == "belt").then(|| SmallBodies::synthetic_belt(BELT))
     }
+
+    /// Stars that take the place of those that ship while the scene is measured.
+    pub fn stars(&self) -> Option<StarCatalog> {
+        /// Of `million-stars`.
+        const STARS: usize = 1_000_000;
+        (self.name == "million-stars").then(|| StarCatalog::synthetic(STARS))
+    }
 }
 
 /// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
@@ -34,7 +42,8 @@ fn over(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
 }
 
-/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, the night sky around Orion with its figure, and the main belt.
+/// Earth at 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four moons, the planets from above the Sun, the night sky around Orion with its figure, the main belt, and the
+/// same night sky without figures among a million stars.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
     // Northwards, 38 degrees down: the horizon, 36 degrees down from there, crosses the picture above its middle.
@@ -67,6 +76,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         fov_deg: Some(55.0),
         ..ViewRequest::of(NaifId::SUN, time)
     };
+    let million_stars = ViewRequest { layers: Layers::default(), ..night_sky.clone() };
     let named = [
         ("earth-3-radii", over(399, 3.0, time)),
         ("saturn", over(699, 5.0, time)),
@@ -75,6 +85,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         ("whole-system", system),
         ("night-sky", night_sky),
         ("belt", belt),
+        ("million-stars", million_stars),
     ];
     named.into_iter().map(|(name, request)| StandardScene { name, request: ViewRequest { width, height, ..request } }).collect()
 }

@@ -12,7 +12,6 @@ mod moving;
 mod needs;
 mod pictures;
 mod places;
-mod random;
 mod views;
 
 use crate::catalog::NaifId;

@@ -4,9 +4,9 @@
 //! operations of the chosen frame over those of the frame with everything. Always: both frames have one exposure; "every feature" is each effect switched on
 //! by hand, in the model that the scene would take.
 
-use super::random::Random;
 use super::{Found, PLAIN, SweepBench};
 use crate::measure::{PlannedView, quantile};
+use crate::random::Random;
 use crate::render::plan;
 use crate::render::software::Precision;
 use crate::scene::draw::{BodyShadow, RingShadow};

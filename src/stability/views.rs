@@ -3,10 +3,10 @@
 //! In: lists of views. Out: the worst pixel of each list. A view that cannot be (a camera inside its target) is no case.
 
 use super::difference::{compare, worst_of};
-use super::random::Random;
 use super::{Found, PLAIN, SweepBench};
 use crate::catalog::{Body, NaifId};
 use crate::events;
+use crate::random::Random;
 use crate::render::software::Precision;
 use crate::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
 use crate::session::{SessionError, standard_scenes};

@@ -52,6 +52,33 @@ fn wrong_words_are_refused_in_one_line_that_helps() {
     }
 }
 
+/// More triangles take no less time to read; ratios are measured against the ellipsoid in the same rounds.
+#[test]
+fn shape_models_have_a_table_of_their_own() {
+    let out = bench(&["--meshes", "--size", "64x64", "--frames", "2"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
+    let rows = report["meshes"].as_array().expect("a list");
+    let triangles: Vec<u64> = rows.iter().filter_map(|r| r["triangles"].as_u64()).collect();
+    assert!(triangles.len() >= 4 && triangles.windows(2).all(|w| w[1] > 3 * w[0]), "{triangles:?}");
+    for row in rows {
+        assert!(number(&row["read_ms"], "read_ms") > 0.0 && number(&row["trace_shadow_ms"], "trace_shadow_ms") > 0.0, "{row}");
+        for ratio in [&row["mesh"], &row["without_self_shadow"]] {
+            let (median, quartiles) = (number(&ratio["median"], "median"), &ratio["quartiles"]);
+            assert!(number(&quartiles[0], "low") <= median && median <= number(&quartiles[1], "high"), "{ratio}");
+        }
+    }
+    assert_eq!(bench(&["--meshes", "--scene", "saturn"]).status.code(), Some(2), "a scene is no mesh");
+}
+
+#[test]
+fn a_million_stars_are_a_scene() {
+    let out = bench(&["--scene", "million-stars", "--size", "64x64", "--frames", "1"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
+    assert_eq!(report["scenes"][0]["scene"], "million-stars");
+}
+
 #[test]
 fn each_effect_that_is_on_has_its_cost_and_its_light() {
     let out = bench(&["--effects", "--scene", "saturn", "--size", "64x64", "--frames", "2"]);

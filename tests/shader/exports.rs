@@ -51,7 +51,10 @@ fn a_report_names_the_fragment_that_changed_and_what_it_did() {
     let darker = edited(|t| t.replacen("return ", "return 0.9 * ", 1));
     let report = report(&built_in, &darker, &usual);
     let changed: Vec<&str> = report.changed.iter().map(|c| c.module.as_str()).collect();
-    assert_eq!(changed, ["lambert.sun1.sphere", "lambert.albedo.sun2.ellipsoid"].map(|k| k.parse::<ModuleId>().expect("a key").to_string()));
+    assert_eq!(
+        changed,
+        ["lambert.sun1.sphere", "lambert.albedo.sun2.ellipsoid"].map(|k| k.parse::<ModuleId>().expect("a key").to_string())
+    );
     assert_eq!((report.equal, report.failures.len()), (2, 0));
     for change in &report.changed {
         assert_eq!(change.causes.iter().map(|c| c.what.as_str()).collect::<Vec<_>>(), [LAMBERT]);

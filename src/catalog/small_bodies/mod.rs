@@ -9,6 +9,7 @@ mod read;
 mod rows;
 
 use crate::catalog::{Catalog, NaifId};
+use crate::random::Random;
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
@@ -121,15 +122,8 @@ impl SmallBodies {
         let axis = |o: &HeliocentricOrbit| o.perihelion_au / (1.0 - o.eccentricity);
         let shipped = Self::embedded();
         let models: Vec<&SmallBody> = shipped.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
-        // Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators (OOPSLA): SplitMix64.
-        let mut seed = 0_u64;
-        let mut even = || {
-            seed = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = seed;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut random = Random::new(0);
+        let mut even = || random.part();
         let body = |k: usize| {
             let model = models[((even() * models.len() as f64) as usize).min(models.len() - 1)];
             let o = &model.orbit;

@@ -6,6 +6,7 @@
 
 mod names;
 mod read;
+mod synthetic;
 
 pub use names::{STAR_NAMES, star_name};
 

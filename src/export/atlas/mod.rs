@@ -89,7 +89,13 @@ fn put(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
 ///
 /// # Errors
 /// A module that cannot be made, or a file that cannot be written.
-pub fn write(folder: &Path, revision: &Revision, ids: &[ModuleId], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Vec<Entry>, AtlasError> {
+pub fn write(
+    folder: &Path,
+    revision: &Revision,
+    ids: &[ModuleId],
+    lowering: &Lowering,
+    done: impl Fn() + Sync,
+) -> Result<Vec<Entry>, AtlasError> {
     for part in ["pages", "pictures"] {
         let part = folder.join(part);
         std::fs::create_dir_all(&part).map_err(|e| crate::files::failure(&part, &e))?;
@@ -113,9 +119,10 @@ pub fn write(folder: &Path, revision: &Revision, ids: &[ModuleId], lowering: &Lo
             let Made { module, figures, picture } = made?;
             let name = id.to_string();
             let stem = &names[&name];
+            let is_count = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
             if let Some(sample) = &picture {
                 let mut png = Vec::new();
-                write_png(&mut png, sample.side, sample.side, &sample.display(), &[("Shader", &name)])
+                write_png(&mut png, sample.side, sample.side, &sample.display(is_count), &[("Shader", &name)])
                     .map_err(|e| AtlasError::Module { module: name.clone(), why: e.to_string() })?;
                 put(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
             }

@@ -25,7 +25,11 @@ pub fn of_module(entry: &Entry, stem: &str, runs: &str, steps: &[(String, &str)]
     let mut html = head(&entry.module, "../");
     let _ = write!(html, "<p><a href=\"../index.html\">All modules</a></p>\n<h1>{name}</h1>\n<div class=\"about\">\n");
     if entry.has_picture {
-        let _ = writeln!(html, "<img src=\"../pictures/{stem}.png\" width=\"192\" height=\"192\" alt=\"The sample body drawn by {name}\">", stem = escaped(stem));
+        let _ = writeln!(
+            html,
+            "<img src=\"../pictures/{stem}.png\" width=\"192\" height=\"192\" alt=\"The sample body drawn by {name}\">",
+            stem = escaped(stem)
+        );
     }
     html.push_str("<table>\n");
     let f = &entry.figures;

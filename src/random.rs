@@ -1,7 +1,9 @@
-//! Numbers for random cases, the same for the same seed.
+//! Pseudorandom numbers, the same for the same seed on every machine: for random cases and invented bodies and stars.
+//!
+//! In: a seed. Out: numbers and directions. Always: no state but its own. Not here: randomness that nobody may foresee.
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
-pub(super) struct Random(u64);
+/// SplitMix64 (Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators, OOPSLA).
+pub struct Random(u64);
 
 impl Random {
     pub fn new(seed: u64) -> Self {

@@ -1,0 +1,52 @@
+//! A larger sky than the one that ships, for measurements: no star of it that is fainter than the shipped ones exists.
+
+use super::{Star, StarCatalog};
+use crate::random::Random;
+
+/// How fast stars grow in number with magnitude: tenfold in 1 / 0.48 magnitudes. From the shipped 15 537 to magnitude 7 that leads to the 2.5 million of Tycho-2 at 11.6
+/// (Hog et al. 2000, Astron. Astrophys. 355, L27: 99 % complete to 11).
+const DECADES_PER_MAGNITUDE: f64 = 0.48;
+/// Where the shipped stars end.
+const SHIPPED_TO: f64 = 7.0;
+
+impl StarCatalog {
+    /// The shipped stars, and as many invented fainter ones as make `count`: evenly over the sky, at rest, without distance, with the colour indices of the shipped ones.
+    pub fn synthetic(count: usize) -> Self {
+        let shipped = Self::embedded();
+        let mut stars = shipped.stars.clone();
+        let mut random = Random::new(0);
+        let faintest = (count.max(1) as f64 / shipped.stars.len() as f64).log10().max(0.0);
+        while stars.len() < count {
+            // The inverse of the number to a magnitude, over the part of it beyond the shipped stars.
+            let (least, most) = (1.0, 10_f64.powf(faintest));
+            let v_magnitude = SHIPPED_TO + random.between(least, most).log10() / DECADES_PER_MAGNITUDE;
+            let b_v = random.of(&shipped.stars).b_v;
+            stars.push(Star {
+                hip: 0,
+                direction: random.direction(),
+                motion_per_year: glam::DVec3::ZERO,
+                parallax_rad: 0.0,
+                v_magnitude: v_magnitude as f32,
+                b_v,
+            });
+        }
+        Self::new(shipped.epoch_jd, stars)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fainter_stars_are_more_by_the_stated_law() {
+        let sky = StarCatalog::synthetic(200_000);
+        assert_eq!(sky.stars().len(), 200_000);
+        let to = |limit: f32| sky.stars().iter().filter(|s| s.v_magnitude <= limit).count() as f64;
+        // Poisson noise of 38 000 stars is half a per cent.
+        let slope = (to(9.0) / to(8.0)).log10();
+        assert!((slope - DECADES_PER_MAGNITUDE).abs() < 0.02, "{slope}");
+        assert_eq!(to(6.5), StarCatalog::embedded().stars().iter().filter(|s| s.v_magnitude <= 6.5).count() as f64);
+        assert!(sky.stars().iter().any(|s| s.hip == 32349), "Sirius is in it");
+    }
+}

@@ -1,0 +1,156 @@
+//! `orrery bench --meshes`: what a shape model costs by its number of triangles.
+//!
+//! In: a size and a number of rounds. Out: JSON, a row a model: triangles, files read, shadow traced, and the times of frames with and without, in turns. Always: the
+//! shapes are invented, spheres with bumps laid onto Phobos; they live in a folder that goes with the measurement.
+
+use super::bench::progress;
+use super::output::{put, say};
+use super::{CliError, Common};
+use crate::catalog::NaifId;
+use crate::measure::timing::{Spread, Work, in_turns, seconds_of};
+use crate::render::plan::SamplingQuality;
+use crate::scene::effects::Effect;
+use crate::scene::request::{Position, ViewRequest};
+use crate::session::{Session, Stage, milliseconds};
+use crate::time::Instant;
+use glam::DVec3;
+use serde_json::{Value, json};
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write;
+use std::path::Path;
+
+const PHOBOS: NaifId = NaifId(401);
+/// Rows of the spheres, from pole to pole: a sphere has four times as many triangles as the square of it.
+const ROWS: [u32; 4] = [36, 72, 143, 286];
+/// Kilometres, less than the body's own: bumps stay near its ellipsoid.
+const RADIUS_KM: f64 = 11.0;
+/// 2013-08-20 00:00 TDB; any time does.
+const JD_TDB: f64 = 2_456_524.5;
+
+/// A bumpy sphere as a Wavefront OBJ, and its triangles.
+fn bumpy_sphere(rows: u32) -> (String, u32) {
+    let columns = 2 * rows;
+    let place = |i: u32, j: u32| {
+        let (latitude, longitude) = (PI * (f64::from(j) / f64::from(rows) - 0.5), TAU * f64::from(i) / f64::from(columns));
+        let direction = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+        let bumps = (9.0 * direction.x).sin() * (7.0 * direction.y).sin() + (11.0 * direction.z).sin() * (8.0 * direction.x).cos();
+        direction * RADIUS_KM * (1.0 + 0.04 * bumps)
+    };
+    let mut text = String::new();
+    let mut vertex = |p: DVec3| {
+        let _ = writeln!(text, "v {:.6} {:.6} {:.6}", p.x, p.y, p.z);
+    };
+    vertex(place(0, 0));
+    (1..rows).for_each(|j| (0..columns).for_each(|i| vertex(place(i, j))));
+    vertex(place(0, rows));
+    // Rows of vertices between the poles, numbered from 1 after the southern one.
+    let at = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
+    let north = 2 + (rows - 1) * columns;
+    let mut triangles = 0;
+    let mut face = |a: u32, b: u32, c: u32| {
+        triangles += 1;
+        let _ = writeln!(text, "f {a} {b} {c}");
+    };
+    for i in 0..columns {
+        face(1, at(i + 1, 1), at(i, 1));
+        for j in 1..rows - 1 {
+            face(at(i, j), at(i + 1, j), at(i + 1, j + 1));
+            face(at(i, j), at(i + 1, j + 1), at(i, j + 1));
+        }
+        face(at(i, rows - 1), at(i + 1, rows - 1), north);
+    }
+    (text, triangles)
+}
+
+fn write(folder: &Path, rows: u32) -> Result<u32, CliError> {
+    let (text, triangles) = bumpy_sphere(rows);
+    let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
+    let put = |name: &str, text: &str| std::fs::write(folder.join(name), text);
+    put("bumpy.obj", &text)
+        .and_then(|()| put("bumpy.toml", catalog))
+        .map_err(|e| CliError::Failed(format!("{}: {e}", folder.display())))?;
+    Ok(triangles)
+}
+
+/// Median and quartiles of the ratios of times to those of the same rounds.
+fn ratio(times: &[f64], to: &[f64]) -> Value {
+    Spread::of_ratios(times, to)
+        .map_or(Value::Null, |s| json!({ "median": rounded(s.median), "quartiles": [rounded(s.low), rounded(s.high)] }))
+}
+
+fn rounded(value: f64) -> f64 {
+    (1e3 * value).round() / 1e3
+}
+
+fn row(common: &Common, (width, height): (u32, u32), rounds: usize, rows: u32) -> Result<Value, CliError> {
+    let folder = tempfile::tempdir().map_err(|e| CliError::Failed(format!("a folder for shapes: {e}")))?;
+    let triangles = write(folder.path(), rows)?;
+    let mut sources = common.sources_to_draw();
+    sources.catalogs = Some(folder.path().to_owned());
+    let session = Session::open(&sources, say)?.counting_cpu();
+    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let with = ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(JD_TDB)) };
+    let without = |effect| {
+        let mut request = with.clone();
+        request.effects.set(effect, false);
+        request
+    };
+    let (unshadowed, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
+    let sampling = SamplingQuality::of(common.quality);
+    let draw = |request: &ViewRequest| session.draw(request, sampling, false).map(drop);
+    // What each adds to the first frame: maps and modules, then the file, then the shadow.
+    let first = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
+        let earlier = session.report().0;
+        draw(request)?;
+        let spent = session.report().0.since(&earlier);
+        Ok(milliseconds(spent.cpu(stage).unwrap_or_else(|| spent.spent(stage))))
+    };
+    first(&ellipsoid, Stage::Maps)?;
+    let read_ms = first(&unshadowed, Stage::Maps)?;
+    let shadow_ms = first(&with, Stage::Scene)?;
+    let timed = |request: &'_ ViewRequest| seconds_of(|| draw(request));
+    let works: [&Work<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&unshadowed), &|| timed(&with)];
+    let times = in_turns(rounds, &works)?;
+    Ok(json!({
+        "triangles": triangles,
+        "read_ms": rounded(read_ms),
+        "trace_shadow_ms": rounded(shadow_ms),
+        "ellipsoid_ms": Spread::of(times[0].clone()).map(|s| rounded(1e3 * s.median)),
+        "without_self_shadow": ratio(&times[1], &times[0]),
+        "mesh": ratio(&times[2], &times[0]),
+    }))
+}
+
+pub fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<(), CliError> {
+    let bar = progress(ROWS.len() as u64);
+    let mut models = Vec::new();
+    for rows in ROWS {
+        models.push(row(common, size, rounds, rows)?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    put(&format!("{:#}\n", json!({ "width": size.0, "height": size.1, "rounds": rounds, "meshes": models })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A closed surface: each edge belongs to two triangles, once in each direction.
+    #[test]
+    fn a_bumpy_sphere_is_closed_and_faces_outwards() {
+        let (text, triangles) = bumpy_sphere(6);
+        let numbers = |line: &str| line.split(' ').skip(1).map(|n| n.parse::<f64>().expect("a number")).collect::<Vec<_>>();
+        let vertices: Vec<DVec3> = text.lines().filter(|l| l.starts_with('v')).map(|l| DVec3::from_slice(&numbers(l))).collect();
+        let faces: Vec<[usize; 3]> =
+            text.lines().filter(|l| l.starts_with('f')).map(|l| [0, 1, 2].map(|k| numbers(l)[k] as usize - 1)).collect();
+        assert_eq!(faces.len(), triangles as usize);
+        let mut edges = std::collections::HashSet::new();
+        for [a, b, c] in &faces {
+            assert!([(*a, *b), (*b, *c), (*c, *a)].into_iter().all(|e| edges.insert(e)), "an edge twice in one direction");
+            let normal = (vertices[*b] - vertices[*a]).cross(vertices[*c] - vertices[*a]);
+            assert!(normal.dot(vertices[*a]) > 0.0);
+        }
+        assert!(edges.iter().all(|(a, b)| edges.contains(&(*b, *a))));
+    }
+}
