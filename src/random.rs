@@ -27,9 +27,14 @@ impl Random {
         low + (high - low) * self.part()
     }
 
+    /// Below `count`; 0 of none.
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.bits() % count.max(1) as u64) as usize
+    }
+
     /// One of them; `all` is not empty.
     pub fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
-        &all[(self.bits() % all.len() as u64) as usize]
+        &all[self.below(all.len())]
     }
 
     /// A direction, evenly over the sphere.

@@ -335,6 +335,8 @@ pub struct Body {
     pub colour: Vec3,
     /// Old ground, covered with craters down to the smallest: finer ones than its map holds may be invented near it.
     pub cratered: bool,
+    /// Which custom surface colours its ground: 0 for none, else 1..=4.
+    pub custom_surface: u8,
     /// How its ground reflects or shines.
     pub photometry: Photometry,
     /// Pictures of its ground.

@@ -139,6 +139,12 @@ impl Catalog {
         Self { stars, ..self }
     }
 
+    /// Gives a body the number of a custom surface; false where it has one, or where there is no such body.
+    pub fn set_custom_surface(&mut self, id: NaifId, number: u8) -> bool {
+        let body = self.bodies.iter_mut().find(|b| b.id == id && b.custom_surface == 0);
+        body.map(|b| b.custom_surface = number).is_some()
+    }
+
     /// The stars of the sky. Those that ship are read when they are first asked for.
     pub fn stars(&self) -> Arc<StarCatalog> {
         self.stars.clone().unwrap_or_else(StarCatalog::embedded)

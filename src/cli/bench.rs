@@ -21,8 +21,8 @@ const EXAMPLE: &str = "Examples:
   orrery bench
   orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
 
-With --effects, each scene also lists the cost of each active effect and the light that
-it changes (absolute change of luminance, relative to the brighter image). cpu_ms and
+With --effects, each scene also lists the cost of each active effect and the change in
+luminance that it causes (absolute change of luminance, relative to the brighter image). cpu_ms and
 wall_ms: the median difference between --frames pairs of frames with and without the
 effect, at least 0. cpu_noise_ms and wall_noise_ms: the median absolute deviation of
 these differences (null for one pair); a cost below its noise is not significant.
@@ -59,7 +59,7 @@ pub struct BenchArgs {
     /// Also measure the cost of each active effect
     #[arg(long)]
     effects: bool,
-    /// Print JSON (always the case)
+    /// Accepted for consistency; the output is always JSON
     #[arg(long)]
     json: bool,
 }

@@ -27,7 +27,7 @@ pub struct CompositionWords {
     #[arg(long, value_name = "D", default_value_t = 0.0, allow_negative_numbers = true)]
     pub dome_tilt: f64,
     /// Stereo pair: anaglyph (red and cyan glasses, red on the left; Dubois' matrix), side-by-side (each eye has half the width, undistorted),
-    /// or interlaced (even rows, from 0, for the left eye); both eyes agree at the target's distance
+    /// or interlaced (even rows, from 0, for the left eye); zero parallax at the target's distance
     #[arg(long, value_enum, value_name = "HOW")]
     pub stereo: Option<StereoLayout>,
     /// Distance between the eyes in km [default: 1/30 of the width that the picture shows at the target; on a surface 63 mm]

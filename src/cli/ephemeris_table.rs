@@ -52,11 +52,11 @@ pub enum Form {
 /// The instants from `from` to `to`, both included where a step meets them, by the clock of UTC.
 ///
 /// # Errors
-/// A step that is not positive, a span that is, or more than [`MAX_ROWS`] of them.
+/// A step that is not positive, a negative span, or more than [`MAX_ROWS`] of them.
 pub fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
     let span_s = to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000();
     if span_s < 0.0 {
-        return Err("--from is not before --to: swap them".into());
+        return Err("--from is after --to: swap them".into());
     }
     if step_s <= 0.0 {
         return Err("--step: must be more than 0".into());

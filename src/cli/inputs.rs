@@ -4,7 +4,7 @@ use super::{CliError, Common};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::effects::possible_features;
-use crate::session::{fragment_times, read_catalog, read_ephemeris, read_fragments};
+use crate::session::{fragment_times, read_catalog, read_ephemeris, read_fragments, surface_fragments, with_surfaces};
 use crate::shader::Lowering;
 use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
@@ -12,13 +12,19 @@ use std::collections::BTreeSet;
 
 /// The embedded catalog under the files of `--catalogs` (every `.toml` in it, in order of name).
 pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
-    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii))
+    Ok(with_surfaces(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii), &common.surface)?)
 }
 
-/// The fragments of `--shaders` over those built in.
+/// The fragments of `--shaders` and `--surface` over those built in.
 pub fn fragments(common: &Common) -> Result<Fragments, CliError> {
-    let Some(folder) = &common.shaders else { return Ok(Fragments::default()) };
-    fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(|e| CliError::Failed(e.to_string()))
+    let edited = match &common.shaders {
+        Some(folder) => {
+            fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps)).map_err(|e| CliError::Failed(e.to_string()))?
+        }
+        None => Fragments::default(),
+    };
+    let surfaces = surface_fragments(&common.surface, &edited)?;
+    Ok(edited.and_files(surfaces))
 }
 
 /// The shipped ephemeris under the file of `--kernel`.

@@ -36,7 +36,7 @@ enum LibraryVerb {
 pub fn open(common: &Common) -> Result<Library, CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(say));
-    if common.shaders.is_some() {
+    if common.shaders.is_some() || !common.surface.is_empty() {
         library.set_fragments(super::inputs::fragments(common)?);
     }
     Ok(library)

@@ -8,7 +8,7 @@ use crate::files::WriteError;
 use crate::image::DEFAULT_MAX_MEGAPIXELS;
 use crate::scene::request::Quality;
 use crate::scene::sky::frames::SkyFrame;
-use crate::session::{RendererPreference, SessionError, Sources};
+use crate::session::{RendererPreference, SessionError, Sources, SurfaceError, SurfaceFile};
 use crate::wording::{echo_within, escape_controls};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -87,7 +87,7 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
-    /// Sweep the extremes: f32 against f64, and whole pictures
+    /// Test numerical stability on extreme views: f32 against f64, and whole pictures
     Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),
@@ -112,7 +112,10 @@ pub struct Common {
     /// Folder of shader fragments that replace built-in ones (`orrery shader export` writes them)
     #[arg(long, global = true, value_name = "DIR")]
     pub shaders: Option<PathBuf>,
-    /// Folder of the shader library
+    /// Fragment that colours the ground of a body, BODY=FILE, with `fn custom_surface(point: SurfacePoint) -> CustomSurface`; repeat for up to four bodies
+    #[arg(long, global = true, value_name = "BODY=FILE")]
+    pub surface: Vec<SurfaceFile>,
+    /// Folder of the on-disk shader library
     #[arg(long, global = true, value_name = "DIR")]
     pub cache: Option<PathBuf>,
     /// Folder of catalog files that override or add bodies
@@ -124,7 +127,7 @@ pub struct Common {
     /// Largest image that is read, in millions of pixels
     #[arg(long, global = true, value_name = "N", default_value_t = DEFAULT_MAX_MEGAPIXELS, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub max_megapixels: u32,
-    /// SPICE SPK file, such as DE440, used before the embedded kernel
+    /// SPICE SPK file, such as DE440, takes precedence over the embedded kernel
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
     /// Stars in place of the embedded ones: CSV with named columns (ra_deg, dec_deg, v_mag, ...) or Hipparcos' hip2.dat
@@ -134,8 +137,8 @@ pub struct Common {
     /// JSON of the JPL's Small-Body Database, or MPCORB.DAT
     #[arg(long, global = true, value_name = "FILE")]
     pub minor_planets: Option<PathBuf>,
-    /// Panorama in place of the Milky Way: PNG, JPEG or EXR (cd/m2), equirectangular with longitude 0 in the middle, growing to the left; or a folder with the faces
-    /// px, nx, py, ny, pz, nz of a cube, or a name with * for them
+    /// Panorama in place of the Milky Way: PNG, JPEG or EXR (cd/m2), equirectangular with longitude 0 in the middle, increasing to the left; or a folder with the faces
+    /// px, nx, py, ny, pz, nz of a cube, or a file name pattern with * for the face
     #[arg(long, global = true, value_name = "FILE")]
     pub sky: Option<PathBuf>,
     /// Axes of --sky: galactic, equatorial (ICRF) or ecliptic (J2000)
@@ -188,12 +191,19 @@ impl Common {
             sky: self.sky.clone(),
             sky_frame: self.sky_frame,
             shaders: self.shaders.clone(),
+            surfaces: self.surface.clone(),
             cache: self.cache.clone(),
             threads: self.threads,
             double_precision: self.quality == Quality::Reference,
             renderer: self.renderer,
             draws: false,
         }
+    }
+}
+
+impl From<SurfaceError> for CliError {
+    fn from(e: SurfaceError) -> Self {
+        Self::Failed(e.to_string())
     }
 }
 

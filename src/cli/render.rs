@@ -82,7 +82,7 @@ pub struct RenderArgs {
     /// Replace files of other requests; files of the same request are kept
     #[arg(long, help_heading = OUTPUT)]
     overwrite: bool,
-    /// Write the bound of each pixel's error against the reference quality: .png in 255ths, .exr linear; repeat for both
+    /// Write a per-pixel error bound relative to reference quality: .png (1 level = 1/255), .exr linear; repeat for both
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     error: Vec<PathBuf>,
     /// Frames per second of a y4m stream, of a moving picture and of a tour

@@ -34,7 +34,7 @@ pub struct ShaderArgs {
 
 #[derive(clap::Subcommand, Debug)]
 enum ShaderVerb {
-    /// List the keys that views of the catalog can need, one per line
+    /// List all keys reachable with this catalog, one per line
     Keys {
         /// List instead keys that cover every combination of this many dimension values
         #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
@@ -45,17 +45,17 @@ enum ShaderVerb {
         /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
         #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
         time: Option<String>,
-        /// List instead the utility shaders, which draw everything but bodies, by name
+        /// List instead the simple shaders, which draw everything but bodies, by name
         #[arg(long, conflicts_with_all = ["covering", "of"])]
         simple: bool,
         /// Print one JSON list
         #[arg(long)]
         json: bool,
-        /// Print the number of keys; the nominal size goes to standard error
+        /// Print the number of keys; the size of the full key space goes to standard error
         #[arg(long)]
         count: bool,
     },
-    /// Print the module of a key, or a utility shader by name
+    /// Print the module of a key, or a simple shader by name
     Emit {
         #[arg(value_parser = module_id)]
         key: ModuleId,
@@ -83,7 +83,7 @@ enum ShaderVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Compile every reachable and covering module, translate it to all languages and compare it with the recorded digests
+    /// Compile the modules of all reachable keys and covering sets, translate them to all languages and compare them with the recorded digests
     #[command(after_help = REPORT_HELP)]
     Verify {
         /// Compare instead two revisions of the library, each a cache folder, a folder of entries, a folder of fragments, or `built-in`: source, picture, figures and cost, by cause
@@ -107,7 +107,7 @@ enum ShaderVerb {
         #[command(flatten)]
         which: super::shader_sites::WhichKeys,
     },
-    /// Write modules with inputs, answers and tolerances, to test other executors of WGSL
+    /// Write modules with inputs, expected pixels and tolerances, to test other executors of WGSL
     Corpus {
         /// Folder for the cases; new, empty, or with a corpus in it
         #[arg(short, long = "output", value_name = "DIR")]
@@ -119,7 +119,7 @@ enum ShaderVerb {
     Export {
         #[arg(value_name = "DIR")]
         folder: PathBuf,
-        /// Replace files with other contents
+        /// Overwrite files that differ from the built-in fragments
         #[arg(long)]
         overwrite: bool,
     },

@@ -60,10 +60,13 @@ fn check_folder(folder: &Path, manifest: &str, what: &str, overwrite: bool) -> R
 }
 
 fn revision(common: &Common) -> Result<Revision, CliError> {
-    match &common.shaders {
-        None => Ok(Revision::built_in()),
-        Some(folder) => Ok(Revision::of_fragments(&folder.display().to_string(), fragments(common)?)),
-    }
+    let fragments = fragments(common)?;
+    let name = common.shaders.as_ref().map(|folder| folder.display().to_string());
+    Ok(if fragments.are_built_in() {
+        Revision::built_in()
+    } else {
+        Revision::of_fragments(&name.unwrap_or_else(|| "edited".into()), fragments)
+    })
 }
 
 pub fn atlas(common: &Common, folder: &Path, which: &WhichKeys) -> Result<(), CliError> {

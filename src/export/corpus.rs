@@ -124,7 +124,7 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
         name
     };
     let uniforms = put(draw.uniform_bytes.clone());
-    let answer = put(little_endian(sample.double.iter().flatten().copied()));
+    let expected = put(little_endian(sample.double.iter().flatten().copied()));
     let fields: Vec<Value> = module
         .layout
         .fields
@@ -164,9 +164,9 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
             "textures": textures,
             "samplers": samplers,
             "vertices": vertices,
-            "answer": answer,
+            "expected": expected,
             "tolerance": TOLERANCE,
-            "f32_of_this_renderer": levels_apart(&sample.single, &sample.double).into_iter().fold(0.0, f64::max) / 255.0,
+            "own_f32_max_error": levels_apart(&sample.single, &sample.double).into_iter().fold(0.0, f64::max) / 255.0,
         }),
         blobs,
     })

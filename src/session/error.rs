@@ -1,5 +1,6 @@
 //! What can go wrong between a request and its frame.
 
+use super::custom_surfaces::SurfaceError;
 use super::renderers::RendererError;
 use super::shaders::FragmentFolderError;
 use crate::catalog::CatalogError;
@@ -42,6 +43,9 @@ pub enum SessionError {
     /// The folder of the user's fragments.
     #[error(transparent)]
     Shaders(#[from] FragmentFolderError),
+    /// A custom surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// No renderer draws it.
     #[error(transparent)]
     Renderer(#[from] RendererError),

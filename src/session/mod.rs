@@ -7,6 +7,7 @@
 mod air_tables;
 mod composite;
 mod cpu;
+mod custom_surfaces;
 mod devices;
 mod error;
 #[cfg(feature = "gpu")]
@@ -29,6 +30,7 @@ mod tape_cost;
 
 use crate::shader::ModuleId;
 pub use cpu::process_cpu;
+pub use custom_surfaces::{SurfaceError, SurfaceFile, SurfaceWordsError, surface_fragments, with_surfaces};
 use devices::Devices;
 pub use error::{CacheFolderError, SessionError};
 pub use mark::{ExistingPicture, Provenance};
@@ -94,6 +96,8 @@ pub struct Sources {
     pub sky_frame: SkyFrame,
     /// Shader fragments that lie over those built in.
     pub shaders: Option<PathBuf>,
+    /// Fragments that colour the ground of single bodies, at most four.
+    pub surfaces: Vec<SurfaceFile>,
     /// Where the shader library lives; `None`: the user's cache folder.
     pub cache: Option<PathBuf>,
     /// Worker threads; `None`: one per core.
@@ -153,6 +157,8 @@ pub struct Session {
     count_cpu: bool,
     /// What pictures are made of, for their marks: the user's SPK, and the folders of maps and shape models.
     kernel: Option<PathBuf>,
+    /// Custom surfaces: path below shaders/ and text.
+    surfaces: Vec<(String, String)>,
     /// The user's stars, for the same.
     stars: Option<PathBuf>,
     /// The user's minor planets and comets, for the same.
@@ -247,7 +253,7 @@ impl Session {
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
         let stars = stages.measure(Stage::Catalog, || tables::stars(sources.stars.as_deref()))?;
         let small_bodies = stages.measure(Stage::Catalog, || tables::small_bodies(sources.minor_planets.as_deref()))?;
-        let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies);
+        let catalog = with_surfaces(catalog.with_stars(stars).with_small_bodies(small_bodies), &sources.surfaces)?;
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
         let sky_map =
@@ -255,9 +261,13 @@ impl Session {
         let cache = cache_folder(sources.cache.as_deref()).map_err(|e| say(&e.to_string())).ok();
         let library = open_library(cache.as_deref(), software::lowering(), say.clone());
         let air_tables = air_tables::AirTables::open(cache);
-        if let Some(folder) = &sources.shaders {
-            let fragments = fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps));
-            library.set_fragments(fragments?);
+        let edited = match &sources.shaders {
+            Some(folder) => fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps))?,
+            None => Fragments::default(),
+        };
+        let surfaces = surface_fragments(&sources.surfaces, &edited)?;
+        if sources.shaders.is_some() || !surfaces.is_empty() {
+            library.set_fragments(edited.and_files(surfaces.iter().cloned()));
         }
         Ok(Self {
             catalog,
@@ -277,6 +287,7 @@ impl Session {
             kernel: sources.kernel.clone(),
             stars: sources.stars.clone(),
             minor_planets: sources.minor_planets.clone(),
+            surfaces,
             sky_map,
             folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
             mark_sources: OnceLock::new(),
@@ -460,7 +471,7 @@ fn drawn(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOu
 impl Session {
     /// From here on modules are made of these fragments.
     pub fn make_shaders_of(&self, fragments: Fragments) {
-        self.library.set_fragments(fragments);
+        self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
         self.devices.forget_modules();
     }
 

@@ -73,6 +73,11 @@ fragments![
     "lib/glint.wesl",
     "lib/globe.wesl",
     "lib/intersection.wesl",
+    "lib/custom/surface_1.wesl",
+    "lib/custom/surface_2.wesl",
+    "lib/custom/surface_3.wesl",
+    "lib/custom/surface_4.wesl",
+    "lib/custom/surface_point.wesl",
     "lib/probe_question.wesl",
     "lib/limb_darkening.wesl",
     "lib/map_coordinates.wesl",
@@ -139,6 +144,13 @@ impl Fragments {
         let built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
         let files = files.into_iter().filter(|(path, text)| !built_in(path, text));
         Self { replaced: files.map(|(path, text)| (path, (text, Parsed::new()))).collect() }
+    }
+
+    /// These with further files over them.
+    #[must_use]
+    pub fn and_files(mut self, files: impl IntoIterator<Item = (String, String)>) -> Self {
+        self.replaced.extend(Self::with_files(files).replaced);
+        self
     }
 
     /// Text and parsed form of a fragment, or what is wrong with it; `None` where there is none of this path.

@@ -22,7 +22,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
     ("image", &["units", "files", "image", "unwinding"], &["naga", "wgpu", "winit", "softbuffer"]),
-    ("shader/key", &["scene::draw", "shader::key", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("shader/key", &["scene::draw", "shader::key", "random", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("shader", &["scene::draw", "shader", "files", "unwinding", "wording"], &["wgpu", "winit", "softbuffer", "rayon::spawn"]),
     ("render/plan", &["scene", "shader", "image", "render::plan"], &["wgpu", "winit", "softbuffer", "std::fs"]),
     ("render/frame", &["image", "render::frame"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),

@@ -1,6 +1,7 @@
 //! What one frame needs: which body is drawn how, with how much light, and what each option changes.
 
 mod comets;
+mod custom_surfaces;
 mod data_layers;
 mod depth_order;
 mod detail;

@@ -236,7 +236,7 @@ fn read(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case {
         depth: true,
         draws: vec![draw],
     };
-    let answer = floats(&data(&json["answer"])).chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
+    let answer = floats(&data(&json["expected"])).chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
     Case {
         module: Arc::new(module),
         plan: Plan { passes: vec![pass] },

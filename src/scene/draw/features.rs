@@ -225,6 +225,9 @@ impl PixelView {
     }
 }
 
+/// Most custom surfaces in one run.
+pub const MAX_CUSTOM_SURFACES: u8 = 4;
+
 /// The structure of one draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct DrawFeatures {
@@ -232,6 +235,8 @@ pub struct DrawFeatures {
     pub maps: MapSet,
     /// Relief and albedo finer than the maps.
     pub detail: bool,
+    /// Which custom surface colours the ground: 0 for none, else 1..=[`MAX_CUSTOM_SURFACES`].
+    pub custom_surface: u8,
     /// Image layers laid over the albedo by their alpha: 0..=2.
     pub overlays: u8,
     /// The Sun first, then reflected light of other bodies: 0..=3.
@@ -253,6 +258,7 @@ impl DrawFeatures {
         surface: Surface::Lambert,
         maps: MapSet { albedo: false, normal: false, specular: false, night: false, cloud_shadow: false },
         detail: false,
+        custom_surface: 0,
         overlays: 0,
         lights: 0,
         eclipse: Eclipse { occluders: 0, model: EclipseModel::None },

@@ -18,6 +18,8 @@ pub struct Capabilities {
     pub rings: bool,
     /// Its ground keeps craters: solid, without air.
     pub detail: bool,
+    /// Which custom surface colours its ground, 0 for none.
+    pub custom_surface: u8,
 }
 
 impl Capabilities {
@@ -31,7 +33,14 @@ impl Capabilities {
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
         let detail = body.cratered && !emissive && body.atmosphere.is_none() && body.clouds.is_none();
-        Self { detail, ellipsoid: flattening(body) > 0.0, maps, emissive, rings: body.rings.iter().any(|r| r.tau_normal > 0.0) }
+        Self {
+            detail,
+            custom_surface: body.custom_surface,
+            ellipsoid: flattening(body) > 0.0,
+            maps,
+            emissive,
+            rings: body.rings.iter().any(|r| r.tau_normal > 0.0),
+        }
     }
 }
 
@@ -49,6 +58,8 @@ pub struct FeatureSelection {
     pub maps: MapSet,
     /// Relief and albedo finer than the maps.
     pub detail: bool,
+    /// The custom surface that the body has.
+    pub custom_surface: bool,
     /// Images over the ground.
     pub overlays: u8,
     /// Lights besides the Sun, strongest first.
@@ -104,6 +115,7 @@ impl FeatureSelection {
                 && mesh.is_none()
                 && self.eclipse.occluders == 0
                 && matches!(view, PixelView::Final | PixelView::Cost),
+            custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
             lights: match (available.emissive, self.lit_by_rings(body), self.shine) {
                 (true, ..) => 0,
@@ -142,6 +154,7 @@ impl FeatureSelection {
             surface: Surface::Cloud,
             maps: MapSet::default(),
             detail: false,
+            custom_surface: 0,
             overlays: 0,
             ring_shine: false,
             ..ground
@@ -170,6 +183,7 @@ impl FeatureSelection {
             surface: Surface::Sky,
             maps: MapSet::default(),
             detail: false,
+            custom_surface: 0,
             overlays: 0,
             ring_shine: false,
             lights: 1,

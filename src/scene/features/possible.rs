@@ -52,7 +52,12 @@ fn ground_needs(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl 
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let of = move |overlays| {
             let lit = [(false, false), (true, false), (false, true)];
-            lit.map(|(ring_shine, detail)| FeatureSelection { overlays, ring_shine, detail, mesh, ..chosen }.features(body, view))
+            let own = [false, true].into_iter().filter(|own| !own || body.custom_surface > 0);
+            own.flat_map(move |custom_surface| {
+                lit.map(|(ring_shine, detail)| {
+                    FeatureSelection { overlays, ring_shine, detail, custom_surface, mesh, ..chosen }.features(body, view)
+                })
+            })
         };
         overlays.clone().flat_map(of)
     })

@@ -25,6 +25,8 @@ pub enum Effect {
     Normal,
     /// Relief and albedo finer than the maps, invented.
     Detail,
+    /// The WESL function of the user that colours the ground.
+    CustomSurface,
     /// The Sun's mirror image on water.
     Specular,
     /// City lights of the night side.
@@ -59,7 +61,7 @@ pub enum Effect {
 
 impl Effect {
     /// Every effect, in the order in which they are listed.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Ellipsoid,
         Self::Mesh,
         Self::SelfShadow,
@@ -67,6 +69,7 @@ impl Effect {
         Self::Overlays,
         Self::Normal,
         Self::Detail,
+        Self::CustomSurface,
         Self::Specular,
         Self::Night,
         Self::Clouds,
@@ -94,6 +97,7 @@ impl Effect {
             Self::Overlays => "overlays",
             Self::Normal => "normal",
             Self::Detail => "detail",
+            Self::CustomSurface => "custom-surface",
             Self::Specular => "specular",
             Self::Night => "night",
             Self::Clouds => "clouds",

@@ -27,6 +27,9 @@ pub(crate) fn decide<'c>(case: &Case<'c, '_>, mut so_far: Decided<'c>) -> Decide
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.emissive {
         log.note("lights", false, "it emits light".into());
+        if available.custom_surface > 0 {
+            so_far.chosen.custom_surface = so_far.log.effect(Effect::CustomSurface, true, "by --surface".into());
+        }
         so_far.chosen.maps = maps;
         return so_far;
     }

@@ -132,6 +132,12 @@ pub static RULES: &[CanonicalRule] = &[
         because: "finer relief than the map shows only on lit ground of a smooth body",
     },
     CanonicalRule {
+        of: "custom-surface",
+        least: "",
+        applies: |n| !shows_albedo(n) || no_ground(n),
+        because: "this image does not show the ground's colour",
+    },
+    CanonicalRule {
         of: "overlays",
         least: "",
         applies: |n| !shows_albedo(n) || no_ground(n),

@@ -5,6 +5,7 @@
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
+use crate::random::Random;
 use crate::scene::draw::DrawFeatures;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -14,25 +15,9 @@ pub fn nominal_size() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014): the same seed gives the same numbers.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-    fn below(&mut self, count: usize) -> usize {
-        (self.next() % count.max(1) as u64) as usize
-    }
-}
-
 /// `count` combinations of dimension values drawn at random, meaningful or not; the same seed gives the same ones.
 pub fn sample_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let one = |random: &mut Random| {
         let mut features = DrawFeatures::MINIMAL;
         DIMENSIONS.iter().for_each(|d| (d.set)(&mut features, random.below(d.texts.len())));
@@ -148,7 +133,7 @@ pub fn covering(t: usize) -> Vec<ShaderKey> {
 
 fn covering_anew(t: usize) -> Vec<ShaderKey> {
     let skeletons = skeletons();
-    let mut random = Random(t as u64);
+    let mut random = Random::new(t as u64);
     let pairs = (t > 2).then(|| possible_pairs(&skeletons));
     let (choices, count) = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
     let mut covered = vec![false; count];

@@ -1,6 +1,8 @@
 //! The table of dimensions: the one place that names a dimension's values, in texts and in fragment conditions.
 
-use crate::scene::draw::{AtmosphereModel, BodyShadow, DrawFeatures, EclipseModel, MAX_OCCLUDERS, PixelView, RingShadow, Shape, Surface};
+use crate::scene::draw::{
+    AtmosphereModel, BodyShadow, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow, Shape, Surface,
+};
 
 /// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the table's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -100,6 +102,15 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("night", Part::Maps, "maps.night", maps.night),
     switch!("cloudshadow", Part::Maps, "maps.cloud-shadow", maps.cloud_shadow),
     switch!("detail", Part::Maps, "detail", detail),
+    Dimension {
+        name: "custom-surface",
+        part: Part::Maps,
+        texts: &["", "custom1", "custom2", "custom3", "custom4"],
+        features: &["", "custom.1", "custom.2", "custom.3", "custom.4"],
+        cumulative: false,
+        get: |n| usize::from(n.custom_surface.min(MAX_CUSTOM_SURFACES)),
+        set: |n, v| n.custom_surface = v as u8,
+    },
     Dimension {
         name: "overlays",
         part: Part::Overlays,

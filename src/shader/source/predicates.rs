@@ -42,6 +42,7 @@ pub static PREDICATES: &[Predicate] = &[
         "view_albedo || (view_shaded && (surface_emissive || lights_1))",
         "the pixel depends on the surface's colour",
     ),
+    predicate("has_custom_surface", "custom_1 || custom_2 || custom_3 || custom_4", "a WESL function of the user colours the surface"),
     predicate("reads_normal", "surface_emissive || lights_1 || view_normal", "the pixel depends on the surface's direction"),
     predicate(
         "has_photometric_parameter",

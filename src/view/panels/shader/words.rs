@@ -36,6 +36,13 @@ pub fn meaning(d: &Dimension, value: usize) -> &'static str {
         "night" => &["no night lights", "city lights on the night side, from a map"],
         "cloudshadow" => &["no cloud shadows", "clouds cast shadows on the surface"],
         "detail" => &["no relief finer than the map", "invented craters finer than the map"],
+        "custom-surface" => &[
+            "no custom surface",
+            "the first custom surface",
+            "the second custom surface",
+            "the third custom surface",
+            "the fourth custom surface",
+        ],
         "overlays" => &["no overlay", "one overlay image on the surface", "two overlay images on the surface"],
         "lights" => &["no light", "the Sun", "the Sun and one body's reflected light", "the Sun and two bodies' reflected light"],
         "occluders" => &["no occluder", "up to one occluder", "up to two occluders", "up to three occluders", "up to four occluders"],

@@ -1,0 +1,136 @@
+//! Custom surfaces: a WESL function that colours the ground of one body, `--surface BODY=FILE`.
+//!
+//! In: bodies and files. Out: the catalog in which these bodies have their number, and fragments over the built-in places for them. Always: each file is checked
+//! by a module that uses it before anything is drawn, and what is wrong is told with the file's own name. Not here: what a surface is asked (shaders/lib/custom).
+
+use crate::catalog::Catalog;
+use crate::files::read_text;
+use crate::scene::draw::{DrawFeatures, MAX_CUSTOM_SURFACES};
+use crate::shader::fragments::Fragments;
+use crate::shader::key::ShaderKey;
+use crate::shader::{Lowering, ModuleId, ShaderModule};
+use crate::wording::echo;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// A surface is a page of text.
+const LONGEST_FILE: u64 = 1 << 20;
+
+/// One body and the file that colours it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SurfaceFile {
+    /// Name of the body, as the user wrote it.
+    pub body: String,
+    /// The fragment.
+    pub file: PathBuf,
+}
+
+/// A text that names no body and file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("write BODY=FILE, such as mars=my_mars.wesl")]
+pub struct SurfaceWordsError;
+
+impl FromStr for SurfaceFile {
+    type Err = SurfaceWordsError;
+    fn from_str(text: &str) -> Result<Self, SurfaceWordsError> {
+        match text.split_once('=') {
+            Some((body, file)) if !body.trim().is_empty() && !file.is_empty() => {
+                Ok(Self { body: body.trim().to_owned(), file: PathBuf::from(file) })
+            }
+            _ => Err(SurfaceWordsError),
+        }
+    }
+}
+
+/// Why a custom surface cannot be used, in one line.
+#[derive(Debug, thiserror::Error)]
+pub enum SurfaceError {
+    /// More than there are places for.
+    #[error("--surface: {0} surfaces; at most {MAX_CUSTOM_SURFACES} in one run")]
+    TooMany(usize),
+    /// No such body.
+    #[error("--surface {body}: {why}")]
+    Body {
+        /// As the user wrote it.
+        body: String,
+        /// What the catalog says.
+        why: String,
+    },
+    /// A body that is named twice.
+    #[error("--surface {0}: this body has a surface already; name each body once")]
+    Twice(String),
+    /// A file that cannot be read.
+    #[error("{path}: {source}")]
+    File {
+        /// As the user named it.
+        path: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// No module can be made of it.
+    #[error(
+        "{0}; a surface has `fn custom_surface(point: SurfacePoint) -> CustomSurface`, with both types imported from package::lib::custom::surface_point"
+    )]
+    Module(String),
+}
+
+/// Where the fragment of a number lies below shaders/.
+fn place(number: usize) -> String {
+    format!("lib/custom/surface_{number}.wesl")
+}
+
+/// The catalog in which the bodies have the numbers of their surfaces, from 1 in the order of the list.
+///
+/// # Errors
+/// A body that is not there or is named twice, or more surfaces than there are places.
+pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<Catalog, SurfaceError> {
+    if surfaces.len() > usize::from(MAX_CUSTOM_SURFACES) {
+        return Err(SurfaceError::TooMany(surfaces.len()));
+    }
+    for (number, surface) in (1..).zip(surfaces) {
+        let body = || echo(&surface.body);
+        let id = catalog.named(&surface.body).map_err(|e| SurfaceError::Body { body: body(), why: e.to_string() })?.id;
+        if !catalog.set_custom_surface(id, number) {
+            return Err(SurfaceError::Twice(body()));
+        }
+    }
+    Ok(catalog)
+}
+
+/// The files' texts by their places below shaders/.
+///
+/// # Errors
+/// A file that cannot be read, or from which no module can be made.
+pub fn surface_fragments(surfaces: &[SurfaceFile], over: &Fragments) -> Result<Vec<(String, String)>, SurfaceError> {
+    let mut texts = Vec::new();
+    for (number, surface) in (1..).zip(surfaces) {
+        let path = || echo(&surface.file.display().to_string());
+        let text = read_text(&surface.file, LONGEST_FILE).map_err(|source| SurfaceError::File { path: path(), source })?;
+        texts.push((place(number), text));
+    }
+    let fragments = over.clone().and_files(texts.iter().cloned());
+    for (number, surface) in (1..=MAX_CUSTOM_SURFACES).zip(surfaces) {
+        let sample = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
+        let id = ModuleId::Planet(ShaderKey::for_draw(&sample));
+        if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
+            let named = e.to_string().replace(&format!("shaders/{}", place(number.into())), &surface.file.display().to_string());
+            return Err(SurfaceError::Module(echo(&named)));
+        }
+    }
+    Ok(texts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn a_body_and_a_file_are_told_apart_at_the_first_sign() {
+        let surface: SurfaceFile = "mars=a=b.wesl".parse().expect("a surface");
+        assert_eq!((surface.body.as_str(), surface.file.as_path()), ("mars", Path::new("a=b.wesl")));
+        for wrong in ["mars", "=a.wesl", "mars=", " =a"] {
+            assert_eq!(wrong.parse::<SurfaceFile>(), Err(SurfaceWordsError), "{wrong}");
+        }
+    }
+}

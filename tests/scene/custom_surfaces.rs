@@ -1,0 +1,100 @@
+//! Custom surfaces: what they colour, that they touch no other body, that they can be switched off, and how faults are told.
+
+use orrery::catalog::NaifId;
+use orrery::scene::effects::Effect;
+use orrery::scene::request::{Position, ViewRequest};
+use orrery::session::{Session, Sources, SurfaceError};
+use orrery::{Instant, SamplingQuality};
+use std::path::Path;
+
+const CHECKERS: &str = "import package::lib::custom::surface_point::{CustomSurface, SurfacePoint};
+
+fn custom_surface(point: SurfacePoint) -> CustomSurface {
+    let cell = floor(point.position * 4.0);
+    let is_dark = abs((cell.x + cell.y + cell.z) % 2.0) > 0.5;
+    return CustomSurface(select(vec3f(0.8), vec3f(0.05), is_dark), vec3f(0.0));
+}
+";
+
+fn open(folder: &Path, surfaces: &[(&str, &str, &str)]) -> Result<Session, String> {
+    let surfaces = surfaces.iter().map(|(body, file, text)| {
+        let path = folder.join(file);
+        std::fs::write(&path, text).expect("written");
+        format!("{body}={}", path.display()).parse().expect("a body and a file")
+    });
+    let cache = folder.join("cache");
+    std::fs::create_dir_all(&cache).expect("a folder");
+    let sources = Sources { surfaces: surfaces.collect(), cache: Some(cache), ..Sources::default() };
+    Session::open(&sources, |_| ()).map_err(|e| e.to_string())
+}
+
+fn view(body: NaifId) -> ViewRequest {
+    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let time = Instant::parse("2024-04-16T01:00:00Z").expect("a time");
+    ViewRequest { position, width: 96, height: 96, ..ViewRequest::of(body, time) }
+}
+
+fn light(session: &Session, request: &ViewRequest) -> Vec<[f32; 4]> {
+    session.draw(request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn").frame.hdr
+}
+
+/// Greatest difference of a channel.
+fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+    a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+}
+
+#[test]
+fn a_surface_colours_its_body_alone_and_can_be_switched_off() {
+    let folder = tempfile::tempdir().expect("temp");
+    let plain = open(folder.path(), &[]).expect("a session");
+    let own = open(folder.path(), &[("moon", "checkers.wesl", CHECKERS)]).expect("a session");
+    let (moon, mars) = (view(NaifId::MOON), view(NaifId(499)));
+    let before = light(&plain, &moon);
+    assert!(apart(&before, &light(&own, &moon)) > 0.1 * before.iter().map(|p| p[1]).fold(0.0, f32::max), "the Moon is chequered");
+    assert_eq!(apart(&light(&plain, &mars), &light(&own, &mars)), 0.0, "Mars has no surface of its own");
+    let mut without = moon.clone();
+    without.effects.set(Effect::CustomSurface, false);
+    assert_eq!(apart(&before, &light(&own, &without)), 0.0, "switched off it changes nothing");
+    let decisions = own.scene(&moon).expect("a scene").bodies.into_iter().flat_map(|b| b.decisions);
+    assert!(decisions.into_iter().any(|d| d.feature == "custom-surface" && d.on));
+}
+
+/// Light of its own needs no Sun: the night side shows it.
+#[test]
+fn a_surface_may_shine() {
+    let folder = tempfile::tempdir().expect("temp");
+    let glowing = CHECKERS.replace("vec3f(0.0));", "vec3f(0.25, 0.0, 0.0));");
+    let own = open(folder.path(), &[("moon", "glowing.wesl", &glowing)]).expect("a session");
+    let plain = open(folder.path(), &[]).expect("a session");
+    let night = |time: &str| {
+        let view = view(NaifId::MOON);
+        let position = Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(4.0) };
+        ViewRequest { position, time: Instant::parse(time).expect("a time"), ..view }
+    };
+    // New moon: the Earth sees the night side.
+    let request = night("2024-06-06T12:38:00Z");
+    let (dark, lit) = (light(&plain, &request), light(&own, &request));
+    let middle = 48 * 96 + 48;
+    let more = lit[middle][0] - dark[middle][0];
+    assert!((more - 0.25).abs() < 0.002, "red light of 0.25 of a white plane: {more}");
+    assert!((lit[middle][2] - dark[middle][2]).abs() < 0.002, "and no blue");
+}
+
+#[test]
+fn faults_are_told_with_the_file_of_the_user() {
+    let folder = tempfile::tempdir().expect("temp");
+    let told = |surfaces: &[(&str, &str, &str)]| open(folder.path(), surfaces).err().unwrap_or_else(|| panic!("{surfaces:?} is taken"));
+    let broken = CHECKERS.replace("vec3f(0.8)", "vec3f(0.8");
+    let lacking = CHECKERS.replace("fn custom_surface", "fn my_surface");
+    let mistyped = CHECKERS.replace("-> CustomSurface", "-> vec3f");
+    for (text, what) in [(&broken, "surface.wesl:"), (&lacking, "custom_surface"), (&mistyped, "surface.wesl:")] {
+        let message = told(&[("moon", "surface.wesl", text)]);
+        assert!(message.contains(what) && !message.contains('\n') && !message.contains("lib/custom/surface_1"), "{message}");
+    }
+    assert!(told(&[("moom", "a.wesl", CHECKERS)]).contains("Moon"), "the nearest name is offered");
+    assert!(told(&[("moon", "a.wesl", CHECKERS), ("MOON", "b.wesl", CHECKERS)]).contains("MOON"));
+    let five: Vec<(&str, &str, &str)> = ["moon", "mars", "io", "europa", "titan"].iter().map(|b| (*b, "a.wesl", CHECKERS)).collect();
+    assert_eq!(told(&five), SurfaceError::TooMany(5).to_string());
+    let missing = Sources { surfaces: vec!["moon=no-such-file.wesl".parse().expect("words")], ..Sources::default() };
+    assert!(Session::open(&missing, |_| ()).is_err_and(|e| e.to_string().contains("no-such-file.wesl")));
+}
