@@ -15,7 +15,7 @@ const MAX_MESH_BYTES: u64 = 1 << 27;
 /// How the picture is put together.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Projection and stereo")]
-pub struct CompositionWords {
+pub struct CompositionArgs {
     /// Projection: perspective; fisheye (angular: distance from the middle proportional to the angle; --fov is its full angle, 180 by default);
     /// equirectangular (whole sphere, poles at the view's up and down, the target in the middle column)
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Projection::Perspective)]
@@ -38,7 +38,7 @@ pub struct CompositionWords {
     pub warp: Option<PathBuf>,
 }
 
-impl CompositionWords {
+impl CompositionArgs {
     /// What the words mean.
     ///
     /// # Errors

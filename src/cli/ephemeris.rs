@@ -1,7 +1,7 @@
 //! `orrery ephemeris`: questions by words or JSON lines come in, states and angles go out.
 
 use super::eclipse::parse_place;
-use super::ephemeris_table::{self, Columns, Form};
+use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
 use super::output::put;
 use super::{CliError, Common, inputs};
@@ -148,9 +148,9 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
         None => vec![named("time", &args.time)?],
     };
     let form = match (args.csv, args.json) {
-        (true, _) => Form::Csv,
-        (_, true) => Form::Json,
-        _ => Form::Text,
+        (true, _) => OutputFormat::Csv,
+        (_, true) => OutputFormat::Json,
+        _ => OutputFormat::Text,
     };
     ephemeris_table::table(catalog, ephemeris, body, columns, &times, form)
 }

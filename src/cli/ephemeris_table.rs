@@ -1,6 +1,6 @@
 //! `orrery ephemeris` over a span of time or over a day at a place: rows of a table, and rising, transit, setting and twilight.
 //!
-//! In: a body, instants, what is asked of the body. Out: rows of named cells as text, CSV or JSON. Always: every form has the same columns, units stand in their names, and
+//! In: a body, instants, what is asked of the body. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, units stand in their names, and
 //! a row's time is UTC. Not here: the words of the command line.
 
 use crate::catalog::{Catalog, NaifId};
@@ -34,16 +34,16 @@ enum Cell {
     /// A number, and its decimals in text.
     Number(f64, usize),
     /// A number that people read in another form: that form, then the number and its decimals in CSV.
-    Read(String, f64, usize),
+    Formatted(String, f64, usize),
     Text(String),
     None,
 }
 
 type Row = Vec<(&'static str, Cell)>;
 
-/// A table's form.
+/// How a table is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum OutputFormat {
     Text,
     Csv,
     Json,
@@ -80,13 +80,13 @@ pub fn table(
     body: NaifId,
     columns: Columns,
     times: &[Instant],
-    form: Form,
+    format: OutputFormat,
 ) -> Result<String, String> {
     let rows: Vec<Row> = times
         .iter()
         .map(|t| row(catalog, ephemeris, body, columns, *t).map_err(|e| format!("{}: {e}", t.to_utc_iso())))
         .collect::<Result<_, _>>()?;
-    Ok(written(&rows, form))
+    Ok(format_rows(&rows, format))
 }
 
 fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns, t: Instant) -> Result<Row, EphemerisError> {
@@ -108,10 +108,10 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
             let seen = apparent_place(ephemeris, body, t)?;
             let (date, gcrs) = (seen.true_of_date, seen.gcrs);
             row.extend([
-                ("ra_deg", Cell::Read(date.ra_text(), date.ra_deg, 7)),
-                ("dec_deg", Cell::Read(date.dec_text(), date.dec_deg, 7)),
-                ("ra_gcrs_deg", Cell::Read(gcrs.ra_text(), gcrs.ra_deg, 7)),
-                ("dec_gcrs_deg", Cell::Read(gcrs.dec_text(), gcrs.dec_deg, 7)),
+                ("ra_deg", Cell::Formatted(date.ra_text(), date.ra_deg, 7)),
+                ("dec_deg", Cell::Formatted(date.dec_text(), date.dec_deg, 7)),
+                ("ra_gcrs_deg", Cell::Formatted(gcrs.ra_text(), gcrs.ra_deg, 7)),
+                ("dec_gcrs_deg", Cell::Formatted(gcrs.dec_text(), gcrs.dec_deg, 7)),
                 ("distance_km", Cell::Number(seen.distance_km, 3)),
                 ("light_time_s", Cell::Number(seen.light_time_s, 3)),
                 ("error_arcsec", if seen.error_arcsec.is_finite() { Cell::Number(seen.error_arcsec, 4) } else { Cell::None }),
@@ -149,14 +149,14 @@ fn name_of(source: Source) -> String {
     json!(source).as_str().unwrap_or_default().to_owned()
 }
 
-fn written(rows: &[Row], form: Form) -> String {
+fn format_rows(rows: &[Row], format: OutputFormat) -> String {
     let mut out = String::new();
-    match form {
-        Form::Json => {
+    match format {
+        OutputFormat::Json => {
             let objects: Vec<String> = rows.iter().map(|row| format!("  {}", object(row))).collect();
             out = format!("[\n{}\n]\n", objects.join(",\n"));
         }
-        Form::Csv => {
+        OutputFormat::Csv => {
             let names: Vec<&str> = rows.first().map_or(Vec::new(), |row| row.iter().map(|(name, _)| *name).collect());
             let _ = writeln!(out, "{}", names.join(","));
             for row in rows {
@@ -164,7 +164,7 @@ fn written(rows: &[Row], form: Form) -> String {
                 let _ = writeln!(out, "{}", cells.join(","));
             }
         }
-        Form::Text => {
+        OutputFormat::Text => {
             let mut lines: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(|(_, cell)| cell.in_text()).collect()).collect();
             let heads = rows.first().map_or(Vec::new(), |row| row.iter().map(|(name, cell)| cell.head(name)).collect());
             lines.insert(0, heads);
@@ -181,7 +181,7 @@ fn written(rows: &[Row], form: Form) -> String {
 
 fn object(row: &Row) -> Value {
     let value = |cell: &Cell| match cell {
-        Cell::Number(v, _) | Cell::Read(_, v, _) => json!(v),
+        Cell::Number(v, _) | Cell::Formatted(_, v, _) => json!(v),
         Cell::Text(text) => json!(text),
         Cell::None => Value::Null,
     };
@@ -192,14 +192,14 @@ impl Cell {
     fn in_text(&self) -> String {
         match self {
             Self::Number(v, digits) => format!("{v:.digits$}"),
-            Self::Read(text, ..) | Self::Text(text) => text.clone(),
+            Self::Formatted(text, ..) | Self::Text(text) => text.clone(),
             Self::None => "-".into(),
         }
     }
 
     fn in_csv(&self) -> String {
         match self {
-            Self::Read(_, v, digits) | Self::Number(v, digits) => format!("{v:.digits$}"),
+            Self::Formatted(_, v, digits) | Self::Number(v, digits) => format!("{v:.digits$}"),
             Self::Text(text) => text.clone(),
             Self::None => String::new(),
         }
@@ -208,7 +208,7 @@ impl Cell {
     /// A column that is not in degrees does not say so.
     fn head(&self, name: &str) -> String {
         match self {
-            Self::Read(..) => name.trim_end_matches("_deg").to_owned(),
+            Self::Formatted(..) => name.trim_end_matches("_deg").to_owned(),
             _ => name.to_owned(),
         }
     }

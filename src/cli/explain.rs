@@ -1,6 +1,6 @@
 //! `orrery explain`: every body of a view, what its draw got and did not get, and why.
 use super::output::say;
-use super::view_words::ViewWords;
+use super::view_words::ViewArgs;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
 use crate::render::plan::SamplingQuality;
@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 )]
 pub struct ExplainArgs {
     #[command(flatten)]
-    view: ViewWords,
+    view: ViewArgs,
     /// Print one JSON value
     #[arg(long, help_heading = "Output")]
     json: bool,

@@ -1,10 +1,10 @@
 //! `orrery render`: an image or a sequence of frames to files or a video stream.
-use super::composition_words::CompositionWords;
+use super::composition_words::CompositionArgs;
 use super::frames::{Output, kept, shard, step_seconds};
 use super::moving_output::MovingOutput;
 use super::output::{put, say, write_error};
 use super::render_views::Views;
-use super::view_words::{ViewWords, size};
+use super::view_words::{ViewArgs, size};
 use super::{CliError, Common};
 use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
@@ -59,9 +59,9 @@ fn after_help() -> String {
 #[command(after_help = after_help())]
 pub struct RenderArgs {
     #[command(flatten)]
-    view: ViewWords,
+    view: ViewArgs,
     #[command(flatten)]
-    composition: CompositionWords,
+    composition: CompositionArgs,
     /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, a moving picture (.apng keeps every level, .gif has 256 colours), or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
     output: Option<String>,

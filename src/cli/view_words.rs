@@ -19,7 +19,7 @@ const MAX_CAMERA_FILE_BYTES: u64 = 1 << 20;
 /// What to look at, from where, when and how.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "View")]
-pub struct ViewWords {
+pub struct ViewArgs {
     /// Body to look at
     #[arg(long, value_name = "BODY")]
     pub target: Option<String>,
@@ -109,7 +109,7 @@ fn pixel_view(text: &str) -> Result<PixelView, CliError> {
     PixelView::by_name(text).ok_or_else(|| wrong("--pixels", text, &suggestion_or_list(text, &PixelView::ALL.map(PixelView::name))))
 }
 
-impl ViewWords {
+impl ViewArgs {
     /// The request that the words make with this catalog.
     pub fn request(&self, catalog: &Catalog) -> Result<ViewRequest, CliError> {
         self.request_with(catalog, Composition::default())
@@ -214,7 +214,7 @@ mod tests {
                 .flat_map(|at| ["2024-04-08T18:42:38Z", "2013-08-20T07:11:29Z"].map(|time| (at, time)))
             {
                 let some = |text: &str| Some(text.to_owned());
-                let words = ViewWords {
+                let words = ViewArgs {
                     target: some(target),
                     from: some(from),
                     at: some(at),
@@ -224,7 +224,7 @@ mod tests {
                     exposure: "auto".into(),
                     tone_map: "filmic".into(),
                     pixels: "final".into(),
-                    ..ViewWords::default()
+                    ..ViewArgs::default()
                 };
                 let request = words.request(&catalog).expect(at);
                 let Position::Ground { body, latitude_deg, longitude_deg, .. } = request.position else { panic!("{at} is no ground") };
@@ -238,7 +238,7 @@ mod tests {
                 }
                 let tilt = camera.right.dot(zenith);
                 assert!(tilt.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted by {tilt}");
-                let northward = ViewWords { up: some("north"), ..words }.request(&catalog).expect(at);
+                let northward = ViewArgs { up: some("north"), ..words }.request(&catalog).expect(at);
                 let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
                 tilted_before += usize::from(camera.right.dot(zenith).abs() > 0.1);
             }

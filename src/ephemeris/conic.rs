@@ -55,12 +55,12 @@ impl ConicState {
         let turn = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
         // Whole turns change nothing.
         let span = if turn.is_finite() { span - turn * (span / turn).round() } else { span };
-        let powers = |s: f64| {
+        let universal_functions = |s: f64| {
             let [c0, c1, c2, c3] = stumpff(alpha * s * s);
             [c0, s * c1, s * s * c2, s * s * s * c3]
         };
-        let late = |s: f64| {
-            let [g0, g1, g2, g3] = powers(s);
+        let time_residual = |s: f64| {
+            let [g0, g1, g2, g3] = universal_functions(s);
             (r0 * g1 + sigma * g2 + gm * g3 - span, r0 * g0 + sigma * g1 + gm * g2)
         };
         // The time grows with s, at the rate of the distance: Newton's steps inside a bracket.
@@ -68,20 +68,20 @@ impl ConicState {
         let first = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
         let (mut low, mut high) = (0.0_f64, span.signum() * first);
         for _ in 0..200 {
-            if late(high).0 * span.signum() >= 0.0 {
+            if time_residual(high).0 * span.signum() >= 0.0 {
                 break;
             }
             (low, high) = (high, 2.0 * high);
         }
         let mut s = 0.5 * (low + high);
         for _ in 0..200 {
-            let (over, rate) = late(s);
-            if over * span.signum() > 0.0 {
+            let (residual, rate) = time_residual(s);
+            if residual * span.signum() > 0.0 {
                 high = s;
             } else {
                 low = s;
             }
-            let newton = s - over / rate;
+            let newton = s - residual / rate;
             let inside = (newton - low) * (newton - high) <= 0.0;
             let next = if inside { newton } else { 0.5 * (low + high) };
             let done = (next - s).abs() <= 1e-16 * s.abs();
@@ -90,9 +90,9 @@ impl ConicState {
                 break;
             }
         }
-        let [_, g1, g2, g3] = powers(s);
+        let [_, g1, g2, g3] = universal_functions(s);
         let position = self.position * (1.0 - gm * g2 / r0) + self.velocity * (span - gm * g3);
-        let r = late(s).1;
+        let r = time_residual(s).1;
         let velocity = self.position * (-gm * g1 / (r * r0)) + self.velocity * (1.0 - gm * g2 / r);
         Self { position, velocity }
     }

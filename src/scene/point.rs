@@ -17,9 +17,9 @@ pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
 /// Radius within which the glare is flat; beyond, it falls with the third power of the distance.
 pub const GLARE_WIDTH_PX: f64 = 2.0;
 /// Part of the light that the glare of a blazing point holds.
-pub const GLARE_PART: f64 = 0.3;
+pub const GLARE_FRACTION: f64 = 0.3;
 /// Power of a point's brightness over white with which its sprite grows: a star of first magnitude reaches 1.5 times as far as one of second.
-pub const GLARE_GROWS: f64 = 0.45;
+pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 /// Greatest reach of the glare.
 pub const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameters between which a disc takes over from a point. Below, a pixel's one place on the disc stands for too much of it: over places
@@ -40,12 +40,12 @@ pub(crate) fn point_peak() -> f64 {
 
 /// Reach of a point's sprite, where its glare ends smoothly. `peak`: its brightest pixel over white, as if there were no glare.
 pub(crate) fn point_radius_px(peak: f64) -> f64 {
-    (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_GROWS)).min(MAX_RADIUS_PX)
+    (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX)
 }
 
 /// Radiances at the centre, of core and glare, of a point of flux 1 whose sprite reaches this far.
 pub fn point_spread(radius_px: f64) -> [f64; 2] {
-    let part = GLARE_PART * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
+    let part = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
     // What a Gaussian has beyond the sides of the square, by the asymptotic series of erfc: within 3e-5 from three standard deviations on.
     let x = radius_px / (CORE_SIGMA_PX * std::f64::consts::SQRT_2);
     let beyond = (-x * x).exp() / (x * PI.sqrt()) * (1.0 - 0.5 / x.powi(2) + 0.75 / x.powi(4) - 1.875 / x.powi(6));

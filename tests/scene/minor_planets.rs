@@ -17,7 +17,7 @@ use orrery::scene::photometry::irradiance_of_magnitude;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::sky::minor_planets::MARK_LEVEL;
 use orrery::scene::viewpoint::viewer;
-use orrery::scene::{CORE_SIGMA_PX, GLARE_GROWS, GLARE_PART, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, point_spread};
+use orrery::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, point_spread};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
@@ -85,13 +85,13 @@ fn keplers_equation_in_f32_is_that_of_f64() {
 /// The sprite's shape is that of `scene::point_spread`, and its reach the same power of the peak.
 #[test]
 fn the_shape_of_a_sprite_is_that_of_other_points() {
-    let law = format!("vec4f({POINT_RADIUS_PX:?}, {GLARE_GROWS:?}, {MAX_RADIUS_PX:?}, {GLARE_PART:?})");
+    let law = format!("vec4f({POINT_RADIUS_PX:?}, {GLARE_RADIUS_EXPONENT:?}, {MAX_RADIUS_PX:?}, {GLARE_FRACTION:?})");
     let value = format!("vec4f(point_shape(p.x, {law}, {CORE_SIGMA_PX:?}, {GLARE_WIDTH_PX:?}), 0.0)");
     let shader = Emitted::new("minor_planets", &value);
     let peaks: Vec<f64> = (-20..=80).map(|k| 10_f64.powf(f64::from(k) / 10.0)).collect();
     let questions: Vec<Question> = peaks.iter().map(|p| [*p, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
     for (peak, found) in peaks.iter().zip(shader.ask_in::<f32>(&DrawUniforms::default(), None, &questions)) {
-        let radius = (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_GROWS)).min(MAX_RADIUS_PX);
+        let radius = (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX);
         let [core, glare] = point_spread(radius);
         assert!((found[0] / radius - 1.0).abs() < 1e-5, "{peak}: {found:?}");
         // A core of three deviations is scaled by scene to its square, by 0.55 %; glare by the same integral.

@@ -9,7 +9,7 @@ use orrery::catalog::{Catalog, NaifId, Photometry, Ring};
 use orrery::image::SharedTexture;
 use orrery::render::plan::ring_profile;
 use orrery::scene::draw::{DrawUniforms, Light, RingTable, Surface};
-use orrery::scene::photometry::{geometric_albedo_of_unit_multiplier, model_phase, reflectance};
+use orrery::scene::photometry::{model_geometric_albedo, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
 use orrery::scene::ring_shine::{halves, scattered};
 use orrery::scene::rings::{MIN_COSINE, RingSeen, bodies_with_peak, forward};
@@ -232,7 +232,7 @@ fn disc(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
 fn spheres_of_each_law_are_as_bright_as_their_points() {
     const HALF_SIDE_INSIDE: f64 = 1e-3;
     let off = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
-        let full = geometric_albedo_of_unit_multiplier(model)[0];
+        let full = model_geometric_albedo(model)[0];
         let at = |deg: f64| (disc(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
         [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(at).into_iter().fold(0.0, f64::max)
     };

@@ -10,7 +10,7 @@ use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::scene::orbits::{self, OrbitArc};
 use crate::scene::sky::comets::TailPiece;
 use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
-use crate::scene::{CORE_SIGMA_PX, GLARE_GROWS, GLARE_PART, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
+use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
 use std::sync::Arc;
 
 pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
@@ -27,7 +27,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.vec3("velocity", all.velocity)?;
         w.vec3("colour", all.colour)?;
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
-        w.vec4("point_law", [POINT_RADIUS_PX, GLARE_GROWS, MAX_RADIUS_PX, GLARE_PART].map(|v| v as f32).into())?;
+        w.vec4("point_law", [POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, GLARE_FRACTION].map(|v| v as f32).into())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
         w.f32("glare_width_px", GLARE_WIDTH_PX as f32)?;
         w.f32("flux_per_irradiance", all.flux_per_irradiance)?;

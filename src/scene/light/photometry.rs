@@ -18,7 +18,7 @@ pub const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 ///
 /// At zero phase the sphere shows mu0 = mu with weight 2 mu dmu: Lambert 2/3; Lommel-Seeliger, written 2 mu0/(mu + mu0), 1;
 /// McEwen's blend between them by its weight; Oren-Nayar 2a/3 + b/2 with its a and b.
-pub fn geometric_albedo_of_unit_multiplier(model: &Photometry) -> [f64; 3] {
+pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
     match *model {
         Photometry::Emissive { u1, u2 } => [0, 1, 2].map(|k| 1.0 - u1[k] / 3.0 - u2[k] / 6.0),
         Photometry::Lambert => [2.0 / 3.0; 3],
@@ -143,7 +143,7 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
 
 /// Factor on the reflectance map or colour that makes the disc's geometric albedo the catalog's.
 pub fn normalisation(body: &Body) -> DVec3 {
-    1.0 / DVec3::from_array(geometric_albedo_of_unit_multiplier(&body.photometry))
+    1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }
 
 /// Mean radiance of the Sun's disc: what irradiates 1 at 1 au.
@@ -217,7 +217,7 @@ mod tests {
     fn closed_forms_are_the_disc_integrals_of_the_models() {
         for model in &MODELS {
             let full = disc_mean(model, 0.0);
-            let closed = geometric_albedo_of_unit_multiplier(model)[0];
+            let closed = model_geometric_albedo(model)[0];
             assert!((full - closed).abs() < 2e-3, "{model:?}: disc {full}, closed form {closed}");
             for alpha_deg in [10.0_f64, 60.0, 90.0, 140.0] {
                 let alpha = alpha_deg.to_radians();

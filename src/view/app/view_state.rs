@@ -36,7 +36,7 @@ pub enum ViewStateError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CameraPose {
-    /// Around a body, facing it but for a look aside; elevation counts from its equator.
+    /// Around a body, facing it, offset by yaw and pitch; elevation counts from its equator.
     Orbit {
         body: NaifId,
         /// The frame turns with the body.
@@ -49,7 +49,7 @@ pub enum CameraPose {
     },
     /// On the ground, or above it.
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
-    /// At a body's centre, the body itself away.
+    /// At a body's centre, with that body hidden.
     Centre { body: NaifId },
     /// Anywhere, facing anywhere, ICRF: on the way from one body to the next.
     Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
@@ -63,10 +63,10 @@ impl CameraPose {
         }
     }
 
-    /// Each of its numbers that no eye can have.
-    fn faults(&self, unless: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
-        let mut number = |field: &str, value: f64, fine: bool, must: &str| {
-            unless(value.is_finite() && fine, &|| format!("eye.{field} {value}: must be {must}"));
+    /// Each of its numbers that no camera can have.
+    fn faults(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+        let mut number = |field: &str, value: f64, ok: bool, requirement: &str| {
+            check(value.is_finite() && ok, &|| format!("eye.{field} {value}: must be {requirement}"));
         };
         match *self {
             Self::Orbit { azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
@@ -88,7 +88,8 @@ impl CameraPose {
             Self::Free { offset_km, forward, up, .. } => {
                 for (field, value) in [("offset_km", offset_km), ("forward", forward), ("up", up)] {
                     let is_direction = field == "offset_km" || value != DVec3::ZERO;
-                    unless(value.is_finite() && is_direction, &|| format!("eye.{field} {value}: must not be zero, nor without end"));
+                    let requirement = if field == "offset_km" { "finite" } else { "finite and not zero" };
+                    check(value.is_finite() && is_direction, &|| format!("eye.{field} {value}: must be {requirement}"));
                 }
             }
         }
@@ -105,7 +106,7 @@ pub struct ViewState {
     pub target: NaifId,
     pub eye: CameraPose,
     /// The eye follows the target; else it faces what its angles say.
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     pub tracks: bool,
     /// Vertical.
     pub fov_deg: f64,
@@ -124,7 +125,7 @@ pub struct ViewState {
     /// Light beyond white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
-    /// Layers beside those two, which are not asked for here.
+    /// Layers other than `orbits` and `bloom`.
     #[serde(default, with = "option_text::layers")]
     pub layers: Layers,
     /// Stops by which stars, Milky Way and zodiacal light are lifted.
@@ -134,19 +135,19 @@ pub struct ViewState {
     pub pixels: PixelView,
     #[serde(default, with = "option_text::by_name")]
     pub quality: Quality,
-    /// Time stands still where the view is opened, or runs; `None`: as it did before. What moves time keeps this of its own.
+    /// Whether opening the view pauses time; `None` keeps the current state. Time controls track this separately.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paused: Option<bool>,
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
 /// Field of view of a new view.
 pub const FOV_DEG: f64 = 45.0;
-pub const FOV_LEAST_DEG: f64 = 1e-4;
-pub const FOV_MOST_DEG: f64 = 120.0;
+pub const MIN_FOV_DEG: f64 = 1e-4;
+pub const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
     /// Around a body at `offset_km` (ICRF), facing it.
@@ -220,29 +221,29 @@ impl ViewState {
     /// What no view can have, field by field. What fields say together (an eye inside a body) is not asked.
     pub fn faults(&self, catalog: &Catalog) -> Vec<String> {
         let mut faults = Vec::new();
-        let mut unless = |fine: bool, fault: &dyn Fn() -> String| {
-            if !fine {
+        let mut check = |ok: bool, fault: &dyn Fn() -> String| {
+            if !ok {
                 faults.push(fault());
             }
         };
         for (field, id) in [("target", self.target), ("eye.body", self.eye.body())] {
-            unless(catalog.body(id).is_some(), &|| format!("{field}: no body has the code {}", id.0));
+            check(catalog.body(id).is_some(), &|| format!("{field}: no body has the code {}", id.0));
         }
-        unless(self.tdb_s.is_finite(), &|| format!("tdb_s {}: not a time", self.tdb_s));
-        unless((FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&self.fov_deg), &|| {
-            format!("fov_deg {}: must be {FOV_LEAST_DEG} to {FOV_MOST_DEG} degrees", self.fov_deg)
+        check(self.tdb_s.is_finite(), &|| format!("tdb_s {}: not a time", self.tdb_s));
+        check((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&self.fov_deg), &|| {
+            format!("fov_deg {}: must be {MIN_FOV_DEG} to {MAX_FOV_DEG} degrees", self.fov_deg)
         });
-        unless(self.roll_deg.is_finite(), &|| format!("roll_deg {}: not an angle", self.roll_deg));
+        check(self.roll_deg.is_finite(), &|| format!("roll_deg {}: not an angle", self.roll_deg));
         if let Some(stops) = self.exposure_stops {
-            unless((-60.0..=60.0).contains(&stops), &|| format!("exposure_stops {stops}: must be -60 to 60 stops"));
+            check((-60.0..=60.0).contains(&stops), &|| format!("exposure_stops {stops}: must be -60 to 60 stops"));
         }
-        unless((-30.0..=30.0).contains(&self.stars_boost), &|| format!("stars_boost {}: must be -30 to 30 stops", self.stars_boost));
+        check((-30.0..=30.0).contains(&self.stars_boost), &|| format!("stars_boost {}: must be -30 to 30 stops", self.stars_boost));
         for name in self.effects.bodies() {
             if let Err(e) = catalog.named(name) {
-                unless(false, &|| format!("effects: {e}"));
+                check(false, &|| format!("effects: {e}"));
             }
         }
-        self.eye.faults(&mut unless);
+        self.eye.faults(&mut check);
         faults
     }
 
@@ -268,7 +269,7 @@ impl ViewState {
                 if yaw_deg == 0.0 && pitch_deg == 0.0 && self.roll_deg == 0.0 && self.target == body.id {
                     return Ok(Pose { position, look: Look::Target, up: Up::North });
                 }
-                let (forward, up) = looking_aside(forward, pole, yaw_deg, pitch_deg);
+                let (forward, up) = rotated_view(forward, pole, yaw_deg, pitch_deg);
                 Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
@@ -277,7 +278,7 @@ impl ViewState {
                     return Ok(Pose { position, look: Look::Target, up: Up::Zenith });
                 }
                 let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
-                let (forward, up) = looking_over_horizon(normal, azimuth_deg, altitude_deg);
+                let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
                 let axes = Axes::BodyFixed;
                 Pose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: rolled(forward, up), axes } }
             }
@@ -310,7 +311,7 @@ pub fn orbit_pose(body: NaifId, fixed: bool, o: Orbit) -> CameraPose {
 }
 
 /// Height of a viewer who is set on the ground, km.
-const STANDING_KM: f64 = 0.01;
+const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 
 /// On the ground, facing south over the horizon.
 pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
@@ -318,14 +319,14 @@ pub fn standing(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPo
         body,
         latitude_deg: latitude_deg.clamp(-90.0, 90.0),
         longitude_deg: (longitude_deg + 180.0).rem_euclid(360.0) - 180.0,
-        height_km: STANDING_KM,
+        height_km: GROUND_CAMERA_HEIGHT_KM,
         azimuth_deg: 180.0,
         altitude_deg: 10.0,
     }
 }
 
 /// The gaze turned from `forward` by `yaw` to the right and `pitch` upwards, with its up.
-pub fn looking_aside(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
+pub fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
     let up = right.cross(forward);
     let (sin_y, cos_y) = yaw_deg.to_radians().sin_cos();
@@ -335,7 +336,7 @@ pub fn looking_aside(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f6
 }
 
 /// The gaze of who stands where `normal` is the zenith, with its up: the zenith as nearly as the gaze allows.
-pub fn looking_over_horizon(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
+pub fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
     let axes = horizon_axes(normal);
     let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
     let (sin_alt, cos_alt) = altitude_deg.to_radians().sin_cos();
@@ -356,9 +357,9 @@ mod tests {
 
     #[test]
     fn a_look_aside_turns_right_and_up() {
-        let (forward, up) = looking_aside(DVec3::Y, DVec3::Z, 90.0, 0.0);
+        let (forward, up) = rotated_view(DVec3::Y, DVec3::Z, 90.0, 0.0);
         assert!((forward - DVec3::X).length() < 1e-12 && (up - DVec3::Z).length() < 1e-12);
-        let (forward, up) = looking_aside(DVec3::Y, DVec3::Z, 0.0, 30.0);
+        let (forward, up) = rotated_view(DVec3::Y, DVec3::Z, 0.0, 30.0);
         assert!((forward.z - 0.5).abs() < 1e-12 && forward.dot(up).abs() < 1e-12 && up.y < 0.0);
     }
 

@@ -10,9 +10,7 @@ use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit::Orbit;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::time_rate::TimeRate;
-use crate::view::app::view_state::{
-    CameraPose, FOV_LEAST_DEG, FOV_MOST_DEG, ViewState, looking_aside, looking_over_horizon, orbit_pose, standing,
-};
+use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, horizontal_view, orbit_pose, rotated_view, standing};
 use glam::{DMat3, DVec3};
 
 /// A body that can be looked at.
@@ -299,13 +297,13 @@ impl Viewer {
                 let orbit = Orbit { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii };
                 let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(carrier), pole);
-                let (forward, up) = looking_aside(-offset.normalize(), pole, yaw_deg, pitch_deg);
+                let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
                 (turn * offset, turn * forward, turn * up)
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let radii_km = self.subject(carrier).map_or(DVec3::ONE, |s| s.radii_km);
                 let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
-                let (forward, up) = looking_over_horizon(normal, azimuth_deg, altitude_deg);
+                let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
                 let offset_km = icrf_from_body * offset;
                 let target = self.view.target;
                 let followed = if self.view.tracks && target != carrier { places.between_km(carrier, target, time) } else { None };
@@ -350,7 +348,7 @@ impl Viewer {
         };
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
-        let (_, up) = looking_aside(forward, pole, 0.0, 0.0);
+        let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
         match from {
             Some(from) => {
                 self.view = ViewState {
@@ -423,7 +421,7 @@ impl Viewer {
     }
 
     fn lens(&mut self, notches: f64) {
-        self.view.fov_deg = (self.view.fov_deg * (-notches * 0.15).exp()).clamp(FOV_LEAST_DEG, FOV_MOST_DEG);
+        self.view.fov_deg = (self.view.fov_deg * (-notches * 0.15).exp()).clamp(MIN_FOV_DEG, MAX_FOV_DEG);
     }
 
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {

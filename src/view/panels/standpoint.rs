@@ -2,7 +2,7 @@
 
 use super::{Interface, accessible};
 use crate::catalog::NaifId;
-use crate::view::app::view_state::{CameraPose, FOV_LEAST_DEG, FOV_MOST_DEG};
+use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG};
 use crate::view::app::viewer::Action;
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
@@ -54,7 +54,7 @@ pub fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     if ui.checkbox(&mut tracks, "Follow target").on_hover_text("Keep the camera pointed at the target").clicked() {
         actions.push(Action::Track(tracks));
     }
-    let lens = Slider::new(&mut interface.viewer.view.fov_deg, FOV_LEAST_DEG..=FOV_MOST_DEG).logarithmic(true).suffix("°");
+    let lens = Slider::new(&mut interface.viewer.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).logarithmic(true).suffix("°");
     ui.add(lens).on_hover_text("Vertical field of view, degrees");
 }
 

@@ -13,8 +13,8 @@ use std::f64::consts::PI;
 /// gradually.
 const EDGE_DECADES: f64 = 5.0;
 
-/// What a place weighs by how far from the middle of the frame it is: 0 there, 1 on its edge.
-pub(crate) fn by_place(outwards: f64) -> f64 {
+/// What a place weight by how far from the middle of the frame it is: 0 there, 1 on its edge.
+pub(crate) fn frame_position_weight(outwards: f64) -> f64 {
     10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * outwards - 1.0))
 }
 
@@ -22,7 +22,7 @@ pub(crate) fn by_place(outwards: f64) -> f64 {
 pub(crate) struct Met {
     /// How far inside the limb, radians; negative beside it.
     pub within: f64,
-    /// Where it meets the ground, or passes nearest before the limb.
+    /// Where it meets the ground, or transmittance nearest before the limb.
     pub point: DVec3,
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn in_frame_share(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
     let inside = (DVec2::ONE.min(middle + 0.5 * size) - DVec2::NEG_ONE.max(middle - 0.5 * size)).max(DVec2::ZERO);
     // By the part that reaches in farthest.
     let outwards = (middle.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
-    (inside / size).element_product().min(1.0) * by_place(outwards)
+    (inside / size).element_product().min(1.0) * frame_position_weight(outwards)
 }
 
 /// What is left of the Sun's disc behind a body: an even disc cut by a circle, by a straight edge where the body looks larger. Within 0.03 of the
@@ -86,7 +86,7 @@ pub(crate) fn limb_towards(body: &Placement, towards: DVec3) -> (f64, f64) {
 }
 
 /// What a body leaves of a disc of an angular radius (radians) around a unit vector that lies behind it.
-pub(crate) fn left_behind(body: &Placement, towards: DVec3, radius: f64) -> f64 {
+pub(crate) fn unocculted_fraction(body: &Placement, towards: DVec3, radius: f64) -> f64 {
     let separation = crate::ephemeris::angle_rad(body.centre_km, towards);
     let (limb, slant) = limb_towards(body, towards);
     left_by(limb + (separation - limb) * slant, limb, radius)

@@ -1,7 +1,7 @@
 //! What fills the frame, by radiance: the light meter of the automatic exposure.
 //!
 //! In: the request, the camera, the bodies where they are seen, the air around the camera. Out: a [`Reading`]: for each kind of thing in the frame how
-//! much it weighs and how bright it is, and how bright the Sun's glare is. Nothing is rendered: each body's light is summed over points of its ground by
+//! much weight it has and how bright it is, and how bright the Sun's glare is. Nothing is rendered: each body's light is summed over points of its ground by
 //! its photometric model and mean albedo, under eclipses and other bodies' light; rings, the air's own light, the corona, the Sun refracted at a limb and the
 //! dark sky are counted beside.
 //! Always: a reading changes continuously with place, time, field of view and phase, because every share of the frame has soft ends. Left out: maps but
@@ -29,7 +29,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, by_place, in_frame_share, left_behind, meet};
+use geometry::{area_px, frame_position_weight, in_frame_share, meet, unocculted_fraction};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -39,38 +39,40 @@ use std::sync::Arc;
 const DAY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_A_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
-/// What is looked at weighs so much more than as much of the frame beside it.
-const TARGET_WEIGHS: f64 = 64.0;
+/// Weight of the target relative to an equal area of anything else.
+const TARGET_WEIGHT: f64 = 64.0;
 /// The same of the Sun, whose daylight sky is as bright as any ground, of its corona, and of its light in the limb of what is looked at.
-const SUN_WEIGHS: f64 = 256.0;
-/// Brighter ground draws the eye: a share of the frame weighs by this power of its radiance. At 2/3 the lit part of a crescent outweighs its night, and a
+const SUN_WEIGHT: f64 = 256.0;
+/// Brighter ground draws the eye: a share of the frame is weighted by this power of its radiance. At 2/3 the lit part of a crescent outweighs its night, and a
 /// Moon in the umbra outweighs the last two thousandths of its disc that are lit.
-const BRIGHTNESS_WEIGHS: f64 = 2.0 / 3.0;
-/// Radiance from which on more of it weighs no more: a white plane in full sunlight. Else a Sun of a few pixels outweighed a planet.
-const WEIGHS_MOST: f64 = 1.0;
+const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
+/// Radiance above which the weight no longer increases: a white plane in full sunlight. Else a Sun of a few pixels outweighed a planet.
+const WEIGHT_RADIANCE_CAP: f64 = 1.0;
 /// Shares of the frame below which the Sun's disc is no longer what a picture is made for, but a light in it: where it is the target, and where it is not.
 const SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
-/// What the dark sky weighs: a point of light that weighs less is one in a picture of the sky.
-const DARK_WEIGHS: f64 = 1e-6;
+/// Weight of the dark sky: a point of light of less weight is one in a picture of the sky.
+const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Part of the daylight that the drawn sky keeps in totality, scattered from outside of the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs). Measured skies keep a
 /// fifth of it (Dandekar and Turtle 1971, Applied Optics 10, 1220); until 99.8 % are covered it is sunlight attenuated (Sharp, Silverman and Lloyd 1971, ibid. 1207).
-const LEFT_IN_TOTALITY: f64 = 5.5e-4;
+const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
 /// Distances in radii between which the sum over a whole disc takes over from that over rays of the frame.
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
 /// Rays over a near body and over the frame, on a side.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
 /// Where the corona is looked for, solar radii.
-const CORONA: [f64; 2] = [1.0, 4.0];
+const CORONA_RADII: [f64; 2] = [1.0, 4.0];
 
 /// One kind of thing in the frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Metered {
     pub name: String,
+    /// The body that it is a part of, if any: its ground, its sky, the light in its limb.
+    pub body: Option<NaifId>,
     /// Radiance, the mean in the logarithm by weight.
     pub radiance: f64,
     /// The part of white at which that is to be shown.
-    pub shown_at: f64,
+    pub target_level: f64,
     pub weight: f64,
 }
 
@@ -88,24 +90,24 @@ struct Tally {
 }
 
 impl Tally {
-    /// `share`: of the frame, times what else it weighs. `haze`: light before it, which hides it.
+    /// `share`: of the frame, times its other weights. `haze`: light before it, which hides it.
     fn add(&mut self, share: f64, radiance: f64, haze: f64) {
         if share > 0.0 && radiance > 0.0 {
             let contrast = radiance / (radiance + haze);
-            let weight = share * radiance.min(WEIGHS_MOST).powf(BRIGHTNESS_WEIGHS) * contrast * contrast;
+            let weight = share * radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT) * contrast * contrast;
             self.weight += weight;
             self.log_sum += weight * radiance.ln();
         }
     }
 
-    fn and(&mut self, other: &Self) {
+    fn merge(&mut self, other: &Self) {
         self.weight += other.weight;
         self.log_sum += other.log_sum;
     }
 
-    fn metered(&self, name: impl Into<String>, shown_at: f64) -> Option<Metered> {
+    fn metered(&self, name: impl Into<String>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
         let radiance = (self.log_sum / self.weight).exp();
-        (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), radiance, shown_at, weight: self.weight })
+        (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), body, radiance, target_level, weight: self.weight })
     }
 }
 
@@ -121,8 +123,8 @@ pub(crate) struct Meter<'m, 'a> {
 }
 
 /// What is left of the brightness of day where sky and ground around the camera have a radiance: a photograph of dusk that is as bright as one of noon shows a blue day.
-/// 1 above [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] less for each tenth of the luminance, at most [`DUSK_STOPS_AT_MOST`].
-fn of_daylight(radiance: f64) -> f64 {
+/// 1 above [`DAY_CD_M2`]; below, [`DUSK_STOPS_A_DECADE`] fewer stops per factor of ten in luminance, at most [`MAX_DUSK_STOPS`].
+fn dusk_factor(radiance: f64) -> f64 {
     let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
     (-(DUSK_STOPS_A_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
@@ -134,7 +136,7 @@ struct Frame<'f, 'a> {
     /// The light of the air around the camera.
     sky: f64,
     /// Bodies that may hide others.
-    wide: Vec<&'f PlacedBody<'a>>,
+    resolved_bodies: Vec<&'f PlacedBody<'a>>,
 }
 
 impl Meter<'_, '_> {
@@ -146,42 +148,47 @@ impl Meter<'_, '_> {
     pub fn read(&self, night: f64) -> Reading {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glow) != Some(false));
-        let wide: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let frame = Frame { meter: self, glare, sky: 0.0, wide };
+        let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
+        let frame = Frame { meter: self, glare, sky: 0.0, resolved_bodies };
         let frame = Frame { sky: frame.skylight(), ..frame };
         let mut metered = Vec::new();
-        let (mut target, mut beside) = (Tally::default(), Tally::default());
-        let (mut target_name, mut beside_name, mut most) = ("", "", 0.0);
+        let (mut target, mut others) = (Tally::default(), Tally::default());
+        let (mut target_name, mut brightest, mut max_weight) = ("", None, 0.0);
         let mut covered = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
-            let (mut of, share) = frame.body(p);
-            of.and(&frame.rings_of(p));
+            let (mut tally, share) = frame.body(p);
+            tally.merge(&frame.rings_of(p));
             covered += share;
             if Some(p.body.id) == self.context.request.target {
-                target = Tally { weight: of.weight * TARGET_WEIGHS, log_sum: of.log_sum * TARGET_WEIGHS };
+                target = Tally { weight: tally.weight * TARGET_WEIGHT, log_sum: tally.log_sum * TARGET_WEIGHT };
                 target_name = &p.body.name;
             } else {
-                beside.and(&of);
-                if of.weight > most {
-                    (most, beside_name) = (of.weight, &p.body.name);
+                others.merge(&tally);
+                if tally.weight > max_weight {
+                    (max_weight, brightest) = (tally.weight, Some(p.body));
                 }
             }
         }
-        metered.extend(target.metered(target_name, AUTO_EXPOSED_MEAN));
-        metered.extend(beside.metered(beside_name, AUTO_EXPOSED_MEAN));
+        metered.extend(target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
+        metered.extend(others.metered(brightest.map_or("", |b| &b.name), brightest.map(|b| b.id), AUTO_EXPOSED_MEAN));
         metered.extend(frame.sun());
         metered.extend(frame.corona());
         metered.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = Tally::default();
-            sky.add((frame.open_sky() - covered).max(0.0), frame.sky, 0.0);
-            metered.extend(sky.metered(format!("the sky of {}", air.body.name), AUTO_EXPOSED_MEAN));
-            // Who stands in dusk sees dusk.
-            let surrounds = |m: &&mut Metered| m.name.ends_with(&air.body.name);
-            metered.iter_mut().filter(surrounds).for_each(|m| m.shown_at *= of_daylight(m.radiance));
+            sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky, 0.0);
+            metered.extend(sky.metered(format!("the sky of {}", air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
+            // Whoever stands in dusk sees dusk.
+            metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
         }
         let dark = night * AUTO_EXPOSED_MEAN;
-        metered.push(Metered { name: "the dark sky".into(), radiance: dark, shown_at: AUTO_EXPOSED_MEAN, weight: DARK_WEIGHS });
+        metered.push(Metered {
+            name: "the dark sky".into(),
+            body: None,
+            radiance: dark,
+            target_level: AUTO_EXPOSED_MEAN,
+            weight: DARK_SKY_WEIGHT,
+        });
         Reading { metered, glare: frame.glare() }
     }
 }
@@ -192,7 +199,7 @@ struct Ground<'g> {
     night_lights: Option<&'g NightLights>,
     night_light_weight: f64,
     /// Radiance that the model's unit reflectance has under unit irradiance, of the brightest channel.
-    tone: f64,
+    albedo_scale: f64,
     /// Unit vectors in body axes.
     sun: DVec3,
     sun_irradiance: f64,
@@ -210,15 +217,18 @@ impl Ground<'_> {
         let reflected = |towards: DVec3, irradiance: f64| {
             irradiance * photometry::reflectance(&body.photometry, normal.dot(towards), normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
-        let left = match shade {
+        let sunlight_fraction = match shade {
             Some(shade) if normal.dot(self.sun) > 0.0 => shade.left(point * body.radii_km / body.radii_km.x).max(0.0),
             _ => 1.0,
         };
-        let besides: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
+        let secondary: f64 = self.shine.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
         let lit = night_lights::lit(normal.dot(self.sun)) * self.night_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
         let rings = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
-        self.tone * (reflected(self.sun, self.sun_irradiance * left) + besides) + body.geometric_albedo * self.sky + night_lights + rings
+        self.albedo_scale * (reflected(self.sun, self.sun_irradiance * sunlight_fraction) + secondary)
+            + body.geometric_albedo * self.sky
+            + night_lights
+            + rings
     }
 }
 
@@ -230,12 +240,13 @@ impl Frame<'_, '_> {
         glare + if beyond { self.sky } else { 0.0 }
     }
 
-    /// What other bodies leave of a disc.
-    fn seen(&self, p: &PlacedBody<'_>, but: Option<NaifId>) -> f64 {
+    /// Fraction of the disc not hidden by nearer bodies.
+    fn visible_fraction(&self, p: &PlacedBody<'_>, except: Option<NaifId>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
-        let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && Some(o.body.id) != but && o.distance_km < p.distance_km);
-        nearer.map(|o| left_behind(&o.placement, towards, radius)).product()
+        let nearer =
+            self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && Some(o.body.id) != except && o.distance_km < p.distance_km);
+        nearer.map(|o| unocculted_fraction(&o.placement, towards, radius)).product()
     }
 
     /// Radiance of the air around the camera: the Sun's light, what eclipses leave of it, and the light of the brightest bodies.
@@ -243,17 +254,17 @@ impl Frame<'_, '_> {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN);
-        let left = sun.map_or(1.0, |s| {
+        let unocculted = sun.map_or(1.0, |s| {
             let towards = s.placement.centre_km / s.distance_km;
             let radius = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
             let nearer =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
-            nearer.map(|o| left_behind(&o.placement, towards, radius)).product::<f64>()
+            nearer.map(|o| unocculted_fraction(&o.placement, towards, radius)).product::<f64>()
         });
-        let left = left + (1.0 - left) * LEFT_IN_TOTALITY;
-        let day = air.level(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * left);
-        let besides = self.shine_on(p);
-        day + besides.iter().map(|l| air.level(l.direction, l.irradiance.y)).sum::<f64>()
+        let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
+        let day = air.level(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);
+        let secondary = self.shine_on(p);
+        day + secondary.iter().map(|l| air.level(l.direction, l.irradiance.y)).sum::<f64>()
     }
 
     fn shine_on(&self, p: &PlacedBody<'_>) -> Vec<LightOn> {
@@ -266,7 +277,7 @@ impl Frame<'_, '_> {
     /// The body's tally, and the share of the frame that it takes.
     fn body(&self, p: &PlacedBody<'_>) -> (Tally, f64) {
         let (camera, mut tally) = (self.meter.camera, Tally::default());
-        let far = match p.outline {
+        let far_weight = match p.outline {
             Outline::Ellipse { .. } => {
                 let [from, to] = FAR_RADII;
                 smoothstep((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
@@ -276,18 +287,18 @@ impl Frame<'_, '_> {
         };
         let area = area_px(camera, p);
         let share = area / self.meter.frame_px() * in_frame_share(camera, p);
-        if far > 0.0 && share <= 0.0 {
+        if far_weight > 0.0 && share <= 0.0 {
             return (tally, 0.0);
         }
         let diameter_px = 2.0 * (area / PI).sqrt();
         let haze = self.haze(p.placement.centre_km, Some(p.body.id));
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
-        let passes = air.map_or(1.0, |a| a.passes(p.placement.centre_km));
+        let transmittance = air.map_or(1.0, |a| a.passes(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
         if diameter_px < 1.0 && !is_target {
             // A point: its light as a whole, spread over its sprite.
             let pixel = camera.pixel_tangent().powi(2);
-            let shown = passes * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel * point_peak();
+            let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel * point_peak();
             tally.add(in_frame_share(camera, p) / point_peak() / self.meter.frame_px(), shown, haze);
             return (tally, 0.0);
         }
@@ -305,7 +316,7 @@ impl Frame<'_, '_> {
                 .map(AsRef::as_ref),
             night_light_weight: self.meter.night_lights,
             ring_shine: self.ring_shine_on(p, diameter_px),
-            tone: p.tone().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
+            albedo_scale: p.tone().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
             sun: in_body(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
             shine: shine.iter().map(|l| (in_body(l.direction), l.irradiance.max_element())).collect(),
@@ -313,27 +324,34 @@ impl Frame<'_, '_> {
         };
         let mut sum = |shade: Option<&Shade<'_>>| {
             let mut near_share = 0.0;
-            if far < 1.0 {
-                near_share = self.near(p, &ground, shade, 1.0 - far, &mut tally);
+            if far_weight < 1.0 {
+                near_share = self.sum_rays(p, &ground, shade, 1.0 - far_weight, &mut tally);
             }
-            if far > 0.0 {
+            if far_weight > 0.0 {
                 // The sprite of a small disc takes more of the frame, and is the fainter for it.
                 let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
-                let whole = share * self.seen(p, None) * far;
-                self.far(p, &ground, shade, diameter_px, |part, radiance| {
-                    tally.add(whole * part / spread, radiance * spread * passes, haze)
+                let whole = share * self.visible_fraction(p, None) * far_weight;
+                self.sum_disc(p, &ground, shade, diameter_px, |part, radiance| {
+                    tally.add(whole * part / spread, radiance * spread * transmittance, haze)
                 });
             }
             near_share
         };
         let found = shaded(self.meter.context, p, diameter_px, |shade, _| sum(Some(shade)));
         let near_share = found.unwrap_or_else(|| sum(None));
-        (tally, share * far + near_share)
+        (tally, share * far_weight + near_share)
     }
 
     /// A disc seen from afar, as parts of its area with their radiance: its lit ground and its night by luminance longitude and latitude, so that the
     /// thinnest crescent is found.
-    fn far(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
+    fn sum_disc(
+        &self,
+        p: &PlacedBody<'_>,
+        ground: &Ground<'_>,
+        shade: Option<&Shade<'_>>,
+        diameter_px: f64,
+        mut add: impl FnMut(f64, f64),
+    ) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let alpha = crate::ephemeris::angle_rad(viewer, ground.sun);
         let aside = (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
@@ -344,9 +362,9 @@ impl Frame<'_, '_> {
             for k in 0..columns * rows {
                 let part = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
                 let (sin, cos) = (from + (to - from) * part(k % columns, columns)).sin_cos();
-                let (high, level) = (PI * (part(k / columns, rows) - 0.5)).sin_cos();
-                let n = (viewer * cos + aside * sin) * level + up * high;
-                let area = cos * level * level * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
+                let (sin_lat, cos_lat) = (PI * (part(k / columns, rows) - 0.5)).sin_cos();
+                let n = (viewer * cos + aside * sin) * cos_lat + up * sin_lat;
+                let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
                     add(area, ground.radiance(n, n, viewer, shade));
                 }
@@ -355,7 +373,7 @@ impl Frame<'_, '_> {
     }
 
     /// A body that is near: rays over the part of the frame that holds it. Returns its share of the frame.
-    fn near(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
+    fn sum_rays(&self, p: &PlacedBody<'_>, ground: &Ground<'_>, shade: Option<&Shade<'_>>, weight: f64, tally: &mut Tally) -> f64 {
         let camera = self.meter.camera;
         let Some(rect) = p.outline.rect(camera) else { return 0.0 };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
@@ -367,22 +385,22 @@ impl Frame<'_, '_> {
             let clip = DVec2::new(rect.left, rect.bottom) + size * part;
             let direction = camera.ray(clip);
             let met = meet(&p.placement, direction);
-            let covers = smoothstep(0.5 + met.within / spacing) * self.unhidden(p, direction, spacing);
-            if covers <= 0.0 {
+            let coverage = smoothstep(0.5 + met.within / spacing) * self.ray_visibility(p, direction, spacing);
+            if coverage <= 0.0 {
                 continue;
             }
-            taken += share * covers;
+            taken += share * coverage;
             let normal = (met.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
             let radiance = ground.radiance(met.point, normal, viewer, shade);
-            tally.add(share * covers * by_place(clip.abs().max_element()), radiance, self.haze(direction, Some(p.body.id)));
+            tally.add(share * coverage * frame_position_weight(clip.abs().max_element()), radiance, self.haze(direction, Some(p.body.id)));
         }
         taken
     }
 
-    /// What nearer bodies leave of a ray.
-    fn unhidden(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
-        let nearer = self.wide.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
+    /// Fraction of the ray's light not blocked by nearer bodies.
+    fn ray_visibility(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
+        let nearer = self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
         nearer.map(|o| 1.0 - smoothstep(0.5 + meet(&o.placement, direction).within / spacing)).product()
     }
 
@@ -391,20 +409,20 @@ impl Frame<'_, '_> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { in_frame_share(camera, sun) };
-        let share = area / self.meter.frame_px() * in_frame * self.seen(sun, None);
+        let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun, None);
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
-        let passes = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
+        let transmittance = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = Tally::default();
         // Its own glare does not hide it.
         tally.add(
             share * share / (share + SUN_SHARES[usize::from(!is_target)]),
-            photometry::sun_disc_radiance() * spread * passes,
+            photometry::sun_disc_radiance() * spread * transmittance,
             self.sky,
         );
-        let weighs = if is_target { SUN_WEIGHS } else { 1.0 };
-        let found = tally.metered(&*sun.body.name, AUTO_EXPOSED_SUN)?;
-        Some(Metered { weight: found.weight * weighs, ..found })
+        let weight = if is_target { SUN_WEIGHT } else { 1.0 };
+        let found = tally.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;
+        Some(Metered { weight: found.weight * weight, ..found })
     }
 
     /// The corona around the Sun, where neither a body hides it nor glare and sky outshine it.
@@ -417,11 +435,11 @@ impl Frame<'_, '_> {
         }
         let (x, y) = towards.any_orthonormal_pair();
         let (rings, places) = (12, 16);
-        let growth = (CORONA[1] / CORONA[0]).powf(1.0 / f64::from(rings));
-        let passes = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
+        let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(rings));
+        let transmittance = self.meter.air.map_or(1.0, |a| a.passes(sun.placement.centre_km));
         let mut tally = Tally::default();
         for k in 0..rings {
-            let inner = CORONA[0] * growth.powi(k);
+            let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
             let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;
             let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(places);
@@ -430,19 +448,19 @@ impl Frame<'_, '_> {
                 let direction = (towards + (x * cos + y * sin) * (rho * tangent)).normalize();
                 let Some(clip) = camera.clip(direction) else { continue };
                 // A place of the grid is about so wide.
-                let wide = rho * tangent * (growth - 1.0);
-                let edge = (1.0 - clip.abs()) * camera.tan_half_fov / wide + 0.5;
+                let cell_width = rho * tangent * (growth - 1.0);
+                let edge = (1.0 - clip.abs()) * camera.tan_half_fov / cell_width + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y);
                 if inside > 0.0 {
-                    let open = self.unhidden(sun, direction, wide);
-                    let inside = inside * by_place(clip.abs().max_element().min(1.0));
-                    tally.add(share * inside * open, corona::radiance(rho) * passes, self.haze(direction, Some(NaifId::SUN)));
+                    let open = self.ray_visibility(sun, direction, cell_width);
+                    let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
+                    tally.add(share * inside * open, corona::radiance(rho) * transmittance, self.haze(direction, Some(NaifId::SUN)));
                 }
             }
         }
-        let weighs = if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHS } else { 1.0 };
-        let found = tally.metered("the corona", AUTO_EXPOSED_MEAN)?;
-        Some(Metered { weight: found.weight * weighs, ..found })
+        let weight = if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let found = tally.metered("the corona", None, AUTO_EXPOSED_MEAN)?;
+        Some(Metered { weight: found.weight * weight, ..found })
     }
 
     fn over_frame<T>(&self, of: impl Fn(DVec3) -> T) -> Vec<T> {
@@ -451,7 +469,7 @@ impl Frame<'_, '_> {
     }
 
     /// The part of the frame above the ground that the camera's air lies on.
-    fn open_sky(&self) -> f64 {
+    fn sky_fraction(&self) -> f64 {
         let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let open = self.over_frame(|ray| 1.0 - smoothstep(0.5 + meet(&p.placement, ray).within / spacing));

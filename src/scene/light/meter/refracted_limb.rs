@@ -1,7 +1,7 @@
 //! The Sun's light in the limbs of bodies before it: the ring of the Earth's air around the eclipsed Moon's sky.
 
-use super::geometry::by_place;
-use super::{Frame, Metered, SUN_WEIGHS, Tally};
+use super::geometry::frame_position_weight;
+use super::{Frame, Metered, SUN_WEIGHT, Tally};
 use crate::catalog::NaifId;
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::light::exposure::AUTO_EXPOSED_MEAN;
@@ -14,31 +14,32 @@ impl Frame<'_, '_> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
-        let (mut all, mut name, mut most) = (Tally::default(), "", 0.0);
+        let (mut all, mut brightest, mut max_weight) = (Tally::default(), None, 0.0);
         for p in self.meter.placed {
             let own = request.effects.for_body(&p.body.name);
             let effects = own.as_ref().unwrap_or(&request.effects);
             if [Effect::Atmosphere, Effect::RefractedLimb].iter().any(|e| effects.override_of(*e) == Some(false)) {
                 continue;
             }
-            let mut of = Tally::default();
+            let mut tally = Tally::default();
             for piece in refracted_limb::pieces(p, sun, camera.pixel_tangent()) {
                 let Some(clip) = camera.clip(piece.direction) else { continue };
                 // Pieces are thin: the frame's edge is softened over a hundredth of the picture.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
-                let inside = smoothstep(edge.x) * smoothstep(edge.y) * by_place(clip.abs().max_element().min(1.0));
-                let seen = inside * self.unhidden(p, piece.direction, camera.pixel_tangent());
-                of.add(seen * piece.solid_angle / frame_sr, piece.radiance, self.haze(piece.direction, Some(p.body.id)));
+                let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
+                let seen = inside * self.ray_visibility(p, piece.direction, camera.pixel_tangent());
+                tally.add(seen * piece.solid_angle / frame_sr, piece.radiance, self.haze(piece.direction, Some(p.body.id)));
             }
-            // It belongs to a picture of the body as to one of the Sun.
+            // Counts as part of the target if the target is this body or the Sun.
             let looked_at = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);
-            let weighs = if looked_at { SUN_WEIGHS } else { 1.0 };
-            let of = Tally { weight: of.weight * weighs, log_sum: of.log_sum * weighs };
-            if of.weight > most {
-                (most, name) = (of.weight, &p.body.name);
+            let weight = if looked_at { SUN_WEIGHT } else { 1.0 };
+            let tally = Tally { weight: tally.weight * weight, log_sum: tally.log_sum * weight };
+            if tally.weight > max_weight {
+                (max_weight, brightest) = (tally.weight, Some(p.body));
             }
-            all.and(&of);
+            all.merge(&tally);
         }
-        all.metered(format!("the Sun in the limb of {name}"), AUTO_EXPOSED_MEAN)
+        let body = brightest?;
+        all.metered(format!("the Sun in the limb of {}", body.name), Some(body.id), AUTO_EXPOSED_MEAN)
     }
 }

@@ -1,6 +1,6 @@
 //! The light of rings: what they send to the camera, and onto their globe's night.
 
-use super::geometry::{by_place, meet};
+use super::geometry::{frame_position_weight, meet};
 use super::{Frame, Tally};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
@@ -21,15 +21,15 @@ const RINGS_LIGHT_RAD: [f64; 2] = [1.0, 1.7];
 impl Frame<'_, '_> {
     /// What the rings give the globe, where its night is seen: by day a hundredth of the light.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weighs = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
+        let weight = smoothstep((p.alpha - RINGS_LIGHT_RAD[0]) / (RINGS_LIGHT_RAD[1] - RINGS_LIGHT_RAD[0]));
         let asked = self.meter.context.request.effects.override_of(Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
-        if weighs <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
+        if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || asked == Some(false) {
             return None;
         }
         let shine = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true)).1?;
         let unit = photometry::normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
-        Some((shine, weighs * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
+        Some((shine, weight * unit * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
     pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::View<'v> {
@@ -116,8 +116,8 @@ impl Frame<'_, '_> {
             let behind = reach > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
             let open = if behind { 1.0 - smoothstep(0.5 + globe.within / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * shadowed;
-            let weighs = by_place(clip.abs().max_element());
-            tally.add(share * weighs * open * self.unhidden(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));
+            let weight = frame_position_weight(clip.abs().max_element());
+            tally.add(share * weight * open * self.ray_visibility(p, direction, spacing), radiance, self.haze(direction, Some(p.body.id)));
         }
         tally
     }

@@ -145,7 +145,7 @@ fn nothing_is_far_or_near_enough_to_break_the_eye() {
         do_it(&mut v, Action::Lens(notches));
         let pose = v.pose_from(NaifId::EARTH, &Line).expect("a place");
         assert!(pose.offset_km.length() > 6378.1 && pose.offset_km.is_finite());
-        assert!((FOV_LEAST_DEG..=FOV_MOST_DEG).contains(&v.view.fov_deg));
+        assert!((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&v.view.fov_deg));
     }
     do_it(&mut v, Action::FlyTo(NaifId(12345)));
     do_it(&mut v, Action::SelectNext(-3));
