@@ -26,6 +26,11 @@ pub const MAX_TAPS: usize = 16;
 /// Levels of a texture are at most these (a side has at most 2^22 texels).
 const MAX_LEVELS: usize = 31;
 
+/// Red, green, blue, alpha of a batch, where they are asked for.
+pub type Channels<'a, R> = [Option<&'a mut [R; MOST]>; 4];
+/// Which of them are.
+type Wanted = [bool; 4];
+
 /// What the lanes of a batch ask for.
 pub struct FilterRequest<'a, R> {
     pub u: &'a [R; MOST],
@@ -187,6 +192,7 @@ fn bilinear<R: Real, D: Decode>(
     u: &[R; PIECE],
     v: &[R; PIECE],
     state: &SamplerState,
+    wanted: Wanted,
 ) -> [[R; PIECE]; 4] {
     let x = between(u, level.width, state.address_u);
     let y = between(v, level.height, state.address_v);
@@ -201,10 +207,18 @@ fn bilinear<R: Real, D: Decode>(
     let t = [fetch(&x.below, &y.below), fetch(&x.above, &y.below), fetch(&x.below, &y.above), fetch(&x.above, &y.above)];
     let mut out = [[R::ZERO; PIECE]; 4];
     let [r, g, b, a] = &mut out;
-    weighed::<R, D, 0>(decode, &t, &x.fraction, &y.fraction, r);
-    weighed::<R, D, 1>(decode, &t, &x.fraction, &y.fraction, g);
-    weighed::<R, D, 2>(decode, &t, &x.fraction, &y.fraction, b);
-    weighed::<R, D, 3>(decode, &t, &x.fraction, &y.fraction, a);
+    if wanted[0] {
+        weighed::<R, D, 0>(decode, &t, &x.fraction, &y.fraction, r);
+    }
+    if wanted[1] {
+        weighed::<R, D, 1>(decode, &t, &x.fraction, &y.fraction, g);
+    }
+    if wanted[2] {
+        weighed::<R, D, 2>(decode, &t, &x.fraction, &y.fraction, b);
+    }
+    if wanted[3] {
+        weighed::<R, D, 3>(decode, &t, &x.fraction, &y.fraction, a);
+    }
     out
 }
 
@@ -266,8 +280,8 @@ fn own<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; PIECE]
 
 /// Adds the first `count` lanes.
 #[inline(always)]
-fn accumulate<R: Real>(sum: &mut [[R; ROOM]; 4], at: usize, count: usize, value: &[[R; PIECE]; 4]) {
-    for (sum, value) in sum.iter_mut().zip(value) {
+fn accumulate<R: Real>(sum: &mut [[R; ROOM]; 4], at: usize, count: usize, value: &[[R; PIECE]; 4], wanted: Wanted) {
+    for ((sum, value), _) in sum.iter_mut().zip(value).zip(wanted).filter(|(_, wanted)| *wanted) {
         let Some(sum) = sum[at..at + PIECE].first_chunk_mut::<PIECE>() else { return };
         for i in 0..PIECE {
             sum[i] = if i < count { sum[i] + value[i] } else { sum[i] };
@@ -284,7 +298,7 @@ fn any_positive<R: Real>(values: &[R; PIECE]) -> bool {
     any
 }
 
-/// Filters the active lanes of a batch into `out`, whose other lanes stay as they are.
+/// Filters the active lanes of a batch into `out`, whose other lanes stay as they are. What is not asked for is empty.
 #[inline(always)]
 pub fn sample<R: Real, D: Decode>(
     decode: D,
@@ -292,8 +306,9 @@ pub fn sample<R: Real, D: Decode>(
     wanted: &FilterRequest<'_, R>,
     state: &SamplerState,
     active: LaneMask,
-    out: [&mut [R; MOST]; 4],
+    out: Channels<'_, R>,
 ) {
+    let channels = out.each_ref().map(|o| o.is_some());
     let last = levels.len().min(MAX_LEVELS) - 1;
     let last_level = R::from_u32(last as u32);
     let round = if state.linear { R::ZERO } else { R::from_f64(0.5) };
@@ -317,7 +332,7 @@ pub fn sample<R: Real, D: Decode>(
             let (from, to) = (order.starts[level * MAX_TAPS], order.starts[(level + 1) * MAX_TAPS]);
             for at in (usize::from(from)..usize::from(to)).step_by(PIECE) {
                 let value = nearest(decode, &levels[level], piece(u, at), piece(v, at), state);
-                accumulate(&mut sum, at, usize::from(to) - at, &value);
+                accumulate(&mut sum, at, usize::from(to) - at, &value, channels);
             }
         }
     } else {
@@ -345,23 +360,23 @@ pub fn sample<R: Real, D: Decode>(
                             tap_v[i] = tap_v[i] + offset * step_v[i];
                         }
                     }
-                    let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state);
+                    let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state, channels);
                     let part = piece(part, at);
                     if level < last && any_positive(part) {
-                        let coarse = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state);
-                        for (value, coarse) in value.iter_mut().zip(&coarse) {
+                        let coarse = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state, channels);
+                        for ((value, coarse), _) in value.iter_mut().zip(&coarse).zip(channels).filter(|(_, wanted)| *wanted) {
                             for i in 0..PIECE {
                                 let mixed = value[i] + part[i] * (coarse[i] - value[i]);
                                 value[i] = if part[i] > R::ZERO { mixed } else { value[i] };
                             }
                         }
                     }
-                    accumulate(&mut sum, at, to - at, &value);
+                    accumulate(&mut sum, at, to - at, &value, channels);
                 }
             }
         }
         if let Some((.., taps)) = along {
-            for sum in &mut sum {
+            for (sum, _) in sum.iter_mut().zip(channels).filter(|(_, wanted)| *wanted) {
                 for (sum, taps) in sum.iter_mut().zip(taps) {
                     *sum = *sum / *taps;
                 }
@@ -369,6 +384,8 @@ pub fn sample<R: Real, D: Decode>(
         }
     }
     for (out, sum) in out.into_iter().zip(&sum) {
-        order.unsorted(sum, out);
+        if let Some(out) = out {
+            order.unsorted(sum, out);
+        }
     }
 }
