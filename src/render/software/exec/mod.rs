@@ -204,7 +204,11 @@ impl<R: Real> Executor<R> {
         if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
         }
-        for (k, lanes) in self.arena[self.inputs.len()].0.chunks_exact_mut(32).enumerate() {
+        let mask = &mut self.arena[self.inputs.len()].0;
+        if active == LaneMask::MAX {
+            mask.fill(R::from_mask(true));
+        }
+        for (k, lanes) in mask.chunks_exact_mut(32).enumerate().filter(|_| active != LaneMask::MAX) {
             let part = (active >> (32 * k)) as u32;
             for (lane, bit) in lanes.iter_mut().zip(&BITS) {
                 *lane = R::from_mask(part & bit != 0);

@@ -66,6 +66,16 @@ impl<'a, R: Real> FilterRequest<'a, R> {
     }
 }
 
+/// Room for the values of a batch, made when it is needed.
+struct Room<R>(Option<[R; ROOM]>);
+
+impl<R> Room<R> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self(None)
+    }
+}
+
 /// Lanes in the order of their work.
 struct Order {
     lane: [u8; MOST],
@@ -122,10 +132,11 @@ impl Order {
 
     /// Values in this order, in `room` if they must be moved; pieces of them may begin at any place below the count.
     #[inline(always)]
-    fn sorted<'a, R: Real>(&self, values: &'a [R; MOST], room: &'a mut [R; ROOM]) -> &'a [R] {
+    fn sorted<'a, R: Real>(&self, values: &'a [R; MOST], room: &'a mut Room<R>) -> &'a [R] {
         if self.plain {
             return values;
         }
+        let room = room.0.insert([R::ZERO; ROOM]);
         for i in 0..MOST {
             room[i] = values[usize::from(self.lane[i] & 127)];
         }
@@ -280,8 +291,9 @@ fn own<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; PIECE]
 
 /// Adds the first `count` lanes.
 #[inline(always)]
-fn accumulate<R: Real>(sum: &mut [[R; ROOM]; 4], at: usize, count: usize, value: &[[R; PIECE]; 4], wanted: Wanted) {
-    for ((sum, value), _) in sum.iter_mut().zip(value).zip(wanted).filter(|(_, wanted)| *wanted) {
+fn accumulate<R: Real>(sum: &mut [Room<R>; 4], at: usize, count: usize, value: &[[R; PIECE]; 4]) {
+    for (sum, value) in sum.iter_mut().zip(value) {
+        let Some(sum) = &mut sum.0 else { continue };
         let Some(sum) = sum[at..at + PIECE].first_chunk_mut::<PIECE>() else { return };
         for i in 0..PIECE {
             sum[i] = if i < count { sum[i] + value[i] } else { sum[i] };
@@ -323,24 +335,28 @@ pub fn sample<R: Real, D: Decode>(
         key[i] = (fine * R::from_u32(MAX_TAPS as u32) + few).nearest_small().1 as u16;
     }
     let order = Order::new(&key, active);
-    let mut room = [const { [R::ZERO; ROOM] }; 6];
-    let [room_u, room_v, room_part, room_step_u, room_step_v, room_taps] = &mut room;
-    let (u, v) = (order.sorted(wanted.u, room_u), order.sorted(wanted.v, room_v));
-    let mut sum = [[R::ZERO; ROOM]; 4];
+    // What is not needed is not zeroed: a batch's arrays are as large as all that it computes on.
+    let (mut room_u, mut room_v, mut room_part, mut room_step_u, mut room_step_v, mut room_taps) =
+        (Room::new(), Room::new(), Room::new(), Room::new(), Room::new(), Room::new());
+    let (u, v) = (order.sorted(wanted.u, &mut room_u), order.sorted(wanted.v, &mut room_v));
+    let mut sum = [Room::new(), Room::new(), Room::new(), Room::new()];
+    for (sum, _) in sum.iter_mut().zip(channels).filter(|(_, wanted)| *wanted) {
+        sum.0 = Some([R::ZERO; ROOM]);
+    }
     if !state.linear {
         for level in order.levels.clone() {
             let (from, to) = (order.starts[level * MAX_TAPS], order.starts[(level + 1) * MAX_TAPS]);
             for at in (usize::from(from)..usize::from(to)).step_by(PIECE) {
                 let value = nearest(decode, &levels[level], piece(u, at), piece(v, at), state);
-                accumulate(&mut sum, at, usize::from(to) - at, &value, channels);
+                accumulate(&mut sum, at, usize::from(to) - at, &value);
             }
         }
     } else {
-        let part = order.sorted(&part, room_part);
+        let part = order.sorted(&part, &mut room_part);
         // One tap stands in the middle of its footprint and is its own mean.
         let along = order.several_taps.then(|| {
-            let (step_u, step_v) = (order.sorted(&wanted.step_u, room_step_u), order.sorted(&wanted.step_v, room_step_v));
-            (step_u, step_v, order.sorted(&wanted.taps, room_taps))
+            let (step_u, step_v) = (order.sorted(&wanted.step_u, &mut room_step_u), order.sorted(&wanted.step_v, &mut room_step_v));
+            (step_u, step_v, order.sorted(&wanted.taps, &mut room_taps))
         });
         for level in order.levels.clone() {
             let from = usize::from(order.starts[level * MAX_TAPS]);
@@ -371,12 +387,12 @@ pub fn sample<R: Real, D: Decode>(
                             }
                         }
                     }
-                    accumulate(&mut sum, at, to - at, &value, channels);
+                    accumulate(&mut sum, at, to - at, &value);
                 }
             }
         }
         if let Some((.., taps)) = along {
-            for (sum, _) in sum.iter_mut().zip(channels).filter(|(_, wanted)| *wanted) {
+            for sum in sum.iter_mut().filter_map(|sum| sum.0.as_mut()) {
                 for (sum, taps) in sum.iter_mut().zip(taps) {
                     *sum = *sum / *taps;
                 }
@@ -384,7 +400,7 @@ pub fn sample<R: Real, D: Decode>(
         }
     }
     for (out, sum) in out.into_iter().zip(&sum) {
-        if let Some(out) = out {
+        if let (Some(out), Some(sum)) = (out, &sum.0) {
             order.unsorted(sum, out);
         }
     }

@@ -57,24 +57,18 @@ enum Levels<'a, R> {
 
 /// A batch's values, in `room` where they are fewer than a whole batch's.
 #[inline(always)]
-fn whole<'a, R: Real>(values: &'a [R], room: &'a mut [R; MOST]) -> &'a [R; MOST] {
+fn whole<'a, R: Real>(values: &'a [R], room: &'a mut Option<[R; MOST]>) -> &'a [R; MOST] {
     if let Some(values) = values.first_chunk() {
         return values;
     }
+    let room = room.insert([R::ZERO; MOST]);
     room[..values.len()].copy_from_slice(values);
     room
 }
 
 #[inline(always)]
-fn batch<R: Real, D: Decode>(
-    decode: D,
-    levels: &[TexelLevel<'_>],
-    state: &SamplerState,
-    request: Request<'_, R>,
-    out: Channels<'_, R>,
-) {
-    let mut room = [[R::ZERO; MOST]; 7];
-    let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut room;
+fn batch<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>) {
+    let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut [const { None }; 7];
     let mut wanted = FilterRequest::new(whole(request.u, room_u), whole(request.v, room_v));
     match request.levels {
         Levels::Given(level) => wanted.level = *whole(level, room_0),

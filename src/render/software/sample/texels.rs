@@ -107,7 +107,12 @@ pub trait Decode: Copy {
     unsafe fn eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
         // SAFETY: passed on to the caller.
         let t = unsafe { self.fetch(level, index) };
-        [self.channel_of_each::<0, 8>(&t), self.channel_of_each::<1, 8>(&t), self.channel_of_each::<2, 8>(&t), self.channel_of_each::<3, 8>(&t)]
+        [
+            self.channel_of_each::<0, 8>(&t),
+            self.channel_of_each::<1, 8>(&t),
+            self.channel_of_each::<2, 8>(&t),
+            self.channel_of_each::<3, 8>(&t),
+        ]
     }
 }
 
