@@ -247,28 +247,23 @@ fn derivatives_are_quad_differences() {
 /// Answers every question with its own arguments.
 struct Echo;
 
+/// Writes the channels that are asked for.
+fn answer<R: Real>(out: [&mut [R]; 4], of_lane: impl Fn(usize) -> [R; 4]) {
+    for (k, to) in out.into_iter().enumerate() {
+        to.iter_mut().enumerate().for_each(|(i, to)| *to = of_lane(i)[k]);
+    }
+}
+
 impl<R: Real> TextureUnit<R> for Echo {
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], g: Gradients<'_, R>, _: LaneMask, out: [&mut [R]; 4]) {
-        for i in 0..u.len() {
-            out[0][i] = u[i] + v[i] + R::from_f64(100.0 * texture as f64);
-            out[1][i] = g.du_dx[i];
-            out[2][i] = g.dv_dy[i];
-            out[3][i] = g.du_dy[i] + g.dv_dx[i];
-        }
+        let number = R::from_f64(100.0 * texture as f64);
+        answer(out, |i| [u[i] + v[i] + number, g.du_dx[i], g.dv_dy[i], g.du_dy[i] + g.dv_dx[i]]);
     }
     fn sample_level(&self, _: usize, u: &[R], v: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {
-        out[0].copy_from_slice(u);
-        out[1].copy_from_slice(v);
-        out[2].copy_from_slice(level);
-        out[3].fill(R::ONE);
+        answer(out, |i| [u[i], v[i], level[i], R::ONE]);
     }
     fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        for i in 0..x.len() {
-            out[0][i] = R::from_u32(x[i].int());
-            out[1][i] = R::from_u32(y[i].int());
-            out[2][i] = R::from_u32(level[i].int());
-            out[3][i] = R::from_u32((active >> i & 1) as u32);
-        }
+        answer(out, |i| [x[i].int(), y[i].int(), level[i].int(), (active >> i & 1) as u32].map(R::from_u32));
     }
     fn dimensions(&self, _: usize, level: u32) -> [u32; 2] {
         [64 >> level, 32 >> level]
@@ -326,6 +321,16 @@ fn textures_get_their_arguments() {
     );
     assert_eq!(lanes[4], [1.0, 16.0, 7.0, 1.0]);
     assert_eq!(lanes[8], [0.0; 4]);
+    // Each turn reads another channel of what the turn before loaded, some lanes load anew.
+    let (lanes, _) = run("var texel = textureLoad(t, vec2i(3, 5), 7); var sum = vec4f(0.0);
+         for (var k = 0; k < 4; k++) {
+           sum.x += texel.x; sum.y = texel.y + sum.z; sum.z = f32(k);
+           if (p.x > 2.0) { let more = textureLoad(t, vec2i(k + i32(p.x), 2 * k), k); texel = vec4f(more.x, more.z, texel.w, more.w); }
+         }
+         return vec4f(sum.xyz, texel.z);");
+    assert_eq!(lanes[4], [12.0, 5.0 + 2.0, 3.0, 7.0]);
+    // At lane 12 p.x is 3: loads (3, 0), (4, 2), (5, 4), (6, 6) at levels 0 to 3.
+    assert_eq!(lanes[12], [3.0 + 3.0 + 4.0 + 5.0, 2.0 + 2.0, 3.0, 1.0]);
 }
 
 #[test]

@@ -247,6 +247,79 @@ fn a_lane_depends_neither_on_its_neighbours_nor_on_the_instruction_set() {
     }
 }
 
+/// A texture of each format.
+fn of_each_format() -> [Texture; 3] {
+    let bytes: Vec<u8> = (0..64 * 32 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let of = |format| Texture::from_rgba8(64, 32, bytes.clone(), format).expect("whole");
+    [of(TexelFormat::Rgba8Srgb), of(TexelFormat::Rgba8Unorm), noise(64, 32)]
+}
+
+#[test]
+fn a_channel_is_the_same_whether_others_are_asked_for_or_not() {
+    let lanes = |f: &dyn Fn(f64) -> f64| (0..128).map(|k| f32::from_f64(f(f64::from(k)))).collect::<Vec<f32>>();
+    let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
+    let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 6.0 - 6.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
+    let ints = |f: &dyn Fn(u32) -> u32| (0..128).map(|k| f32::from_int(f(k))).collect::<Vec<f32>>();
+    let (x, y, level) = (ints(&|k| k * 37 % 64), ints(&|k| k * 11 % 32), ints(&|_| 0));
+    let gradients = Gradients { du_dx: &a, dv_dx: &b, du_dy: &b, dv_dy: &a };
+    for texture in of_each_format() {
+        for class in KernelClass::available() {
+            let textures = bind_in(&texture, REPEAT, class);
+            let asked = |wanted: u32, way: u32| {
+                let mut out = [const { Vec::new() }; 4].map(|_: Vec<f32>| vec![7.0; 128]);
+                let mut k = 0;
+                let slices = out.each_mut().map(|lanes| {
+                    k += 1;
+                    if wanted >> (k - 1) & 1 == 1 { &mut lanes[..] } else { &mut [] }
+                });
+                match way {
+                    0 => textures.sample_gradients(0, &u, &v, gradients, u128::MAX >> 5, slices),
+                    1 => textures.sample_filtered(0, [&u, &v], gradients, &[8.0; 128], u128::MAX, slices),
+                    _ => textures.load(0, &x, &y, &level, u128::MAX, slices),
+                }
+                out
+            };
+            for way in 0..3 {
+                let all = asked(0b1111, way);
+                assert!(all.iter().all(|channel| channel.iter().any(|v| *v != 7.0)));
+                for wanted in 0..16 {
+                    let some = asked(wanted, way);
+                    for (k, (some, all)) in some.iter().zip(&all).enumerate() {
+                        let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+                        let expected: &[f32] = if wanted >> k & 1 == 1 { all } else { &[7.0; 128] };
+                        assert!(same(some, expected), "{}, way {way}, channels {wanted:04b}: {k}", class.name());
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn loads_are_the_same_in_every_class_and_number_of_lanes() {
+    for texture in of_each_format() {
+        let read = |class: KernelClass, first: u32, count: u32| {
+            let ints = |f: &dyn Fn(u32) -> u32| (first..first + count).map(|k| f32::from_int(f(k))).collect::<Vec<_>>();
+            let (x, y, level) = (ints(&|k| k * 37 % 64), ints(&|k| k * 11 % 32), ints(&|_| 0));
+            let mut out = [const { Vec::new() }; 4].map(|_: Vec<f32>| vec![7.0; count as usize]);
+            let [r, g, b, a] = &mut out;
+            bind_in(&texture, REPEAT, class).load(0, &x, &y, &level, u128::MAX, [r, g, b, a]);
+            out
+        };
+        let alone: Vec<[u32; 4]> =
+            (0..128).map(|k| read(KernelClass::Portable, k, 1)).map(|out| out.each_ref().map(|c| c[0].to_bits())).collect();
+        assert!(alone.windows(2).any(|w| w[0] != w[1]), "the texels must differ");
+        for class in KernelClass::available() {
+            for count in [1, 7, 8, 13, 128] {
+                let out = read(class, 0, count);
+                for (k, expected) in alone.iter().enumerate().take(count as usize) {
+                    assert_eq!(out.each_ref().map(|c| c[k].to_bits()), *expected, "{} of {count} lanes, lane {k}", class.name());
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn loads_outside_read_zero() {
     let texture = noise(8, 4);

@@ -16,6 +16,7 @@ pub fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
 }
 
 /// Whole lanes, component by component: the same arithmetic as [`blended`].
+#[inline(always)]
 pub fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];
     for (from, to) in source.into_iter().zip(target) {

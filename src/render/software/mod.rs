@@ -8,6 +8,7 @@
 pub mod blend;
 pub mod error;
 pub mod exec;
+pub mod fragment_plan;
 pub mod kernels;
 pub mod lower;
 pub mod math;

@@ -7,10 +7,11 @@
 //! both before the next is begun, and the first makes no picture.
 
 use super::RenderError;
+use super::fragment_plan::FragmentPlan;
 use super::math::Real;
 use super::own_pixel::TileTexture;
 use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_place, covers_all};
-use super::shade::{Batch, DrawJob, FragmentPlan, TileShader};
+use super::shade::{Batch, DrawJob, TileShader};
 use super::stage::{LaneProgram, LaneRun};
 use super::tiles::{TileTarget, unorm8};
 use super::timings::PassTimings;
@@ -312,6 +313,9 @@ impl<'a, R: Real> Worker<'a, R> {
         self.resolve_seconds += start.elapsed().as_secs_f64();
         if let (Some(mapped), Some((of_second, map_run))) = (mapped, &mut self.mapped) {
             let start = Instant::now();
+            if mapped.blank.is_none() {
+                self.light.target.touch_all();
+            }
             of_second.target.clear(mapped.blank.unwrap_or(mapped.over.pass.clear), false);
             let tile = at.map(|k| k as u32 * TILE);
             let texture =
@@ -334,6 +338,7 @@ impl<'a, R: Real> Worker<'a, R> {
     fn map_blank(&mut self, light: &PassJobs<'a, R>, map: &DrawJob<'a, R>) -> [f32; 4] {
         let (pass, pixels) = (light.pass, TilePixels::new());
         self.light.target.clear(pass.clear, false);
+        self.light.target.touch_all();
         let mut blank = TileTarget::new(1);
         blank.clear([0.0; 4], false);
         let texture =

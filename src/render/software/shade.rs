@@ -5,8 +5,8 @@
 //! the depth test comes first and hidden quads are never shaded. Results leave a batch in quad order, so the order of triangles holds.
 
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
+use super::fragment_plan::{Feed, FragmentPlan};
 use super::math::Real;
-use super::program::{LaneInput, LaneOutput};
 use super::raster::coverage::{BLOCK_QUADS, TilePixels, full_coverage, quad_place, sample_positions, walk_tile};
 use super::raster::setup::{Geometry, Plane, SUBPIXEL, Surface};
 use super::stage::{LANES, LaneProgram, LaneRun};
@@ -21,65 +21,6 @@ struct Quad {
     place: u16,
     coverage: u16,
     surface: u32,
-}
-
-/// What a fragment program reads, by lane input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Feed {
-    PixelX,
-    PixelY,
-    Depth,
-    InverseW,
-    Varying { index: usize, flat: bool },
-    FrontFacing,
-    Zero,
-}
-
-/// The fragment stage of one draw, prepared once per pass.
-#[derive(Clone, Debug)]
-pub struct FragmentPlan {
-    feeds: Vec<Feed>,
-    colour: [Option<usize>; 4],
-    depth_output: Option<usize>,
-    early: bool,
-    depth: DepthState,
-}
-
-impl FragmentPlan {
-    /// `has_depth`: the pass has a depth target.
-    pub fn new(inputs: &[LaneInput], outputs: &[LaneOutput], uses_discard: bool, depth: DepthState, has_depth: bool) -> Self {
-        let mut varyings = 0;
-        let feeds = inputs
-            .iter()
-            .map(|input| match *input {
-                LaneInput::FragCoord { component: 0 } => Feed::PixelX,
-                LaneInput::FragCoord { component: 1 } => Feed::PixelY,
-                LaneInput::FragCoord { component: 2 } => Feed::Depth,
-                LaneInput::FragCoord { .. } => Feed::InverseW,
-                LaneInput::Location { flat, .. } => {
-                    varyings += 1;
-                    Feed::Varying { index: varyings - 1, flat }
-                }
-                LaneInput::FrontFacing => Feed::FrontFacing,
-                // One shading per pixel: the sample index is that of the first.
-                LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => Feed::Zero,
-            })
-            .collect();
-        let colour = [0, 1, 2, 3]
-            .map(|c| outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c)));
-        let depth_output = outputs.iter().position(|o| matches!(o, LaneOutput::FragDepth));
-        let depth = DepthState { test: depth.test && has_depth, write: depth.write && has_depth };
-        Self { feeds, colour, depth_output, early: !uses_discard && depth_output.is_none(), depth }
-    }
-
-    /// Every covered pixel is drawn: no lane dies, and no depth is asked for.
-    pub fn tests_nothing(&self) -> bool {
-        self.early && !self.uses_depth()
-    }
-
-    pub fn uses_depth(&self) -> bool {
-        self.depth.test || self.depth.write
-    }
 }
 
 /// A draw ready for its tiles.
@@ -157,6 +98,19 @@ impl<R: Real> LaneRun<R> for ReadingRun<'_, R> {
     }
     fn work(&self) -> ExecutionCounts {
         self.run.work()
+    }
+}
+
+/// A plane's values at pixels that lie so far from where it has the value `at`.
+#[inline(always)]
+fn evaluate<R: Real>(lanes: &mut [R], [x, y]: [&[R]; 2], at: R, plane: &Plane) {
+    if plane.dx == 0.0 && plane.dy == 0.0 {
+        lanes.fill(at);
+        return;
+    }
+    let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
+    for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
+        *lane = at + dx * *x + dy * *y;
     }
 }
 
@@ -246,6 +200,25 @@ impl TileShader<'_> {
 
     /// Runs the quads that wait. `block`: they are all quads of one block, from this one on.
     fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the instructions are there.
+            return unsafe { self.flush_by_avx2(job, run, batch, block) };
+        }
+        self.flush_all(job, run, batch, block);
+    }
+
+    /// The same code, wider: no instruction of it rounds differently.
+    /// # Safety
+    /// The machine has AVX2.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    unsafe fn flush_by_avx2<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
+        self.flush_all(job, run, batch, block);
+    }
+
+    #[inline(always)]
+    fn flush_all<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
@@ -265,9 +238,16 @@ impl TileShader<'_> {
                 narrowed.iter_mut().zip(wide).for_each(|(to, from)| *to = from.f64() as f32);
             }
         }
+        let mut whole = block.filter(|_| plan.early);
         if !plan.early {
+            if alive == 0 {
+                return;
+            }
             let late = plan.depth_output.map(|o| run.output(o));
-            self.late(job, late, alive, &mut batch.quads[..count]);
+            whole = block.filter(|first| alive == LaneMask::MAX && self.block_passes(plan, late, *first));
+            if whole.is_none() {
+                self.late(job, late, alive, &mut batch.quads[..count]);
+            }
         }
         let colour = [0, 1, 2, 3].map(|k| match outputs[k] {
             Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.narrowed[k]),
@@ -280,7 +260,7 @@ impl TileShader<'_> {
             self.store(job, &batch.quads[..count], work.each_ref().map(|v| v.as_slice()));
             return;
         }
-        if let Some(first) = block.filter(|_| plan.early)
+        if let Some(first) = whole
             && self.target.store_lanes(first * 4, job.blend, colour)
         {
             return;
@@ -289,6 +269,7 @@ impl TileShader<'_> {
     }
 
     /// Fills the lane inputs. `is_block`: the quads are those of one block, of one surface.
+    #[inline(always)]
     fn feed<R: Real>(&self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, quads: &[Quad; QUADS], is_block: bool) {
         // Runs of quads with one surface.
         let mut runs = [(0_usize, 0_usize, 0_u32); QUADS];
@@ -336,14 +317,10 @@ impl TileShader<'_> {
         let evaluate = |lanes: &mut [R; LANES], from: usize, to: usize, plane: &Plane, surface: &Surface| {
             let [cx, cy] = run_corner(from);
             let at = R::from_f64(plane.at(cx - surface.origin[0], cy - surface.origin[1]));
-            if plane.dx == 0.0 && plane.dy == 0.0 {
-                lanes[from * 4..to * 4].fill(at);
-                return;
+            if is_block {
+                return evaluate(lanes, [&x, &y], at, plane);
             }
-            let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
-            for ((lane, x), y) in lanes[from * 4..to * 4].iter_mut().zip(&x[from * 4..to * 4]).zip(&y[from * 4..to * 4]) {
-                *lane = at + dx * *x + dy * *y;
-            }
+            evaluate(&mut lanes[from * 4..to * 4], [&x[from * 4..to * 4], &y[from * 4..to * 4]], at, plane);
         };
         let feeds = &job.fragment_plan.feeds;
         let divides =
@@ -387,6 +364,20 @@ impl TileShader<'_> {
         }
     }
 
+    /// Whether every sample of a block passes the depth that its lanes wrote; it is kept then. Where one does not, or the depth is the surface's own, nothing is done.
+    #[inline(always)]
+    fn block_passes<R: Real>(&mut self, plan: &FragmentPlan, depth: Option<&[R; LANES]>, first: usize) -> bool {
+        if !plan.uses_depth() {
+            return true;
+        }
+        let Some(values) = depth else { return false };
+        let mut new = [0.0; LANES];
+        for (new, value) in new.iter_mut().zip(values) {
+            *new = (value.f64() as f32).clamp(0.0, 1.0);
+        }
+        self.target.all_pass_depth(first * 4, &new, plan.depth.test, plan.depth.write)
+    }
+
     /// Drops dead lanes from the coverage and tests what is left.
     fn late<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, alive: LaneMask, quads: &mut [Quad]) {
         let state = job.fragment_plan.depth;
@@ -426,6 +417,7 @@ impl TileShader<'_> {
         }
     }
 
+    #[inline(always)]
     fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
         let blend = job.blend;
         let full = full_coverage(self.samples);

@@ -25,10 +25,14 @@ pub struct TileTarget {
     split_colour: Vec<[[f32; 4]; 4]>,
     /// The pixels of `split_colour`.
     split_pixels: Vec<u16>,
-    /// Bit `k`: something was stored in block `k` since the tile was begun.
+    /// What the tile was begun with.
+    cleared: [f32; 4],
+    /// Bit `k`: something was stored in block `k` since the tile was begun. The colours of any other block are not there: they are `cleared`.
     touched: u32,
     /// Reversed depth per sample; only the first of four with one sample a pixel.
     depth: Vec<[f32; 4]>,
+    /// Bit `k`: block `k` has its depth; that of any other is infinitely far.
+    has_depth: u32,
 }
 
 impl TileTarget {
@@ -40,27 +44,59 @@ impl TileTarget {
             split: vec![WHOLE; PIXELS],
             split_colour: Vec::new(),
             split_pixels: Vec::new(),
+            cleared: [0.0; 4],
             touched: 0,
             depth: Vec::new(),
+            has_depth: 0,
         }
     }
 
     /// Begins a tile. `depth`: it will be tested or written; cleared to infinitely far.
     pub fn clear(&mut self, colour: [f32; 4], depth: bool) {
         self.merge_samples();
-        for (plane, value) in self.colour.iter_mut().zip(colour) {
-            plane.fill(value);
-        }
-        self.touched = 0;
-        if depth {
-            self.depth.clear();
+        self.cleared = colour;
+        (self.touched, self.has_depth) = (0, 0);
+        if depth && self.depth.is_empty() {
             self.depth.resize(PIXELS, [0.0; 4]);
+        }
+    }
+
+    /// Something will be stored in a block, which needs its colours first.
+    #[inline(always)]
+    fn touch(&mut self, block: usize) {
+        if self.touched >> block & 1 == 0 {
+            self.touched |= 1 << block;
+            for (plane, value) in self.colour.iter_mut().zip(self.cleared) {
+                if let Some(of_block) = plane.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
+                    of_block.fill(value);
+                }
+            }
+        }
+    }
+
+    /// Gives every block its colours, for who reads them all.
+    pub fn touch_all(&mut self) {
+        for block in 0..TILE_BLOCKS {
+            self.touch(block);
+        }
+    }
+
+    /// The depth of a block will be asked for.
+    #[inline(always)]
+    fn begin_depth(&mut self, pixel: usize) {
+        let block = pixel / BLOCK_PIXELS;
+        if self.has_depth >> block & 1 == 0 {
+            self.has_depth |= 1 << block;
+            if let Some(of_block) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
+                of_block.fill([0.0; 4]);
+            }
         }
     }
 
     /// Depth test of one pixel: the samples of `covered` (four bits) whose new depth is greater, which are written if asked.
     #[inline(always)]
     pub fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
+        self.begin_depth(pixel);
         let stored = &mut self.depth[pixel];
         let mut passed = 0;
         for s in 0..4 {
@@ -72,11 +108,12 @@ impl TileTarget {
         passed
     }
 
-    /// The same for whole pixels in a row, every sample of them covered: true where all samples passed, and then they are written if asked;
+    /// The same for whole pixels in a row, all of one block and every sample of them covered: true where all samples passed, and then they are written if asked;
     /// where one does not, nothing is done.
     #[inline(always)]
-    pub fn all_pass_depth(&mut self, pixel: usize, new: &[f32; 4], test: bool, write: bool) -> bool {
-        let Some(stored) = self.depth.get_mut(pixel..pixel + 4) else { return false };
+    pub fn all_pass_depth(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
+        self.begin_depth(pixel);
+        let Some(stored) = self.depth.get_mut(pixel..pixel + new.len()) else { return false };
         let mut all = true;
         for (stored, new) in stored.iter().zip(new) {
             for s in stored {
@@ -95,7 +132,7 @@ impl TileTarget {
     #[inline(always)]
     pub fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
         let all = if self.samples == 4 { 0xf } else { 1 };
-        self.touched |= 1 << (pixel / BLOCK_PIXELS);
+        self.touch(pixel / BLOCK_PIXELS);
         if self.split[pixel] == WHOLE {
             let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
             let new = blended(blend, source, target);
@@ -119,9 +156,11 @@ impl TileTarget {
     }
 
     /// Blends whole lanes from `pixel` on; false (and nothing done) if one of them is split.
+    #[inline(always)]
     pub fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) -> bool {
         let range = pixel..pixel + source[0].len();
-        if self.split[range.clone()].iter().any(|s| *s != WHOLE) {
+        // Without a way out early, so that it is vector code.
+        if !self.split_pixels.is_empty() && self.split[range.clone()].iter().fold(false, |any, s| any | (*s != WHOLE)) {
             return false;
         }
         // Nothing over what is there leaves it as it is: light that has faded out, far from its middle, need not be kept.
@@ -130,7 +169,10 @@ impl TileTarget {
             return true;
         }
         for block in range.start / BLOCK_PIXELS..range.end.div_ceil(BLOCK_PIXELS) {
-            self.touched |= 1 << block;
+            if blend == Blend::Replace && range.start <= block * BLOCK_PIXELS && (block + 1) * BLOCK_PIXELS <= range.end {
+                self.touched |= 1 << block;
+            }
+            self.touch(block);
         }
         let [r, g, b, a] = &mut self.colour;
         blend_lanes(blend, source, [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]]);
@@ -147,7 +189,7 @@ impl TileTarget {
         }
     }
 
-    /// The colours of the pixels of a block, component by component; of a resolved tile.
+    /// The colours of the pixels of a block, component by component; of a resolved tile, and of a block that something was stored in.
     pub fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
         let [r, g, b, a] = &self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK_PIXELS>().0.get(block));
         Some([(*r)?, (*g)?, (*b)?, (*a)?])
@@ -189,16 +231,23 @@ impl TileTarget {
                     to.write(convert([*r, *g, *b, *a]));
                 }
             } else {
-                converted.fill(MaybeUninit::new(convert([r[0], g[0], b[0], a[0]])));
+                converted.fill(MaybeUninit::new(convert(self.cleared)));
             }
             // Quads are pairs of two rows.
             let (pairs, _) = converted.as_chunks::<2>();
             for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
-                let of_row = pairs[y / 2 * BLOCK_WIDTH..].iter().skip(y % 2).step_by(2).take(BLOCK_WIDTH / 2);
-                match row.get_mut(x0..x0 + BLOCK_WIDTH) {
-                    Some(to) => to.as_chunks_mut::<2>().0.iter_mut().zip(of_row).for_each(|(to, pair)| *to = *pair),
+                let Some(of_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
+                match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
+                    Some(to) => {
+                        for x in 0..BLOCK_WIDTH {
+                            to[x] = of_rows[x / 2 * 2 + y % 2][x % 2];
+                        }
+                    }
                     // The last columns of a width that is no multiple of a block's.
-                    None => row.iter_mut().skip(x0).zip(of_row.flatten()).for_each(|(to, from)| *to = *from),
+                    None => {
+                        let of_row = of_rows.iter().skip(y % 2).step_by(2).flatten();
+                        row.iter_mut().skip(x0).zip(of_row).for_each(|(to, from)| *to = *from);
+                    }
                 }
             }
         }
@@ -230,7 +279,7 @@ mod tests {
     use super::*;
 
     fn pixel(t: &TileTarget, pixel: usize) -> [f32; 4] {
-        t.colour.each_ref().map(|plane| plane[pixel])
+        if t.is_touched(pixel / BLOCK_PIXELS) { t.colour.each_ref().map(|plane| plane[pixel]) } else { t.cleared }
     }
 
     #[test]
@@ -291,6 +340,23 @@ mod tests {
         assert!(touched(&t).is_empty(), "nothing was added");
         t.store_lanes(0, Blend::Add, [&[0.0; 8], &[0.0, 0.0, 1e-30, 0.0, 0.0, 0.0, 0.0, 0.0], &[0.0; 8], &[0.0; 8]]);
         assert_eq!(touched(&t), [0]);
+        t.store(5 * BLOCK_PIXELS + 100, 1, Blend::Add, [2.0; 4]);
+        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 1), [0.0; 4], "colours of the tile before are gone where another pixel is stored");
+        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 100), [2.0; 4]);
+        t.touch_all();
+        assert_eq!(touched(&t).len(), TILE_BLOCKS);
+        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS - 1), [0.0; 4]);
+    }
+
+    #[test]
+    fn a_tile_forgets_the_depth_of_the_one_before() {
+        let mut t = TileTarget::new(1);
+        t.clear([0.0; 4], true);
+        t.test_depth(200, 1, [0.9; 4], true, true);
+        assert_eq!(t.test_depth(200, 1, [0.5; 4], true, true), 0);
+        t.clear([0.0; 4], true);
+        assert_eq!(t.test_depth(200, 1, [0.5; 4], true, true), 1);
+        assert!(t.all_pass_depth(204, &[0.1; 4], true, true));
     }
 
     #[test]
@@ -317,7 +383,8 @@ mod tests {
                 let passed: Vec<u16> = (0..4).map(|k| four.test_depth(8 + k, 0b1111, [new[k]; 4], test, write)).collect();
                 let tame = new.iter().all(|v| !v.is_nan());
                 assert_eq!(at_once, tame && passed.iter().all(|p| *p == 0b1111), "{new:?}");
-                assert_eq!(one.depth, if at_once { four.depth } else { start.depth }, "{new:?}");
+                let of = |t: &TileTarget| t.depth[8..12].to_vec();
+                assert_eq!(of(&one), if at_once { of(&four) } else { of(&start) }, "{new:?}");
             }
         }
     }

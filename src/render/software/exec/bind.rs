@@ -57,6 +57,8 @@ pub enum BoundStep<R> {
         what: TextureOp,
         texture: usize,
         dst: [u32; 4],
+        /// Which of the four are ever read.
+        wanted: [bool; 4],
         args: [u32; 7],
         mask: Mask,
     },
@@ -108,12 +110,12 @@ pub(super) fn bind<R: Real>(program: &Program, class: KernelClass, first_registe
         targets[target as usize] = true;
     }
     let mut starts = Vec::with_capacity(program.lane_tape.len() + 1);
-    for (instr, entered) in program.lane_tape.iter().zip(&targets) {
+    for (at, (instr, entered)) in program.lane_tape.iter().zip(&targets).enumerate() {
         // Who jumps here must not run what stands before.
         binder.open &= !entered;
         let step = binder.bound.steps.len() as u32;
         starts.push(if binder.open { step - 1 } else { step });
-        binder.bind(instr)?;
+        binder.bind(instr, |slot| is_read_after(program, at, slot))?;
     }
     let mut bound = binder.bound;
     starts.push(bound.steps.len() as u32);
@@ -123,6 +125,21 @@ pub(super) fn bind<R: Real>(program: &Program, class: KernelClass, first_registe
         }
     }
     Ok(bound)
+}
+
+/// Whether what an instruction writes into a slot is read: before the next write in the order of the tape. A value that goes round a loop is copied before
+/// the loop's end; where a jump passes over the next write, what is read behind it is of no lane's concern, whichever value that is.
+fn is_read_after(program: &Program, at: usize, slot: u16) -> bool {
+    let reads = |o: &Operand| *o == Operand::Slot(slot);
+    for instr in &program.lane_tape[at + 1..] {
+        if instr.operands().iter().any(reads) {
+            return true;
+        }
+        if instr.written_slots().contains(&slot) {
+            return false;
+        }
+    }
+    program.output_operands.iter().chain(&program.discarded).any(reads)
 }
 
 fn is_lanes(o: &Operand) -> bool {
@@ -242,7 +259,8 @@ impl<R: Real> Binder<R> {
         Ok(())
     }
 
-    fn bind(&mut self, instr: &Instr) -> Result<(), String> {
+    /// `is_read`: whether what the instruction writes into a slot is read.
+    fn bind(&mut self, instr: &Instr, is_read: impl Fn(u16) -> bool) -> Result<(), String> {
         let mut used = 0;
         let register = |o: &Operand| match *o {
             Operand::Reg(r) => usize::from(r),
@@ -269,7 +287,8 @@ impl<R: Real> Binder<R> {
                     Operand::Slot(s) => Mask::Slot(u32::from(*s)),
                     Operand::Reg(r) => Mask::Register(usize::from(*r)),
                 };
-                self.step(BoundStep::Texture { what: *what, texture: usize::from(*texture), dst: dst.map(u32::from), args: slots, mask });
+                let (wanted, dst) = (dst.map(is_read), dst.map(u32::from));
+                self.step(BoundStep::Texture { what: *what, texture: usize::from(*texture), dst, wanted, args: slots, mask });
             }
             Instr::TextureSize { dst, texture, axis, level } => {
                 self.step(BoundStep::TextureSize {

@@ -204,7 +204,11 @@ impl<R: Real> Executor<R> {
         if active == 0 || prepared.registers.len() != self.register_count {
             return 0;
         }
-        for (k, lanes) in self.arena[self.inputs.len()].0.chunks_exact_mut(32).enumerate() {
+        let mask = &mut self.arena[self.inputs.len()].0;
+        if active == LaneMask::MAX {
+            mask.fill(R::from_mask(true));
+        }
+        for (k, lanes) in mask.chunks_exact_mut(32).enumerate().filter(|_| active != LaneMask::MAX) {
             let part = (active >> (32 * k)) as u32;
             for (lane, bit) in lanes.iter_mut().zip(&BITS) {
                 *lane = R::from_mask(part & bit != 0);
@@ -306,9 +310,9 @@ impl<R: Real> Executor<R> {
                     }
                     continue;
                 }
-                BoundStep::Texture { what, texture, dst, args, mask } => {
+                BoundStep::Texture { what, texture, dst, wanted, args, mask } => {
                     self.work.texture_reads += 1;
-                    self.texture(*what, *texture, *dst, *args, *mask, textures);
+                    self.texture(*what, *texture, (*dst, *wanted), *args, *mask, textures);
                     continue;
                 }
                 BoundStep::TextureSize { dst, texture, axis, level } => {
@@ -334,7 +338,16 @@ impl<R: Real> Executor<R> {
         true
     }
 
-    fn texture(&mut self, what: TextureOp, texture: usize, dst: [u32; 4], args: [u32; 7], mask: Mask, textures: &dyn TextureUnit<R>) {
+    /// `dst`: the four slots, and which of them are wanted.
+    fn texture(
+        &mut self,
+        what: TextureOp,
+        texture: usize,
+        (dst, wanted): ([u32; 4], [bool; 4]),
+        args: [u32; 7],
+        mask: Mask,
+        textures: &dyn TextureUnit<R>,
+    ) {
         let active = match mask {
             Mask::Slot(s) => self.mask(s),
             Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
@@ -342,14 +355,14 @@ impl<R: Real> Executor<R> {
         };
         let base = self.arena.as_mut_ptr();
         // SAFETY: Program::check has verified that slots lie inside the arena, that the four of `dst` differ, and that none of them is an operand's; scratch slots come after the program's.
-        let mut out = dst.map(|slot| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() });
+        let lanes = |slot: u32| unsafe { &mut *base.add(slot as usize).cast::<[R; LANES]>() };
+        let mut out = [0, 1, 2, 3].map(|k| if wanted[k] { &mut lanes(dst[k])[..] } else { &mut [] });
         // SAFETY: as above; nothing of this instruction writes them.
         let arg = |k: usize| unsafe { &*base.add(args[k] as usize).cast::<[R; LANES]>() };
         if active != LaneMask::MAX {
             // What is not read holds the same value on every thread.
             out.iter_mut().for_each(|o| o.fill(R::ZERO));
         }
-        let out = out.map(|o| &mut o[..]);
         match what {
             TextureOp::Gradients => {
                 let gradients = Gradients { du_dx: arg(2), dv_dx: arg(3), du_dy: arg(4), dv_dy: arg(5) };

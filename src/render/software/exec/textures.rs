@@ -4,7 +4,7 @@ use super::LaneMask;
 use crate::render::software::math::Real;
 
 /// Reads textures for a batch. `texture` indexes [`Program::textures`](crate::render::software::program::Program::textures); slices hold one value per lane; lanes outside `active` may hold
-/// anything, NaN included, and their results are not used.
+/// anything, NaN included, and their results are not used. `out`: red, green, blue, alpha; empty where the program has no use for it.
 pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);

@@ -56,14 +56,9 @@ unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut 
     // SAFETY: the caller vouches for validity and disjointness.
     let a = unsafe { std::slice::from_raw_parts(a, N) };
     for (d, s) in dst.chunks_exact_mut(4).zip(a.chunks_exact(4)) {
-        if STEP == 1 {
-            let (top, bottom) = (s[1] - s[0], s[3] - s[2]);
-            // Value by value: a copied array would be four small stores read back at once by a large load, which stalls.
-            (d[0], d[1], d[2], d[3]) = (top, top, bottom, bottom);
-        } else {
-            let (left, right) = (s[2] - s[0], s[3] - s[1]);
-            (d[0], d[1], d[2], d[3]) = (left, right, left, right);
-        }
+        // Each value by itself: shuffles of whole vectors and one difference. A copied array would be four small stores read back at once by a large load, which stalls.
+        let [from, to] = if STEP == 1 { [[0, 0, 2, 2], [1, 1, 3, 3]] } else { [[0, 1, 0, 1], [2, 3, 2, 3]] };
+        (d[0], d[1], d[2], d[3]) = (s[to[0]] - s[from[0]], s[to[1]] - s[from[1]], s[to[2]] - s[from[2]], s[to[3]] - s[from[3]]);
     }
 }
 

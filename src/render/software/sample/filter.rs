@@ -26,6 +26,11 @@ pub const MAX_TAPS: usize = 16;
 /// Levels of a texture are at most these (a side has at most 2^22 texels).
 const MAX_LEVELS: usize = 31;
 
+/// Red, green, blue, alpha of a batch, where they are asked for.
+pub type Channels<'a, R> = [Option<&'a mut [R; MOST]>; 4];
+/// Which of them are.
+type Wanted = [bool; 4];
+
 /// What the lanes of a batch ask for.
 pub struct FilterRequest<'a, R> {
     pub u: &'a [R; MOST],
@@ -58,6 +63,16 @@ impl<'a, R: Real> FilterRequest<'a, R> {
             let f = Footprint::elongated(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], most);
             (self.level[i], self.taps[i], self.step_u[i], self.step_v[i]) = (f.level, f.taps, f.step[0], f.step[1]);
         }
+    }
+}
+
+/// Room for the values of a batch, made when it is needed.
+struct Room<R>(Option<[R; ROOM]>);
+
+impl<R> Room<R> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self(None)
     }
 }
 
@@ -117,10 +132,11 @@ impl Order {
 
     /// Values in this order, in `room` if they must be moved; pieces of them may begin at any place below the count.
     #[inline(always)]
-    fn sorted<'a, R: Real>(&self, values: &'a [R; MOST], room: &'a mut [R; ROOM]) -> &'a [R] {
+    fn sorted<'a, R: Real>(&self, values: &'a [R; MOST], room: &'a mut Room<R>) -> &'a [R] {
         if self.plain {
             return values;
         }
+        let room = room.0.insert([R::ZERO; ROOM]);
         for i in 0..MOST {
             room[i] = values[usize::from(self.lane[i] & 127)];
         }
@@ -187,6 +203,7 @@ fn bilinear<R: Real, D: Decode>(
     u: &[R; PIECE],
     v: &[R; PIECE],
     state: &SamplerState,
+    wanted: Wanted,
 ) -> [[R; PIECE]; 4] {
     let x = between(u, level.width, state.address_u);
     let y = between(v, level.height, state.address_v);
@@ -201,10 +218,18 @@ fn bilinear<R: Real, D: Decode>(
     let t = [fetch(&x.below, &y.below), fetch(&x.above, &y.below), fetch(&x.below, &y.above), fetch(&x.above, &y.above)];
     let mut out = [[R::ZERO; PIECE]; 4];
     let [r, g, b, a] = &mut out;
-    weighed::<R, D, 0>(decode, &t, &x.fraction, &y.fraction, r);
-    weighed::<R, D, 1>(decode, &t, &x.fraction, &y.fraction, g);
-    weighed::<R, D, 2>(decode, &t, &x.fraction, &y.fraction, b);
-    weighed::<R, D, 3>(decode, &t, &x.fraction, &y.fraction, a);
+    if wanted[0] {
+        weighed::<R, D, 0>(decode, &t, &x.fraction, &y.fraction, r);
+    }
+    if wanted[1] {
+        weighed::<R, D, 1>(decode, &t, &x.fraction, &y.fraction, g);
+    }
+    if wanted[2] {
+        weighed::<R, D, 2>(decode, &t, &x.fraction, &y.fraction, b);
+    }
+    if wanted[3] {
+        weighed::<R, D, 3>(decode, &t, &x.fraction, &y.fraction, a);
+    }
     out
 }
 
@@ -266,8 +291,9 @@ fn own<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; PIECE]
 
 /// Adds the first `count` lanes.
 #[inline(always)]
-fn accumulate<R: Real>(sum: &mut [[R; ROOM]; 4], at: usize, count: usize, value: &[[R; PIECE]; 4]) {
+fn accumulate<R: Real>(sum: &mut [Room<R>; 4], at: usize, count: usize, value: &[[R; PIECE]; 4]) {
     for (sum, value) in sum.iter_mut().zip(value) {
+        let Some(sum) = &mut sum.0 else { continue };
         let Some(sum) = sum[at..at + PIECE].first_chunk_mut::<PIECE>() else { return };
         for i in 0..PIECE {
             sum[i] = if i < count { sum[i] + value[i] } else { sum[i] };
@@ -284,7 +310,7 @@ fn any_positive<R: Real>(values: &[R; PIECE]) -> bool {
     any
 }
 
-/// Filters the active lanes of a batch into `out`, whose other lanes stay as they are.
+/// Filters the active lanes of a batch into `out`, whose other lanes stay as they are. What is not asked for is empty.
 #[inline(always)]
 pub fn sample<R: Real, D: Decode>(
     decode: D,
@@ -292,8 +318,9 @@ pub fn sample<R: Real, D: Decode>(
     wanted: &FilterRequest<'_, R>,
     state: &SamplerState,
     active: LaneMask,
-    out: [&mut [R; MOST]; 4],
+    out: Channels<'_, R>,
 ) {
+    let channels = out.each_ref().map(|o| o.is_some());
     let last = levels.len().min(MAX_LEVELS) - 1;
     let last_level = R::from_u32(last as u32);
     let round = if state.linear { R::ZERO } else { R::from_f64(0.5) };
@@ -308,10 +335,14 @@ pub fn sample<R: Real, D: Decode>(
         key[i] = (fine * R::from_u32(MAX_TAPS as u32) + few).nearest_small().1 as u16;
     }
     let order = Order::new(&key, active);
-    let mut room = [const { [R::ZERO; ROOM] }; 6];
-    let [room_u, room_v, room_part, room_step_u, room_step_v, room_taps] = &mut room;
-    let (u, v) = (order.sorted(wanted.u, room_u), order.sorted(wanted.v, room_v));
-    let mut sum = [[R::ZERO; ROOM]; 4];
+    // What is not needed is not zeroed: a batch's arrays are as large as all that it computes on.
+    let (mut room_u, mut room_v, mut room_part, mut room_step_u, mut room_step_v, mut room_taps) =
+        (Room::new(), Room::new(), Room::new(), Room::new(), Room::new(), Room::new());
+    let (u, v) = (order.sorted(wanted.u, &mut room_u), order.sorted(wanted.v, &mut room_v));
+    let mut sum = [Room::new(), Room::new(), Room::new(), Room::new()];
+    for (sum, _) in sum.iter_mut().zip(channels).filter(|(_, wanted)| *wanted) {
+        sum.0 = Some([R::ZERO; ROOM]);
+    }
     if !state.linear {
         for level in order.levels.clone() {
             let (from, to) = (order.starts[level * MAX_TAPS], order.starts[(level + 1) * MAX_TAPS]);
@@ -321,11 +352,11 @@ pub fn sample<R: Real, D: Decode>(
             }
         }
     } else {
-        let part = order.sorted(&part, room_part);
+        let part = order.sorted(&part, &mut room_part);
         // One tap stands in the middle of its footprint and is its own mean.
         let along = order.several_taps.then(|| {
-            let (step_u, step_v) = (order.sorted(&wanted.step_u, room_step_u), order.sorted(&wanted.step_v, room_step_v));
-            (step_u, step_v, order.sorted(&wanted.taps, room_taps))
+            let (step_u, step_v) = (order.sorted(&wanted.step_u, &mut room_step_u), order.sorted(&wanted.step_v, &mut room_step_v));
+            (step_u, step_v, order.sorted(&wanted.taps, &mut room_taps))
         });
         for level in order.levels.clone() {
             let from = usize::from(order.starts[level * MAX_TAPS]);
@@ -345,11 +376,11 @@ pub fn sample<R: Real, D: Decode>(
                             tap_v[i] = tap_v[i] + offset * step_v[i];
                         }
                     }
-                    let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state);
+                    let mut value = bilinear(decode, &levels[level], &tap_u, &tap_v, state, channels);
                     let part = piece(part, at);
                     if level < last && any_positive(part) {
-                        let coarse = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state);
-                        for (value, coarse) in value.iter_mut().zip(&coarse) {
+                        let coarse = bilinear(decode, &levels[level + 1], &tap_u, &tap_v, state, channels);
+                        for ((value, coarse), _) in value.iter_mut().zip(&coarse).zip(channels).filter(|(_, wanted)| *wanted) {
                             for i in 0..PIECE {
                                 let mixed = value[i] + part[i] * (coarse[i] - value[i]);
                                 value[i] = if part[i] > R::ZERO { mixed } else { value[i] };
@@ -361,7 +392,7 @@ pub fn sample<R: Real, D: Decode>(
             }
         }
         if let Some((.., taps)) = along {
-            for sum in &mut sum {
+            for sum in sum.iter_mut().filter_map(|sum| sum.0.as_mut()) {
                 for (sum, taps) in sum.iter_mut().zip(taps) {
                     *sum = *sum / *taps;
                 }
@@ -369,6 +400,8 @@ pub fn sample<R: Real, D: Decode>(
         }
     }
     for (out, sum) in out.into_iter().zip(&sum) {
-        order.unsorted(sum, out);
+        if let (Some(out), Some(sum)) = (out, &sum.0) {
+            order.unsorted(sum, out);
+        }
     }
 }

@@ -17,7 +17,7 @@ use super::kernels::KernelClass;
 use super::math::Real;
 use crate::image::TexelFormat;
 use crate::render::plan::{AddressMode, SamplerState};
-use filter::{FilterRequest, MOST, sample};
+use filter::{Channels, FilterRequest, MOST, sample};
 use std::sync::Arc;
 use texels::{Decode, Float, Srgb, TexelLevel, Texels, Unorm};
 
@@ -57,24 +57,18 @@ enum Levels<'a, R> {
 
 /// A batch's values, in `room` where they are fewer than a whole batch's.
 #[inline(always)]
-fn whole<'a, R: Real>(values: &'a [R], room: &'a mut [R; MOST]) -> &'a [R; MOST] {
+fn whole<'a, R: Real>(values: &'a [R], room: &'a mut Option<[R; MOST]>) -> &'a [R; MOST] {
     if let Some(values) = values.first_chunk() {
         return values;
     }
+    let room = room.insert([R::ZERO; MOST]);
     room[..values.len()].copy_from_slice(values);
     room
 }
 
 #[inline(always)]
-fn batch<R: Real, D: Decode>(
-    decode: D,
-    levels: &[TexelLevel<'_>],
-    state: &SamplerState,
-    request: Request<'_, R>,
-    out: [&mut [R; MOST]; 4],
-) {
-    let mut room = [[R::ZERO; MOST]; 7];
-    let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut room;
+fn batch<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>) {
+    let [room_u, room_v, room_0, room_1, room_2, room_3, room_most] = &mut [const { None }; 7];
     let mut wanted = FilterRequest::new(whole(request.u, room_u), whole(request.v, room_v));
     match request.levels {
         Levels::Given(level) => wanted.level = *whole(level, room_0),
@@ -90,13 +84,26 @@ fn batch<R: Real, D: Decode>(
 
 macro_rules! class {
     ($name:ident, $decode:ident => $how:expr, $(#[$feature:meta])*) => {
-        /// # Safety
-        /// The instruction set of this class is available.
-        $(#[$feature])*
-        unsafe fn $name<R: Real, D: Decode>(
-            $decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: [&mut [R; MOST]; 4],
-        ) {
-            batch($how, levels, state, request, out);
+        mod $name {
+            use super::*;
+
+            /// # Safety
+            /// The instruction set of this class is available.
+            $(#[$feature])*
+            pub unsafe fn filtered<R: Real, D: Decode>(
+                $decode: D, levels: &[TexelLevel<'_>], state: &SamplerState, request: Request<'_, R>, out: Channels<'_, R>,
+            ) {
+                batch($how, levels, state, request, out);
+            }
+
+            /// # Safety
+            /// As above.
+            $(#[$feature])*
+            pub unsafe fn single<R: Real, D: Decode>(
+                $decode: D, levels: &[TexelLevel<'_>], place: Place<'_, R>, active: LaneMask, out: [&mut [R]; 4],
+            ) {
+                load($how, levels, place, active, out);
+            }
         }
     };
 }
@@ -114,6 +121,21 @@ class!(avx512, decode => {
 }, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]);
 #[cfg(target_arch = "aarch64")]
 class!(neon, decode => decode, #[target_feature(enable = "neon")]);
+
+/// The function of a class, of those that [`Textures::new`] keeps.
+macro_rules! of_class {
+    ($class:expr, $function:ident::<$r:ty, $d:ty>) => {
+        match $class {
+            #[cfg(target_arch = "x86_64")]
+            KernelClass::Avx512 => avx512::$function::<$r, $d>,
+            #[cfg(target_arch = "x86_64")]
+            KernelClass::Avx2Fma => avx2::$function::<$r, $d>,
+            #[cfg(target_arch = "aarch64")]
+            KernelClass::Neon => neon::$function::<$r, $d>,
+            _ => plain::$function::<$r, $d>,
+        }
+    };
+}
 
 impl<'a> Textures<'a> {
     /// Bound textures, sampled in a class that this machine has (another one falls back to plain code).
@@ -139,29 +161,19 @@ impl<'a> Textures<'a> {
         if request.active == 0 {
             return;
         }
-        let run = match self.class {
-            #[cfg(target_arch = "x86_64")]
-            KernelClass::Avx512 => avx512::<R, D>,
-            #[cfg(target_arch = "x86_64")]
-            KernelClass::Avx2Fma => avx2::<R, D>,
-            #[cfg(target_arch = "aarch64")]
-            KernelClass::Neon => neon::<R, D>,
-            _ => plain::<R, D>,
-        };
-        let run_into = |out: [&mut [R; MOST]; 4]| {
+        let run = of_class!(self.class, filtered::<R, D>);
+        let run_into = |out: Channels<'_, R>| {
             // SAFETY: `new` keeps only classes that this machine has.
             unsafe { run(decode, &bound.texels.levels, &state, request, out) }
         };
-        let [r, g, b, a] = out;
-        match (r.first_chunk_mut(), g.first_chunk_mut(), b.first_chunk_mut(), a.first_chunk_mut()) {
-            (Some(r), Some(g), Some(b), Some(a)) => run_into([r, g, b, a]),
-            _ => {
-                let mut filtered = [[R::ZERO; MOST]; 4];
-                run_into(filtered.each_mut());
-                for (out, filtered) in [r, g, b, a].into_iter().zip(&filtered) {
-                    out[..count].copy_from_slice(&filtered[..count]);
-                }
-            }
+        if out.iter().all(|lanes| lanes.is_empty() || lanes.len() >= MOST) {
+            return run_into(out.map(|lanes| lanes.first_chunk_mut()));
+        }
+        let mut filtered = [[R::ZERO; MOST]; 4];
+        run_into(filtered.each_mut().map(Some));
+        for (out, filtered) in out.into_iter().zip(&filtered) {
+            let count = count.min(out.len());
+            out[..count].copy_from_slice(&filtered[..count]);
         }
     }
 }
@@ -170,46 +182,49 @@ impl<'a> Textures<'a> {
 #[inline(always)]
 fn put<R: Real, D: Decode>(decode: D, stored: D::Texel, lane: usize, out: [&mut [R]; 4]) {
     for (to, channel) in out.into_iter().zip(decode.channels(stored)) {
-        to[lane] = R::from_f32_bits(channel.to_bits());
+        if let Some(to) = to.get_mut(lane) {
+            *to = R::from_f32_bits(channel.to_bits());
+        }
     }
 }
 
+/// Integer coordinates and level of single texels.
+type Place<'a, R> = [&'a [R]; 3];
+
 /// Single texels by integer coordinates.
-fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: [&[R]; 3], active: LaneMask, out: [&mut [R]; 4]) {
+#[inline(always)]
+fn load<R: Real, D: Decode>(decode: D, levels: &[TexelLevel<'_>], place: Place<'_, R>, active: LaneMask, out: [&mut [R]; 4]) {
     let [x, y, level] = place;
     let count = x.len().min(MOST);
     let [r, g, b, a] = out;
     let (x, y, level) = (&x[..count], &y[..count], &level[..count]);
-    let (r, g, b, a) = (&mut r[..count], &mut g[..count], &mut b[..count], &mut a[..count]);
     // Where every lane lies inside level 0 there is no more to ask. Negative integers are large ones here.
+    let (width, height) = (levels[0].width, levels[0].height);
     let mut inside = true;
     for i in 0..count {
-        inside &= (x[i].int() < levels[0].width) & (y[i].int() < levels[0].height) & (level[i].int() == 0);
+        inside &= (x[i].int() < width) & (y[i].int() < height) & (level[i].int() == 0);
     }
     if inside {
         // Without branches, so that many reads are under way at once: they wait for memory more than anything.
-        let width = levels[0].width;
-        let mut index = [0_u32; MOST];
-        for i in 0..count {
-            index[i] = y[i].int().wrapping_mul(width).wrapping_add(x[i].int());
-        }
-        let (fours, rest) = index[..count].as_chunks::<4>();
-        for (k, four) in fours.iter().enumerate() {
-            // Four texels become four pieces of channels: small enough to stay in registers.
+        let eights = count / 8 * 8;
+        for lanes in (0..eights).step_by(8).map(|k| k..k + 8) {
+            let mut index = [0; 8];
+            for ((index, x), y) in index.iter_mut().zip(&x[lanes.clone()]).zip(&y[lanes.clone()]) {
+                *index = y.int().wrapping_mul(width).wrapping_add(x.int());
+            }
             // SAFETY: tested above.
-            let t = unsafe { decode.fetch(&levels[0], four) };
-            let t = [decode.channels(t[0]), decode.channels(t[1]), decode.channels(t[2]), decode.channels(t[3])];
-            let lanes = 4 * k..4 * k + 4;
-            for (c, to) in [&mut r[lanes.clone()], &mut g[lanes.clone()], &mut b[lanes.clone()], &mut a[lanes]].into_iter().enumerate() {
-                for (to, texel) in to.iter_mut().zip(&t) {
-                    *to = R::from_f32_bits(texel[c].to_bits());
+            let texels = unsafe { decode.eight(&levels[0], &index) };
+            for (to, texels) in [&mut *r, &mut *g, &mut *b, &mut *a].into_iter().zip(&texels) {
+                let Some(to) = to.get_mut(lanes.clone()).and_then(|to| to.first_chunk_mut::<8>()) else { continue };
+                for (to, texel) in to.iter_mut().zip(texels) {
+                    *to = R::from_f32_bits(texel.to_bits());
                 }
             }
         }
-        for (lane, i) in rest.iter().enumerate() {
+        for lane in eights..count {
             // SAFETY: tested above.
-            let stored = unsafe { decode.stored(&levels[0], *i) };
-            put(decode, stored, 4 * fours.len() + lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
+            let stored = unsafe { decode.stored(&levels[0], y[lane].int().wrapping_mul(width).wrapping_add(x[lane].int())) };
+            put(decode, stored, lane, [&mut *r, &mut *g, &mut *b, &mut *a]);
         }
         return;
     }
@@ -239,11 +254,15 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
     }
 
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {
-        let texels = &self.bound[texture].texels;
-        match texels.format {
-            TexelFormat::Rgba8Srgb => load(Srgb::new(), &texels.levels, [x, y, level], active, out),
-            TexelFormat::Rgba8Unorm => load(Unorm, &texels.levels, [x, y, level], active, out),
-            TexelFormat::Rgba32Float => load(Float, &texels.levels, [x, y, level], active, out),
+        let Texels { format, levels } = &*self.bound[texture].texels;
+        let place = [x, y, level];
+        // SAFETY: `new` keeps only classes that this machine has.
+        unsafe {
+            match format {
+                TexelFormat::Rgba8Srgb => of_class!(self.class, single::<R, Srgb>)(Srgb::new(), levels, place, active, out),
+                TexelFormat::Rgba8Unorm => of_class!(self.class, single::<R, Unorm>)(Unorm, levels, place, active, out),
+                TexelFormat::Rgba32Float => of_class!(self.class, single::<R, Float>)(Float, levels, place, active, out),
+            }
         }
     }
 

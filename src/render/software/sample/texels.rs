@@ -99,6 +99,21 @@ pub trait Decode: Copy {
         }
         out
     }
+
+    /// The four channels of eight lanes' texels.
+    /// # Safety
+    /// As [`Decode::stored`], for every lane.
+    #[inline(always)]
+    unsafe fn eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
+        // SAFETY: passed on to the caller.
+        let t = unsafe { self.fetch(level, index) };
+        [
+            self.channel_of_each::<0, 8>(&t),
+            self.channel_of_each::<1, 8>(&t),
+            self.channel_of_each::<2, 8>(&t),
+            self.channel_of_each::<3, 8>(&t),
+        ]
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -133,62 +148,53 @@ fn unorm<const K: usize>(texel: u32) -> f32 {
     (texel >> (8 * K) & 0xff) as i32 as f32 * (1.0 / 255.0)
 }
 
-impl Decode for Srgb {
-    type Texel = u32;
-    #[cfg(target_arch = "x86_64")]
-    type Gathering = gather::Gathering<Self>;
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    unsafe fn gathering(self) -> gather::Gathering<Self> {
-        gather::Gathering(self)
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    type Gathering = Self;
-    #[cfg(not(target_arch = "x86_64"))]
-    unsafe fn gathering(self) -> Self {
-        self
-    }
-    #[inline(always)]
-    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
-        // SAFETY: passed on to the caller.
-        unsafe { four_bytes(level, index) }
-    }
-    #[inline(always)]
-    fn channel<const K: usize>(self, texel: u32) -> f32 {
-        if K == 3 { unorm::<3>(texel) } else { self.0[(texel >> (8 * K) & 0xff) as usize] }
-    }
+/// A format of four bytes a texel: how channel `K` of a texel is decoded.
+macro_rules! four_bytes_a_texel {
+    ($format:ty, |$own:ident, $texel:ident| $channel:expr) => {
+        impl Decode for $format {
+            type Texel = u32;
+            #[cfg(target_arch = "x86_64")]
+            type Gathering = gather::Gathering<Self>;
+            #[cfg(target_arch = "x86_64")]
+            #[inline(always)]
+            unsafe fn gathering(self) -> gather::Gathering<Self> {
+                gather::Gathering(self)
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            type Gathering = Self;
+            #[cfg(not(target_arch = "x86_64"))]
+            unsafe fn gathering(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
+                // SAFETY: passed on to the caller.
+                unsafe { four_bytes(level, index) }
+            }
+            #[inline(always)]
+            fn channel<const K: usize>(self, $texel: u32) -> f32 {
+                let $own = self;
+                $channel
+            }
+        }
+    };
 }
 
-impl Decode for Unorm {
-    type Texel = u32;
-    #[cfg(target_arch = "x86_64")]
-    type Gathering = gather::Gathering<Self>;
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    unsafe fn gathering(self) -> gather::Gathering<Self> {
-        gather::Gathering(self)
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    type Gathering = Self;
-    #[cfg(not(target_arch = "x86_64"))]
-    unsafe fn gathering(self) -> Self {
-        self
-    }
-    #[inline(always)]
-    unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> u32 {
-        // SAFETY: passed on to the caller.
-        unsafe { four_bytes(level, index) }
-    }
-    #[inline(always)]
-    fn channel<const K: usize>(self, texel: u32) -> f32 {
-        unorm::<K>(texel)
-    }
-}
+four_bytes_a_texel!(Srgb, |own, texel| if K == 3 { unorm::<3>(texel) } else { own.0[(texel >> (8 * K) & 0xff) as usize] });
+four_bytes_a_texel!(Unorm, |_own, texel| unorm::<K>(texel));
 
 impl Decode for Float {
     type Texel = [f32; 4];
-    type Gathering = Self;
+    #[cfg(target_arch = "x86_64")]
+    type Gathering = gather::Transposing;
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
+    unsafe fn gathering(self) -> gather::Transposing {
+        gather::Transposing(self)
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    type Gathering = Self;
+    #[cfg(not(target_arch = "x86_64"))]
     unsafe fn gathering(self) -> Self {
         self
     }
@@ -207,12 +213,15 @@ impl Decode for Float {
 
 #[cfg(target_arch = "x86_64")]
 mod gather {
-    //! Texels of four bytes by gathers, eight in one instruction.
+    //! Texels of four bytes by gathers, eight in one instruction; texels of sixteen by one load each, turned into channels in registers.
     //!
     //! In: places inside a level, each below its number of texels. Out: the same bits as one read after the other. Only where the machine has AVX2.
 
-    use super::{Decode, Srgb, TexelLevel, Unorm, unorm};
-    use std::arch::x86_64::{__m256i, _mm256_i32gather_epi32, _mm256_loadu_si256, _mm256_storeu_si256};
+    use super::{Decode, Float, Srgb, TexelLevel, Unorm, unorm};
+    use std::arch::x86_64::{
+        __m256, __m256i, _mm_loadu_ps, _mm256_castps128_ps256, _mm256_i32gather_epi32, _mm256_insertf128_ps, _mm256_loadu_si256,
+        _mm256_shuffle_ps, _mm256_storeu_ps, _mm256_storeu_si256, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+    };
 
     /// A format read by gathers; sRGB takes its red, green and blue from their table by further ones. Made by [`Decode::gathering`] alone.
     #[derive(Clone, Copy)]
@@ -297,6 +306,52 @@ mod gather {
         unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [u32; N] {
             // SAFETY: a level has at most 2^30 texels ([`Texels::new`]), and the caller keeps to them; whoever made this has AVX2.
             unsafe { gather(level.bytes.as_ptr(), index) }
+        }
+    }
+
+    /// Four floats a texel. Made by [`Decode::gathering`] alone.
+    #[derive(Clone, Copy)]
+    pub struct Transposing(pub(super) Float);
+
+    impl Decode for Transposing {
+        type Texel = [f32; 4];
+        type Gathering = Self;
+        #[inline(always)]
+        unsafe fn gathering(self) -> Self {
+            self
+        }
+        #[inline(always)]
+        unsafe fn stored(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
+            // SAFETY: passed on to the caller.
+            unsafe { self.0.stored(level, index) }
+        }
+        #[inline(always)]
+        fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
+            self.0.channel::<K>(texel)
+        }
+        #[inline(always)]
+        unsafe fn eight(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [[f32; 8]; 4] {
+            let texels = level.bytes.as_ptr().cast::<[f32; 4]>();
+            // SAFETY: the caller keeps to the level's texels, of sixteen bytes each; whoever made this has AVX2.
+            let pair = |low: usize| -> __m256 {
+                unsafe {
+                    let first = _mm_loadu_ps(texels.wrapping_add(index[low] as usize).cast());
+                    let second = _mm_loadu_ps(texels.wrapping_add(index[low + 4] as usize).cast());
+                    _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
+                }
+            };
+            let [t0, t1, t2, t3] = [pair(0), pair(1), pair(2), pair(3)];
+            let mut out = [[0.0; 8]; 4];
+            // SAFETY: whoever made this has AVX2; each part of `out` holds eight floats.
+            unsafe {
+                let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
+                let (high_01, high_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));
+                _mm256_storeu_ps(out[0].as_mut_ptr(), _mm256_shuffle_ps::<0b01_00_01_00>(low_01, low_23));
+                _mm256_storeu_ps(out[1].as_mut_ptr(), _mm256_shuffle_ps::<0b11_10_11_10>(low_01, low_23));
+                _mm256_storeu_ps(out[2].as_mut_ptr(), _mm256_shuffle_ps::<0b01_00_01_00>(high_01, high_23));
+                _mm256_storeu_ps(out[3].as_mut_ptr(), _mm256_shuffle_ps::<0b11_10_11_10>(high_01, high_23));
+            }
+            out
         }
     }
 }
