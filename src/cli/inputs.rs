@@ -4,7 +4,7 @@ use super::{CliError, Common};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::effects::possible_features;
-use crate::session::{fragment_times, read_catalog, read_ephemeris, read_fragments};
+use crate::session::{fragment_times, read_catalog, read_ephemeris, read_fragments, read_lunar_heights};
 use crate::shader::Lowering;
 use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
@@ -12,7 +12,8 @@ use std::collections::BTreeSet;
 
 /// The embedded catalog under the files of `--catalogs` (every `.toml` in it, in order of name).
 pub fn catalog(common: &Common) -> Result<Catalog, CliError> {
-    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii))
+    let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
+    Ok(read_catalog(common.catalogs.as_deref())?.with_eclipse_radii(common.radii).with_lunar_heights(heights))
 }
 
 /// The fragments of `--shaders` over those built in.

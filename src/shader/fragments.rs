@@ -75,6 +75,7 @@ fragments![
     "lib/intersection.wesl",
     "lib/probe_question.wesl",
     "lib/limb_darkening.wesl",
+    "lib/limb_heights.wesl",
     "lib/map_coordinates.wesl",
     "lib/maps.wesl",
     "lib/mesh.wesl",

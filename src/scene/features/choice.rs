@@ -2,7 +2,7 @@
 //!
 //! Always: what a body does not have in the catalog is left out, so that no choice can ask for it.
 
-use crate::catalog::{Body, MAX_OVERLAYS, Photometry};
+use crate::catalog::{Body, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
 use crate::scene::draw::features::{
     AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
@@ -18,6 +18,8 @@ pub struct Capabilities {
     pub rings: bool,
     /// Its ground keeps craters: solid, without air.
     pub detail: bool,
+    /// The Moon, and the Sun behind it.
+    pub limb_heights: bool,
 }
 
 impl Capabilities {
@@ -31,7 +33,15 @@ impl Capabilities {
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
         let detail = body.cratered && !emissive && body.atmosphere.is_none() && body.clouds.is_none();
-        Self { detail, ellipsoid: flattening(body) > 0.0, maps, emissive, rings: body.rings.iter().any(|r| r.tau_normal > 0.0) }
+        let limb_heights = [NaifId::MOON, NaifId::SUN].contains(&body.id);
+        Self {
+            detail,
+            ellipsoid: flattening(body) > 0.0,
+            maps,
+            emissive,
+            rings: body.rings.iter().any(|r| r.tau_normal > 0.0),
+            limb_heights,
+        }
     }
 }
 
@@ -62,6 +72,8 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// How the air is summed; `None` without it.
     pub air: AtmosphereModel,
+    /// The limb by the Moon's own heights.
+    pub limb_heights: bool,
 }
 
 impl FeatureSelection {
@@ -125,6 +137,7 @@ impl FeatureSelection {
                 None if ellipsoid && available.ellipsoid => Shape::Ellipsoid,
                 None => Shape::Sphere,
             },
+            limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             flags: mesh.unwrap_or_default(),
             air,
             view,
@@ -144,6 +157,7 @@ impl FeatureSelection {
             detail: false,
             overlays: 0,
             ring_shine: false,
+            limb_heights: false,
             ..ground
         })
     }
@@ -172,6 +186,7 @@ impl FeatureSelection {
             detail: false,
             overlays: 0,
             ring_shine: false,
+            limb_heights: false,
             lights: 1,
             ..ground
         };

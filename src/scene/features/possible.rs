@@ -51,8 +51,10 @@ fn ground_needs(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl 
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let of = move |overlays| {
-            let lit = [(false, false), (true, false), (false, true)];
-            lit.map(|(ring_shine, detail)| FeatureSelection { overlays, ring_shine, detail, mesh, ..chosen }.features(body, view))
+            let lit = [(false, false, false), (true, false, false), (false, true, false), (false, false, true)];
+            lit.map(|(ring_shine, detail, limb_heights)| {
+                FeatureSelection { overlays, ring_shine, detail, limb_heights, mesh, ..chosen }.features(body, view)
+            })
         };
         overlays.clone().flat_map(of)
     })

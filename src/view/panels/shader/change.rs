@@ -28,7 +28,7 @@ fn two(panel: &ShaderPanel, seen: &Seen<'_>) -> Option<([ShaderKey; 2], [&'stati
         [Some(a), Some(b)] => ([a, b], ["A", "B"]),
         [Some(a), None] => ([a, key], ["A", "this key"]),
         [None, Some(b)] => ([key, b], ["this key", "B"]),
-        [None, None] => ([drawn, key], ["the drawn key", "this key"]),
+        [None, None] => ([drawn, key], ["the drawn key", "this key"], None),
     })
 }
 
