@@ -28,7 +28,7 @@ fn two(panel: &ShaderPanel, seen: &Seen<'_>) -> Option<([ShaderKey; 2], [&'stati
         [Some(a), Some(b)] => ([a, b], ["A", "B"]),
         [Some(a), None] => ([a, key], ["A", "this key"]),
         [None, Some(b)] => ([key, b], ["this key", "B"]),
-        [None, None] => ([drawn, key], ["the drawn key", "this key"], None),
+        [None, None] => ([drawn, key], ["the drawn key", "this key"]),
     })
 }
 
@@ -148,7 +148,7 @@ fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, seen: &Seen<'_>) {
     }
     // Until the next one is there the last stays, as long as it is of this key.
     match change.last.as_ref().filter(|(of, _)| *of == key) {
-        Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"]),
+        Some((_, Ok(pair))) => change.pair.show(ui, pair, ["the drawn key", "this key"], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => drop(accessible::coming(ui, "Drawing both images")),
     }
