@@ -109,7 +109,7 @@ impl SolarEclipse {
             let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
             let mut at_s = None;
             for _ in 0..2 {
-                let before = |s: f64| -wanted * silhouette.outside(touch, s).0;
+                let before = |s: f64| wanted * silhouette.outside(touch, s).0;
                 let way = if to_s > from_s { STEP_S } else { -STEP_S };
                 let steps = ((to_s - from_s) / way).ceil() as i32;
                 if before(from_s) >= 0.0 {

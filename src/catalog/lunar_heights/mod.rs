@@ -128,8 +128,9 @@ impl HeightMap {
         PI / self.rows as f64
     }
 
-    pub fn columns(&self) -> usize {
-        self.columns
+    /// All heights: rows from the north, each eastward.
+    pub fn km(&self) -> &[f32] {
+        &self.km
     }
 
     /// How fine it is and how far it reaches, in words.
