@@ -218,6 +218,7 @@ impl<'a> SceneBuilder<'a> {
         let corona = decided(request, Effect::Corona, corona, &mut bodies);
         lunar_limb::of_moon(placed, camera, &mut draws, &mut bodies);
         hidden::take(placed, camera, &mut draws, &mut points, &mut bodies);
+        lunar_limb::note_features(&draws, &mut bodies);
         let white = self.exposure.white();
         points.iter_mut().for_each(|p| point::spread_glare(p, white));
         let bodies_of = || {

@@ -154,6 +154,14 @@ pub(crate) fn of_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [D
     }
 }
 
+/// What is said of the bodies' features, once their silhouettes are known.
+pub(crate) fn note_features(draws: &[Draw], bodies: &mut [BodyInView]) {
+    for changed in draws.iter().filter(|d| d.features.limb_heights) {
+        let of_body = || draws.iter().filter(|d| d.body == changed.body).map(|d| d.features).collect();
+        bodies.iter_mut().filter(|b| b.id == changed.body).for_each(|b| b.features = of_body());
+    }
+}
+
 /// Gives the Sun's draw the Moon's silhouette. `row`: where the Moon begins among its nearer limbs; `rays`: the view ray from which pixels count, and its change with x and y.
 pub(crate) fn of_sun(draw: &mut Draw, moon_draw: &LimbUniforms, moon: &PlacedBody<'_>, camera: &Camera, row: usize, rays: [DVec3; 3]) {
     let (Some(profile), Some(_)) = (moon.limb_profile.as_deref(), &moon_draw.table) else { return };
